@@ -13,7 +13,7 @@ from hypothesis import settings
 from rosorin_compile.cli import answer
 from support.answers import held_envelope
 from support.commands import write_files
-from support.forks import parse_rules_once, preload
+from support.forks import preload
 from support.robots import copy_of_rosorin
 from support.tiers import hold_landings, is_property, tiers_of
 
@@ -29,7 +29,6 @@ HELD = "_hypothesis_internal_use_settings"
 @pytest.fixture(scope="session", autouse=True)
 def _asks_once() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        parse_rules_once(patch)
         preload(patch)
         yield
 

@@ -26,14 +26,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile import queries
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
+from rosorin_compile.compare.precision import printed
 from rosorin_compile.compare.sentences import several
 from rosorin_compile.formats import FORMATS, plugged_diagnostics
 from rosorin_compile.formats.compiled import Compiled, Reading
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.formats.schemas import schema_names, schema_text
-from rosorin_compile.language import api_arguments
-from rosorin_compile.language.arguments import Argument, declared
+from rosorin_compile.language.arguments import Argument, as_texts, declared, of_api, takes_no_arguments
 from rosorin_compile.language.explain import explain as explain_names
 from rosorin_compile.model import Pose, Robot
 from rosorin_compile.model.servos import against_model
@@ -54,12 +54,11 @@ from rosorin_compile.source.diagnostics import (
     error,
     has_errors,
 )
-from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
-from rosorin_compile.source.printing import printing_of
 from rosorin_compile.source.project import Description, no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, every_rule, find
+from rosorin_compile.source.system import pip_install
 from rosorin_compile.viewer import frames as frame_trees
 from rosorin_compile.viewer.frames import Frames
 from rosorin_compile.viewer.page.write import Page, write_page
@@ -277,7 +276,7 @@ def diff(
     second = _side(b, arguments, b_arguments, packages, trust)
     diagnostics += [*first.diagnostics, *second.diagnostics]
     if arguments and first.deaf and second.deaf:
-        diagnostics.append(api_arguments.deaf(first.deaf))
+        diagnostics.append(takes_no_arguments(first.deaf))
     if first.side is None or second.side is None or has_errors(diagnostics):
         return Difference(None, None, (), (), (), tolerance, tuple(dict.fromkeys(diagnostics)))
     try:
@@ -316,9 +315,9 @@ def _side(robot: FilePath | Robot | Request, shared: Values, own: Values, packag
     if imported is None or imported.tree is None:
         return _Loaded(Side(label, YAML, found.robot, folder=path.parent), diagnostics)
     if requests[1].arguments and not imported.takes_arguments:
-        diagnostics.append(api_arguments.deaf(path))
+        diagnostics.append(takes_no_arguments(path))
     reduced = replace(found.robot, outputs=())
-    side = Side(label, FORMATS[imported.format], reduced, printing_of(imported.tree).tolerance, path.parent)
+    side = Side(label, FORMATS[imported.format], reduced, printed(imported.tree.span.source.text), path.parent)
     return _Loaded(side, diagnostics, imported.left_out, None if imported.takes_arguments else path)
 
 
@@ -479,8 +478,7 @@ def pulses(
     if model is not None:
         if not Path(model).is_file():
             raise RequestError(no_file(Path(model)))
-        compared = against_model(case.robot, Path(model).read_bytes())
-        comparison = ModelComparison(str(model), compared.joints, compared.pulses, compared.differences)
+        comparison = ModelComparison(str(model), *against_model(case.robot, Path(model).read_bytes()))
         return Pulses(servos, model=comparison, diagnostics=diagnostics, robot=case.robot)
     found = queries.joint_pulses(case.robot, values or {}, pose, unit)
     state = {one.joint: one.position for one in found}
@@ -883,6 +881,7 @@ def import_robot(
     parts: bool = True,
     verbatim: bool = False,
     flat: bool = False,
+    drives: str | None = None,
     force: bool = False,
     keep_edits: bool = False,
     trust: bool = False,
@@ -907,6 +906,8 @@ def import_robot(
         parts: Factor repeated structures into parts.
         verbatim: Copy the Gazebo and ros2_control elements of a URDF unchanged.
         flat: Import the URDF that a xacro generates, without its macros.
+        drives: Servos that the MJCF gets for a robot without actuators: ``"position"`` (for joints with limits; the
+            others get velocity servos), ``"velocity"`` or ``"none"``; by default ``"position"``.
         force: Write to a folder that is not empty.
         keep_edits: If both the source and the description changed the same lines, keep those of the description.
 
@@ -933,6 +934,7 @@ def import_robot(
         parts=parts,
         verbatim=verbatim,
         flat=flat,
+        drives=drives,
         force=force,
         ours=keep_edits,
         trust=trust,
@@ -945,8 +947,8 @@ def _read_options(
     arguments: Values, packages: Packages, trust: bool, warn: Warn, lenient: bool = False
 ) -> tuple[ReadOptions, list[Diagnostic]]:
     """Return how a robot in another format is read, and the errors in the arguments and packages."""
-    found = api_arguments.ask("", arguments, packages)
-    texts, wrong = api_arguments.as_texts(found.arguments)
+    found = of_api("", arguments, packages)
+    texts, wrong = as_texts(found.arguments)
     return ReadOptions(texts, found.packages, lenient, tell=warn, trust=trust), [*found.diagnostics, *wrong]
 
 

@@ -24,10 +24,10 @@ from rosorin_compile.formats.compiled import (
     understand_foreign,
 )
 from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.language import api_arguments
+from rosorin_compile.language.arguments import as_texts, of_api, takes_no_arguments
 from rosorin_compile.language.arguments import read as read_argument_files
-from rosorin_compile.language.expand import Expanded
-from rosorin_compile.source.diagnostics import Diagnostic, has_errors
+from rosorin_compile.language.expand.description import Expanded
+from rosorin_compile.source.diagnostics import Diagnostic, error, has_errors
 from rosorin_compile.source.files import shown
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.messages import arrange
@@ -75,7 +75,7 @@ class Request:
         """
         if isinstance(robot, Request):
             return robot
-        found = api_arguments.ask(robot, arguments, packages)
+        found = of_api(robot, arguments, packages)
         problems = found.diagnostics
         description = Description(Path(found.name).stem or str(robot), Path(found.name), Path())
         if not problems:
@@ -83,7 +83,9 @@ class Request:
                 description = Description.find([found.name], None if outputs is None else os.fsdecode(outputs))[0]
             except (NoDescription, OSError) as problem:
                 if description.path.suffix.lower() in ("", *ENDINGS):  # otherwise its reader reports the reason
-                    problems = [api_arguments.unreadable(problem)]
+                    is_deleted = isinstance(problem, OSError) and problem.filename is None
+                    message = "the working directory was deleted" if is_deleted else str(problem)
+                    problems = [error("file-unreadable", message, None)]
         return cls(description, found.arguments, (), found.packages, trust, warn, tuple(problems))
 
     @property
@@ -102,7 +104,7 @@ class Request:
 
     def read_options(self, lenient: bool = True) -> ReadOptions:
         """Return how a robot in another format is read. Raises LoadError for an argument that is no text or number."""
-        texts, wrong = api_arguments.as_texts(self.values())
+        texts, wrong = as_texts(self.values())
         if wrong:
             raise LoadError(wrong[0])
         return ReadOptions(texts, self.packages, lenient, tell=self.tell, trust=self.trust)
@@ -148,7 +150,7 @@ class Request:
     def read(self, lenient: bool = False) -> Reading:
         """Read the robot in any format; ``lenient`` accepts one that violates the specification of its format."""
         path = self.description.path
-        if self.problems or api_arguments.is_description(path):
+        if self.problems or path.suffix.lower() in ENDINGS:
             found = self.understand(foreign=False)
             return Reading(found.robot, found.diagnostics, found.expanded.files, found.expanded.tree)
         try:
@@ -158,7 +160,7 @@ class Request:
         found = understand_foreign(path, options)
         diagnostics, imported = found.diagnostics, found.imported
         if options.arguments and imported and imported.tree is not None and not imported.takes_arguments:
-            diagnostics = arrange([*diagnostics, api_arguments.deaf(path)])
+            diagnostics = arrange([*diagnostics, takes_no_arguments(path)])
         if found.robot is None or imported is None or has_errors(diagnostics):
             return Reading(None, diagnostics, found.expanded.files)
         return Reading(replace(found.robot, outputs=()), diagnostics, found.expanded.files, imported.tree)

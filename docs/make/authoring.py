@@ -16,8 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.formats import FORMATS, Format
-from rosorin_compile.language.authoring import CONTROLS, Schema, as_written, draft_7
-from rosorin_compile.language.schema import of_parts, of_types, schema
+from rosorin_compile.language.schema import CONTROLS, Schema, as_written, draft_7, of_parts, of_types, schema
 from rosorin_compile.language.suppressions import STAYS
 from rosorin_compile.source import rule_registry as registry
 from rosorin_compile.source.rule_registry import every_rule

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import shlex
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
 import pytest
 
-from rosorin_compile.source import installing
-from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.system import pip_install
 
 METADATA = """Metadata-Version: 2.4
 Name: rosorin-compile
@@ -41,10 +41,9 @@ def test_the_requirements_of_an_extra(site: Path) -> None:
     assert words("view") == ["pip", "install", "trimesh>=5"]
 
 
-def test_a_tree_that_nobody_installed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(installing, "NAME", "nobody-has-this")
-    (tmp_path / "pyproject.toml").touch()
-    monkeypatch.setattr(installing, "_CHECKOUT", tmp_path)
-    assert words() == ["pip", "install", f"{tmp_path}[simulate]"]
-    monkeypatch.setattr(installing, "_CHECKOUT", tmp_path / "gone")
-    assert words() == ["pip", "install", "path/to/nobody-has-this[simulate]"]
+def test_a_tree_that_nobody_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def requires(name: str) -> list[str]:
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr("importlib.metadata.requires", requires)
+    assert words() == ["pip", "install", "path/to/rosorin-compile[simulate]"]

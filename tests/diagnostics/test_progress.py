@@ -56,8 +56,10 @@ class Clock:
 
 
 @pytest.fixture
-def clock() -> Iterator[Clock]:
-    yield Clock()
+def clock(monkeypatch: pytest.MonkeyPatch) -> Iterator[Clock]:
+    made = Clock()
+    monkeypatch.setattr("rosorin_compile.source.progress.time.monotonic", made)
+    yield made
     Progress.hide()
 
 
@@ -79,7 +81,7 @@ def slow_down(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_nothing_is_shown_before_two_seconds(clock: Clock) -> None:
     shown = Terminal()
-    Progress.show(shown, clock)
+    Progress.show(shown)
     for moment in (100.0, 101.0, 101.99):
         clock.now = moment
         Progress.step("reading", 1, 10)
@@ -93,7 +95,7 @@ def test_nothing_is_shown_before_two_seconds(clock: Clock) -> None:
 
 def test_a_line_never_wraps_and_steers_nothing(clock: Clock) -> None:
     shown = Terminal()
-    Progress.show(shown, clock)
+    Progress.show(shown)
     clock.now += 10
     Progress.about("\x1b[2J" + "ロ" * 100)
     Progress.step("reading", 1, 2)

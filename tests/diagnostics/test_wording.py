@@ -63,7 +63,7 @@ def test_names_in_letters_of_the_world_are_names(name):
 
 
 def test_every_look_alike_stands_for_a_latin_letter_or_a_dash():
-    assert all(letter.isascii() and (letter.isalpha() or letter == "-") for letter in wording.LATIN.values())
+    assert all(chr(code).isascii() and (chr(code).isalpha() or code == ord("-")) for code in wording.LATIN.values())
     assert not any(chr(code).isascii() for code in wording.LATIN)
 
 

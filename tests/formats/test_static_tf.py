@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.formats import static_tf, static_tf_json
+from rosorin_compile.formats import static_tf
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
@@ -67,7 +67,7 @@ def launch(made: Robot, output: Output = OUTPUT) -> str:
 
 def nodes_of(made: Robot) -> list[dict[str, Any]]:
     """Return the nodes that the list of arguments names."""
-    document = json.loads(static_tf_json.write(made, OUTPUT, Templates())[0])
+    document = json.loads(static_tf.write_list(made, OUTPUT, Templates())[0])
     jsonschema.validate(document, SCHEMA)
     return list(document["static_transform_publisher"])
 
@@ -128,8 +128,8 @@ def test_without_a_urdf_and_without_joints_there_is_nothing_to_say() -> None:
 
 def test_what_moves_is_not_static() -> None:
     turning = replace(static("j", "base_link", "arm", LASER, "tf_arm"), type="revolute")
-    for backend in (static_tf, static_tf_json):
-        text, diagnostics = backend.write(robot(turning), OUTPUT, Templates())
+    for write in (static_tf.write, static_tf.write_list):
+        text, diagnostics = write(robot(turning), OUTPUT, Templates())
         assert [(d.rule, d.severity) for d in diagnostics] == [("static-tf-moves", "error")]
         assert "joint j is revolute" in diagnostics[0].message
         assert "tf_arm" not in text
@@ -223,7 +223,7 @@ def test_every_edge_arrives_within_what_was_printed(node: str, pose: Pose, paren
     for number in started.arguments[1:12:2]:
         assert "e" not in number
         assert number != "-0"
-    assert static_tf.read(text) == static_tf_json.read(static_tf_json.write(made, OUTPUT, Templates())[0])
+    assert static_tf.read(text) == static_tf.read_list(static_tf.write_list(made, OUTPUT, Templates())[0])
     assert nodes_of(made)[0]["arguments"] == started.arguments
     assert farthest(pose, said) < 1e-5
 
@@ -252,7 +252,7 @@ def test_reading_runs_nothing(tmp_path: Path) -> None:
 
 
 GOOD = launch(TWO)
-GOOD_JSON = static_tf_json.write(TWO, OUTPUT, Templates())[0]
+GOOD_JSON = static_tf.write_list(TWO, OUTPUT, Templates())[0]
 DAMAGED = {
     "cut off": GOOD[:-20],
     "zero byte": "\0" + GOOD,
@@ -289,7 +289,7 @@ def test_a_damaged_launch_file_is_a_value_error(text: str) -> None:
 @pytest.mark.parametrize("text", DAMAGED_JSON.values(), ids=DAMAGED_JSON)
 def test_a_damaged_list_is_a_value_error(text: str) -> None:
     with pytest.raises(ValueError):  # noqa: PT011
-        static_tf_json.read(text)
+        static_tf.read_list(text)
 
 
 @pytest.mark.parametrize(
@@ -306,7 +306,7 @@ def test_a_damaged_list_is_a_value_error(text: str) -> None:
 def test_only_a_list_of_ours_is_said_to_be_of_a_robot(tmp_path: Path, text: str, robot: str) -> None:
     """Another JSON that names the robot is not ours to take away."""
     (tmp_path / "static_tf.json").write_text(text, "utf-8")
-    assert static_tf_json.robot_of(tmp_path / "static_tf.json") == robot
+    assert static_tf.robot_of(tmp_path / "static_tf.json") == robot
 
 
 def test_the_reference_robot(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.language.expand import expand
+from rosorin_compile.language.expand.description import expand
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.model import Robot

@@ -20,8 +20,8 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.language.expand.included_robots import prefixed
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Source
-from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.load import parse_yaml
+from rosorin_compile.source.system import pip_install
 from rosorin_compile.source.tree import Instance
 from support.commands import write_files
 from support.engines import pose

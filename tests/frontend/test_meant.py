@@ -6,8 +6,7 @@ import pytest
 
 from rosorin_compile.language.expand.declarations import _SENSOR_TYPE_KEYS
 from rosorin_compile.language.schema import of_types, schema
-from rosorin_compile.language.suggestions import unit_meant
-from rosorin_compile.language.synonyms import _data, keys_of_kinds, plain, values_of_kinds, words_for
+from rosorin_compile.language.suggestions import _data, plain, synonyms, unit_meant, words_for
 from rosorin_compile.source.diagnostics import did_you_mean, nearest
 from rosorin_compile.source.units import parse_unit
 
@@ -71,12 +70,12 @@ def test_synonyms_of_sections_lead_to_sections() -> None:
     legal = {*schema()["properties"], "parts", "use", "sensor_types"}
     assert all(" " in meaning or meaning in legal for meaning in words_for("top").values())
     of_type = {*_SENSOR_TYPE_KEYS, *of_types()}
-    assert all(" " in meaning or meaning in of_type for meaning in keys_of_kinds()["sensor_type"].values())
+    assert all(" " in meaning or meaning in of_type for meaning in synonyms("keys", "sensor_type").values())
     assert set(_data()["others"]) <= set(schema()["$defs"])
     types = schema()["$defs"]["joint"]["properties"]["type"]["enum"]
-    assert all(" " in meaning or meaning in types for meaning in values_of_kinds()["joint type"].values())
+    assert all(" " in meaning or meaning in types for meaning in synonyms("values", "joint type").values())
     statuses = schema()["$defs"]["source"]["properties"]["status"]["enum"]
-    assert set(values_of_kinds()["status"].values()) <= set(statuses)
+    assert set(synonyms("values", "status").values()) <= set(statuses)
 
 
 @pytest.mark.parametrize(

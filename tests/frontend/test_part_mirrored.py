@@ -14,7 +14,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.language.expand import expand
+from rosorin_compile.language.expand.description import expand
 from rosorin_compile.model import Pose
 from rosorin_compile.source.diagnostics import has_errors
 from support.paths import SCHEMAS

@@ -58,7 +58,7 @@ def expanded(text: str) -> Any:
     """Return what the language makes of a file: read, and its expressions evaluated."""
     source = Source("robot.yaml", text)
     scope = Scope(Expansion())
-    made = scope.resolve(parse_yaml(source), Place(source.start(), None))
+    made = scope.resolve(parse_yaml(source), Place(source.span(), None))
     assert scope.expansion.diagnostics == []
     return made
 

@@ -10,7 +10,7 @@ from rosorin_compile.formats.imported import Imported, Outputs
 from rosorin_compile.importing import key_order
 from rosorin_compile.importing.description import write
 from rosorin_compile.language import annotations, schema
-from rosorin_compile.language.expand import expand
+from rosorin_compile.language.expand.description import expand
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import parse_yaml
 from rosorin_compile.source.tree import Map

@@ -47,12 +47,17 @@ def in_artifact(text: str) -> tuple[int, int]:
 def in_description(folder: Path) -> tuple[int, int]:
     """Return the numbers of sensors and of drives that the sections of a description have."""
     sections: dict[str, Any] = {}
+    raw = ""
     for file in sorted(folder.glob("*.yaml")):
         for name, section in (yaml.safe_load(file.read_text("utf-8")) or {}).items():
             if isinstance(section, dict):
                 sections.setdefault(name, {}).update(section)
+            raw += " ".join(section) if name == "mjcf" else ""
     marks = [link.get("cameras") or {} for link in sections.get("links", {}).values() if link]
-    sensors = len(sections.get("sensors", {})) + sum(map(len, marks))
+    # Of the elements of MuJoCo several may be one sensor.
+    measured = list(sections.get("sensors", {}).values())
+    sensors = sum(len(one.get("mjcf") or [one]) for one in measured) + sum(map(len, marks))
+    sensors += raw.count("<actuatorfrc ")  # which no other format knows
     joints = [joint for block in sections.get("control", {}).values() for joint in block.get("joints", {}).values()]
     servos = [joint for joint in sections.get("joints", {}).values() if "actuator" in joint]
     drives = len([one for one in joints if one.get("command")]) + len(servos) + len(sections.get("actuators", {}))

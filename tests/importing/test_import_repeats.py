@@ -17,7 +17,7 @@ from rosorin_compile.importing import round_trip
 from rosorin_compile.importing.repeats import find_parts, with_parts
 from rosorin_compile.importing.repeats.nodes import mirrored, nodes_of
 from rosorin_compile.importing.round_trip import RoundTrip, _round_trip, check_round_trip
-from rosorin_compile.language.expand import expand
+from rosorin_compile.language.expand.description import expand
 from support.paths import ROOT, data_text
 from support.robots import compiled
 from support.unrounded import compile_unrounded

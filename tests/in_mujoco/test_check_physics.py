@@ -22,7 +22,7 @@ pytest.importorskip("mujoco", minversion="4")
 pytest.importorskip("trimesh")
 pytest.importorskip("scipy")
 
-pytestmark = pytest.mark.slow  # MuJoCo, and a second of simulation for each pose
+pytestmark = pytest.mark.slow  # MuJoCo
 
 CASES = sorted((DATA / "physics").glob("*.yaml"))
 
@@ -47,7 +47,7 @@ def test_the_reference_robot_is_told_that_the_chassis_is_a_stand_in(rosorin: Pat
     shown = capsys.readouterr()
     assert (
         'poses.yaml:6:3: warning[parts-overlap]: link "link2" is 3.1 mm inside link "base_footprint" in pose "tuck":'
-        " its box in its height map (a stand-in)\n"
+        " box in height map (a stand-in)\n"
     ) in shown.err
     assert "checking the physics" not in shown.err  # the bar: this is no terminal
     assert shown.out == ("rosorin: physics of 1 pose, zero and the ranges of 46 joints: 1 warning and 2 notes\n")
@@ -58,13 +58,10 @@ def project_of(home: Path, case: str) -> None:
     (home / "descriptions/bad" / f"{case}.yaml").rename(home / "descriptions/bad/robot.yaml")
 
 
-def test_an_error_fails_and_a_warning_does_not(home: Path, capsys: Shown) -> None:
-    project_of(home, "explodes")
-    assert main(["check", "physics"]) == 1
-    assert "bad: physics of zero and the ranges of 1 joint: 1 error\n" in capsys.readouterr().out
-    shutil.rmtree(home / "descriptions")
-    project_of(home, "sinks")
+def test_a_warning_does_not_fail(home: Path, capsys: Shown) -> None:
+    project_of(home, "inside-parent")
     assert main(["check", "physics"]) == 0
+    assert capsys.readouterr().out == "bad: physics of zero and the ranges of 1 joint: 1 warning\n"
 
 
 def test_only_this_check_knows_what_is_accepted_in_vain(home: Path, capsys: Shown) -> None:
@@ -101,14 +98,6 @@ def test_it_finds_the_meshes_that_check_finds(home: Path, capsys: Shown) -> None
     shown = capsys.readouterr()
     assert "mesh-" not in shown.err
     assert shown.out.endswith("bad: physics of zero and 2 meshes: nothing to say\n")
-
-
-def test_an_error_is_not_accepted(home: Path, capsys: Shown) -> None:
-    project_of(home, "explodes")
-    path = home / "descriptions/bad/robot.yaml"
-    path.write_text(path.read_text() + "accept: [{rule: explodes-at-rest, reason: why not}]\n")
-    assert main(["check", "physics"]) == 1
-    assert "error[explodes-at-rest]" in capsys.readouterr().err
 
 
 def test_a_robot_in_another_format_is_checked(home: Path, capsys: Shown) -> None:

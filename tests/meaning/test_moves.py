@@ -6,12 +6,11 @@ from itertools import pairwise
 
 import pytest
 
-from rosorin_compile.compare.precision import Precision, exact
+from rosorin_compile.compare.precision import Precision, exact, rounded
 from rosorin_compile.model import Joint, Link, Pose, Robot
-from rosorin_compile.source.printing import Printing, Style
 from rosorin_compile.viewer.overlay import moves
 
-ROUGH = Printing({"xyz": Style(2, decimals=True)}).tolerance
+ROUGH = rounded(0.005, 0.0)
 
 
 def chain(*links: str, step: float = 1.0) -> Robot:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosorin_compile.formats.element_meanings import element_differences
+from rosorin_compile.formats.gazebo_elements import element_differences
 
 SENSOR = '<gazebo reference="eye"><sensor name="s" type="camera"><camera>{}</camera></sensor></gazebo>'
 LIDAR = '<gazebo reference="l"><sensor name="s" type="gpu_lidar">{}<topic>scan</topic></sensor></gazebo>'

@@ -16,7 +16,7 @@ from rosorin_compile.model import Edge, Joint, Link, Pose, Publisher, Robot, Tra
 from rosorin_compile.model.geometry import plane_axes, rotation_about, rotation_of_rpy, unit
 from rosorin_compile.model.joint import NODE, Mimic, motion
 from rosorin_compile.model.kinematics import Graph, Kinematics, NoWay
-from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.system import pip_install
 from support.robots import RECORDED, compiled
 
 TOLERANCE = 1e-12

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from authoring import with_formats
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.language.expand import expand
+from rosorin_compile.language.expand.description import expand
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.schema import schema
 from rosorin_compile.model import Inertial

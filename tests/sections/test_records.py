@@ -8,9 +8,9 @@ import pytest
 
 from rosorin_compile import Robot
 from rosorin_compile.extend import Section
-from rosorin_compile.language import section_registry as sections
+from rosorin_compile.language import schema as sections
 from rosorin_compile.language.lower import sections as lowering
-from rosorin_compile.language.section_registry import Plugged, _marks
+from rosorin_compile.language.schema import Plugged, _marks
 from rosorin_compile.model import Joint, Link, Pose
 from rosorin_compile.model.sections import Sections
 from rosorin_compile.source.diagnostics import Diagnostic, Source

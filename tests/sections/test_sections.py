@@ -15,7 +15,7 @@ import pytest
 import yaml
 from jsonschema import Draft7Validator
 
-from rosorin_compile.language.section_registry import piece
+from rosorin_compile.language.schema import piece
 from rosorin_compile.model.sections import Section
 
 

@@ -16,7 +16,7 @@ import os
 import subprocess
 import sys
 import traceback
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from importlib import import_module
@@ -94,22 +94,6 @@ def preload(patch: pytest.MonkeyPatch) -> None:
         patch.setattr(expand, "subprocess", SimpleNamespace(run=xacro, TimeoutExpired=subprocess.TimeoutExpired))
 
 
-def parse_rules_once(patch: pytest.MonkeyPatch) -> None:
-    """Let this process parse the sources of the tool, which declare rules, once."""
-    from rosorin_compile.source import rule_registry as registry
-
-    declaring, declared_in = registry._declaring, cache(registry.declared_in)
-    sources: list[tuple[Path, bytes]] = []
-
-    def declaring_once() -> Iterator[tuple[Path, bytes]]:
-        if not sources:
-            sources.extend(declaring())
-        return iter(sources)
-
-    patch.setattr(registry, "_declaring", declaring_once)
-    patch.setattr(registry, "declared_in", lambda source: list(declared_in(source)))
-
-
 def _ask(
     modules: tuple[str, ...],
     program: str,
@@ -145,8 +129,6 @@ def serve() -> None:
     """Import what is named, and do the jobs on standard input, a fork each; answer with its exit code."""
     for name in sys.argv[1:]:
         import_module(name)
-    if tuple(sys.argv[1:]) == TOOL:
-        _parse_rules()
     for number, line in enumerate(sys.stdin):
         job = json.loads(line)
         child = os.fork()
@@ -160,16 +142,6 @@ def serve() -> None:
                     import_module(name)
         sys.stdout.write(f"{code}\n")
         sys.stdout.flush()
-
-
-def _parse_rules() -> None:
-    """Remember the rules that the sources of the tool declare: they are the same in each fork."""
-    from rosorin_compile.source import rule_registry as registry
-
-    declared = cache(registry.declared_in)
-    registry.declared_in = lambda source: list(declared(source))
-    for _, text in registry._declaring():
-        registry.declared_in(text)
 
 
 def learned(of_others: Sequence[str]) -> None:

@@ -32,8 +32,9 @@ def said(capsys: Shown, code: int) -> list[str]:
         ("v 0 0 0", "MuJoCo needs 4 different vertices, and it has 1"),
         ("v 0 0 zero", "a vertex is not three numbers"),
         ("f 1 2 3", "it has no vertices"),
+        (OBJ.replace("0 0 0.1", "0.1 0.1 0"), "all its points are in one plane, and MuJoCo computes no hull of it"),
     ],
-    ids=["too few vertices", "no number", "no vertices"],
+    ids=["too few vertices", "no number", "no vertices", "flat"],
 )
 def test_a_mesh_that_is_left_out_is_told_at_its_line_and_mujoco_loads_the_rest(
     project: Path, capsys: Shown, text: str, reason: str
@@ -45,18 +46,6 @@ def test_a_mesh_that_is_left_out_is_told_at_its_line_and_mujoco_loads_the_rest(
     (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("descriptions/")]
     place = "descriptions/cart/robot.yaml:7:22: warning[mesh-not-read]: mesh cover.obj is left out of the MJCF"
     assert line == f"{place}: {reason}"
-
-
-@pytest.mark.slow
-def test_a_flat_mesh_is_told_by_its_file(project: Path, capsys: Shown) -> None:
-    (project / "descriptions/cart/cover.obj").write_text(OBJ.replace("0 0 0.1", "0.1 0.1 0"))
-    assert main(["all"]) == 1
-    shown = capsys.readouterr()
-    assert "mesh 'cart_mesh_1' has coplanar vertices" in shown.err
-    assert "cart.xml" in shown.out  # it is written: MuJoCo looks for meshes beside it
-    (line,) = said(capsys, 1)
-    assert line.startswith("descriptions/cart/robot.yaml:7:22: error[engine-refuses]")
-    assert "cover.obj: mesh 'cart_mesh_1' has coplanar vertices" in line
 
 
 def test_a_robot_without_meshes_is_loaded_in_this_process(project: Path, capsys: Shown) -> None:

@@ -11,8 +11,8 @@ import pytest
 from rosorin_compile.cli import watch
 from rosorin_compile.cli.main import main
 from rosorin_compile.cli.run import Run
-from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.project import Description
+from rosorin_compile.source.system import pip_install
 from support.commands import parse
 
 ROBOT = """robot: r

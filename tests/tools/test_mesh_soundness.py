@@ -85,6 +85,20 @@ def test_mujoco_loads_what_is_written_and_what_is_left_out_is_told(name, purpose
     assert ("warning[mesh-not-read]" in said) == (name in BROKEN), said
 
 
+@pytest.mark.parametrize("points", ["v 0 1 0\nv 1 1 0\n", "v 0 1 0.3\nv 1 1 0.3\n"])
+def test_a_flat_mesh_is_reported_where_it_collides(points, tmp_path, monkeypatch, capsys):
+    data = f"v 0 0 0\nv 1 0 0\n{points}f 1 2 3\nf 2 3 4\n".encode()
+    for purpose in ("visual", "collision"):
+        (tmp_path / purpose).mkdir()
+    monkeypatch.chdir(tmp_path / "visual")
+    compiled(tmp_path / "visual", "flat.obj", data, "visual")
+    assert "mesh-not-read" not in capsys.readouterr().err
+    monkeypatch.chdir(tmp_path / "collision")
+    compiled(tmp_path / "collision", "flat.obj", data, "collision")
+    reported = capsys.readouterr().err
+    assert "warning[mesh-not-read]: mesh flat.obj is left out of the MJCF: all its points are in one plane" in reported
+
+
 def test_a_pointer_is_told_with_the_way_out(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     compiled(tmp_path, "m.obj", POINTER, "visual")

@@ -51,7 +51,7 @@ def rules(folder: Path, monkeypatch: pytest.MonkeyPatch, **files: bytes) -> list
     [
         ("robot: bad\nlinks: {größe: {}}\n".encode("latin-1"), "2:11:not-utf8"),
         ("robot: bad\n".encode("utf-16"), "1:1:not-utf8"),
-        (bytes(range(256)), "2:118:not-utf8"),
+        (bytes(range(256)), "3:115:not-utf8"),
         (b"robot: bad\nlinks: {a\0: {}}\n", "2:10:yaml-syntax"),
         (b"robot: bad\nlinks: {a\x07: {}}\n", "2:10:yaml-syntax"),
         (b"robot: bad\nlinks: {a\x1b: {}}\n", "2:10:yaml-syntax"),

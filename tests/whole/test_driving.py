@@ -99,8 +99,8 @@ def test_it_goes_where_it_is_told(folder: Path, command: Twist) -> None:
     said = (
         f"{command} is {made.measured}, {made.off:.4f} off, cross {made.cross:.4f}, ripple {1e3 * made.ripple:.3f} mm"
     )
-    assert made.broken is None
-    assert made.asked == pytest.approx(command), "its motors are too slow for the command"
+    assert made.broken == ""
+    assert made.commanded == pytest.approx(command), "its motors are too slow for the command"
     assert made.off < BASES[folder][1], said
     assert made.cross < CROSS, said
     assert made.ripple < RIPPLE, said

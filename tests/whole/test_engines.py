@@ -18,7 +18,7 @@ import pytest
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.formats.urdf.content import has_inertials
+from rosorin_compile.formats.urdf.content import elements_of
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.mujoco.mjcf.mjx import refused
 from rosorin_compile.mujoco.rest_pose import home_of, stands_at
@@ -64,7 +64,9 @@ def written(name: str, folder: Path) -> Robots:
     path = ROSORIN if name == "rosorin" else ROOT / "examples" / name / "robot.yaml"
     made = compiled(path, {**FREE, **FIXED}[name])
     assert made.robot is not None
-    outputs = {one.backend: one for one in made.robot.outputs if one.backend != "urdf" or has_inertials(one)}
+    outputs = {
+        one.backend: one for one in made.robot.outputs if one.backend != "urdf" or "inertial" in elements_of(one)
+    }
     files = {}
     for kind in ("urdf", "mjcf", "sdf"):
         output = outputs.get(kind, Output(kind, kind, f"{name}.{kind}", {}))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosorin_compile.language.requested_outputs import UNKNOWN
+from rosorin_compile.language.arguments import UNKNOWN
 from rosorin_compile.source.diagnostics import RequestError, has_errors
 from rosorin_compile.source.project import Description
 

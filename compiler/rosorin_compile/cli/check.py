@@ -22,7 +22,7 @@ from rosorin_compile.language.arguments import Choice, Combination, choices, com
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, has_errors
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import ON_STDIN, Description
+from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import counted
 from rosorin_compile.viewer.changed import Pictures
 
@@ -146,7 +146,7 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
     from rosorin_compile import api
 
     options, console, name, request = run.options, run.console, description.name, run.request(description)
-    if description.path == ON_STDIN:
+    if description.path == Description.ON_STDIN:
         compiled = request.compile()
         run.show(compiled)
         if compiled.robot is None or has_errors(compiled.diagnostics):

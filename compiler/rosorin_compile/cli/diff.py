@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.cli.console import Console
-from rosorin_compile.language.api_arguments import NO_ARGUMENTS
+from rosorin_compile.language.arguments import NO_ARGUMENTS
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.load import LoadError
 

@@ -10,7 +10,7 @@ import click
 
 from rosorin_compile.cli.console import Console
 from rosorin_compile.source.diagnostics import RequestError, has_errors
-from rosorin_compile.source.units import Quantity
+from rosorin_compile.source.units import ANGLE, LENGTH, NUMBER, Dimension, describe, dimension_of
 from rosorin_compile.source.yaml_text import Scalar
 
 from . import command as cli
@@ -18,7 +18,6 @@ from .answer import FINE, PROBLEMS, give_result
 from .run import Run, refuse_stdin
 from .table import entry
 
-_LENGTH, _ANGLE, _NUMBER = Quantity.one("m"), Quantity.one("rad"), Quantity.one()
 _SETTINGS: dict[str, Any] = {"within": "extract", "exits": "0 written, 1 errors"}
 _section_option = cli.option(
     "--from",
@@ -122,7 +121,7 @@ def heightmap(options: cli.Options) -> int:
         **options.pick("link section frame bottom into status note output force"),
         scale=_scale(options.scale),
         xyz=_numbers(options.xyz, "--xyz", 3),
-        rpy=_numbers(options.rpy, "--rpy", 3, _ANGLE),
+        rpy=_numbers(options.rpy, "--rpy", 3, ANGLE),
     )
     if options.into:
         failed = run.show(result)
@@ -208,7 +207,7 @@ def _grid(options: cli.Options) -> dict[str, Any]:
     return grid
 
 
-def _numbers(text: str, name: str, count: int, kind: Quantity = _LENGTH) -> tuple[float, ...]:
+def _numbers(text: str, name: str, count: int, kind: Dimension = LENGTH) -> tuple[float, ...]:
     """Return numbers with or without units, separated by commas, in SI. Raises RequestError."""
     parts = text.split(",") if count > 1 else [text]
     if len(parts) != count:
@@ -217,8 +216,8 @@ def _numbers(text: str, name: str, count: int, kind: Quantity = _LENGTH) -> tupl
     for part in parts:
         value = Scalar(part.strip() or "-").value
         valid = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-        if not valid or not kind.goes_with(value):
-            raise RequestError(f'{name} takes {kind.described}, not "{part}"')
+        if not valid or dimension_of(value) not in (None, kind):
+            raise RequestError(f'{name} takes {describe(kind)}, not "{part}"')
         found.append(float(value))
     return tuple(found)
 
@@ -228,7 +227,7 @@ def _scale(text: str) -> tuple[float, ...]:
     count = text.count(",") + 1
     if count not in (1, 3):
         raise RequestError(f'--scale takes one number or three with commas, not "{text}"')
-    factors = _numbers(text, "--scale", count, _NUMBER) * (3 // count)
+    factors = _numbers(text, "--scale", count, NUMBER) * (3 // count)
     if 0 in factors:
         raise RequestError("--scale 0 leaves nothing of a mesh")
     return factors

@@ -9,7 +9,18 @@ from rosorin_compile.source.diagnostics import ERROR, RequestError, counted
 from rosorin_compile.source.project import Description
 
 from .answer import FINE, PROBLEMS
-from .command import Decorator, Options, combined, command, flag, option, path_option, robot_options, words_argument
+from .command import (
+    Decorator,
+    Options,
+    choice,
+    combined,
+    command,
+    flag,
+    option,
+    path_option,
+    robot_options,
+    words_argument,
+)
 from .run import Run, take_stdin
 
 
@@ -44,6 +55,11 @@ def _companion_options() -> Decorator[Any]:
 @flag("--no-parts", help="do not factor repeated structures into parts")
 @flag("--verbatim", help="copy the Gazebo and ros2_control elements of a URDF unchanged")
 @flag("--flat", help="import the URDF that a xacro generates, without its macros")
+@choice(
+    "--drives",
+    ("position", "velocity", "none"),
+    help="servos in the MJCF for a robot without actuators; default: position for joints with limits, else velocity",
+)
 @flag("--force", help="write to a folder that is not empty")
 @flag("--ours", help="if both SOURCE and the description changed, keep the description")
 @option(
@@ -70,7 +86,7 @@ def run(options: Options) -> int:
         source,
         options.into,
         **run.read_options(),
-        **options.pick("output name meshes strict lenient verbatim flat force"),
+        **options.pick("output name meshes strict lenient verbatim flat drives force"),
         companions={name: file for name, file in files.items() if file is not None},
         parts=not options.no_parts,
         keep_edits=options.ours,

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from rosorin_compile.cli.console import give
-from rosorin_compile.language.requested_outputs import UNKNOWN
+from rosorin_compile.language.arguments import UNKNOWN
 from rosorin_compile.source.diagnostics import ERROR, RequestError
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import counted, first_of

@@ -22,7 +22,6 @@ from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Reque
 from rosorin_compile.source.plugins import aside
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import (
-    STDIN,
     Description,
     NoDescription,
     all_with,
@@ -198,7 +197,7 @@ def for_each(options: Options, work: Callable[[Run, Description], int], alone: s
         Progress.about(f"{description.name}:" if len(found) > 1 else "")
         robots.append({"robot": description.name, "file": str(description.path), "fine": False})
         # A program reads one document on standard output, without what a plug-in prints.
-        with nullcontext() if plugin is None or run.console.for_people else aside(plugin):
+        with nullcontext() if plugin is None or run.console.for_people else aside():
             result = work(run, description)
         differing = {"differences": run.console.differing} if run.console.differing else {}
         run.add_to_result({"fine": result == FINE, **differing})
@@ -246,15 +245,15 @@ def placed(options: Options, names: list[str]) -> list[Description]:
 def is_robot(word: str) -> bool:
     """Return True if a word is the name or the path of a robot, or the one on standard input."""
     with suppress(NoDescription):
-        return word == STDIN or bool(first_file(word))
+        return word == Description.STDIN or bool(first_file(word))
     return False
 
 
 def take_stdin(names: Sequence[str]) -> None:
     """Read standard input, if it is one of the robots. Raises RequestError."""
-    if STDIN not in names:
+    if Description.STDIN not in names:
         return
-    if names.count(STDIN) > 1:
+    if names.count(Description.STDIN) > 1:
         raise RequestError("standard input can be read only once, and - is given twice")
     if sys.stdin is None:
         raise RequestError("there is no standard input to read a robot from")
@@ -270,7 +269,7 @@ def take_stdin(names: Sequence[str]) -> None:
 
 def refuse_stdin(words: Sequence[str], help: str) -> None:
     """Raise RequestError for a robot on standard input; ``help`` is the alternative."""
-    if STDIN in words:
+    if Description.STDIN in words:
         raise RequestError(f"a robot on standard input has no name and no folder; {help}")
 
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from rosorin_compile import api
-from rosorin_compile.mujoco.simulate.judging import LIMITS
+from rosorin_compile.mujoco.simulate.simulation import LIMITS
 
 from .answer import FINE, PROBLEMS
-from .command import Options, choice, command, flag, option, path_option, robot_argument, robot_options, texts
+from .command import Options, choice, command, flag, option, robot_argument, robot_options, texts
 from .run import Run, severities
 
 _LIMITS = ", ".join(f"{name} {one.value:g}{f' {one.unit}' if one.unit else ''}" for name, one in LIMITS.items())
@@ -25,12 +24,10 @@ _LIMITS = ", ".join(f"{name} {one.value:g}{f' {one.unit}' if one.unit else ''}" 
 @option("--seconds", type=float, default=2.0, metavar="NUMBER", help="time to hold each pose; default: 2")
 @texts("--limit", "limits", metavar="NAME=NUMBER", help=f"override a limit; defaults: {_LIMITS}")
 @flag("--no-timing", help="leave out the run time, which differs between runs")
-@path_option("--html", metavar="FILE", help="write a page with plots")
 @robot_options
 def run(options: Options) -> int:
     """Simulate a robot and print its behaviour."""
     from rosorin_compile.mujoco.simulate import report
-    from rosorin_compile.output import OutputError, write_file
 
     limits = _limits(options.limits)
     run, description = Run.alone(options, "one robot is simulated at a time", "rosorin-compile simulate ROBOT")
@@ -54,13 +51,6 @@ def run(options: Options) -> int:
         print()
         console.show(result.diagnostics)
         console.say(f"{name}: {report.summary(result)} simulated: {severities(result.diagnostics)}")
-    if options.html is not None:
-        try:
-            write_file(Path(options.html), result.page().encode(), sorted(result.inputs))
-        except OutputError as problem:
-            console.show([problem.diagnostic])
-            return PROBLEMS
-        console.say(f"{name}: curves in {options.html}")
     return PROBLEMS if any(one.severity != "note" for one in result.diagnostics) else FINE
 
 

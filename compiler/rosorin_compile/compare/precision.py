@@ -1,6 +1,6 @@
 """How precisely numbers are known: from the digits of a source, and through calculations with several of them.
 
-Numbers of a description are exact, those of a file as its digits say (``source.printing``).
+Numbers of a description are exact, those of a file as its digits say.
 """
 
 from __future__ import annotations
@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 from rosorin_compile.model import Transform
 from rosorin_compile.model.geometry import norm
-from rosorin_compile.source.numbers import six
-from rosorin_compile.source.printing import off_by_short, off_by_six
+from rosorin_compile.source.numbers import off_by_short, off_by_six, six
 
 # How far the values of a key ("xyz", "rpy", "ixx") may be from what was meant: the worst of them.
 Precision = Callable[..., float]

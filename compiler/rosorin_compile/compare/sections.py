@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.element_meanings import Context, Key, context_of, meanings, spelt
+from rosorin_compile.formats.gazebo_elements import Context, Key, context_of, meanings, spelt
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.model.joint import Dynamics

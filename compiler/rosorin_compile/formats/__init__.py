@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import feeding
-from rosorin_compile.source.plugins import are_installed
+from rosorin_compile.source.plugins import installed
 
 from .format import Artifact, Format, Opened
 
@@ -28,7 +28,7 @@ _MODULES = {
     "frames": "rosorin_compile.formats.frames",
     "robot_model": "rosorin_compile.formats.robot_model",
     "static_tf": "rosorin_compile.formats.static_tf",
-    "static_tf_json": "rosorin_compile.formats.static_tf_json",
+    "static_tf_json": "rosorin_compile.formats.static_tf",
     "template": "rosorin_compile.formats.template",
     "xacro": "rosorin_compile.importing.xacro",
     "mjcf": "rosorin_compile.mujoco.mjcf",
@@ -97,13 +97,16 @@ def _names() -> tuple[str, ...]:
 
 @cache
 def _built_in(name: str) -> Format | None:
-    format: Format | None = import_module(_MODULES[name]).FORMAT if name in _MODULES else None
-    return format
+    if name not in _MODULES:
+        return None
+    module = import_module(_MODULES[name])
+    format: Format = module.FORMAT
+    return format if format.name == name else module.LIST
 
 
 def _plugged() -> tuple[Mapping[str, Format], tuple[Diagnostic, ...]]:
     """Return the formats of plug-ins by name, and diagnostics; without plug-ins, nothing is imported."""
-    if not are_installed("formats"):
+    if not any(plugin.group == "formats" for plugin in installed()):
         return {}, ()
     from .plugged import plugged
 

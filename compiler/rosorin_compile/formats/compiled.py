@@ -9,16 +9,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.language.expand import Expanded, expand
+from rosorin_compile.language.arguments import with_wanted
+from rosorin_compile.language.expand.description import Expanded, expand
 from rosorin_compile.language.expression.functions import plugged as plugged_functions
 from rosorin_compile.language.lower import Lowered, lower
-from rosorin_compile.language.requested_outputs import with_wanted
-from rosorin_compile.language.section_registry import plugged as plugged_sections
+from rosorin_compile.language.schema import plugged as plugged_sections
 from rosorin_compile.language.suppressions import Entry, settled, unknown, unused
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.rules import check as rules
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, error, has_errors
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, has_errors
 from rosorin_compile.source.files import read_text, recording
 from rosorin_compile.source.load import unreadable
 from rosorin_compile.source.messages import arrange
@@ -76,10 +76,7 @@ class Understood(NamedTuple):
 
 @dataclass(frozen=True)
 class Variant:
-    """One robot of a list: its name, its arguments with their positions, and the position of its name.
-
-    ``diagnostics`` are the errors of the entry itself.
-    """
+    """One robot of a list: its name, its arguments with their positions, the position of its name, and its errors."""
 
     name: str
     arguments: Map
@@ -191,14 +188,14 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
 
     ``requested`` are outputs: names under ``outputs``, or of formats, which get their default options.
     """
-    plugged = (*plugged_functions().diagnostics, *plugged_diagnostics(), *plugged_sections().diagnostics)
+    diagnostics = [*expanded.diagnostics, *plugged_functions()[1], *plugged_diagnostics()]
+    diagnostics += plugged_sections().diagnostics
     if expanded.tree is None:
-        return Understood(expanded, None, arrange([*expanded.diagnostics, *plugged, *rules.plugged().diagnostics]))
+        return Understood(expanded, None, arrange([*diagnostics, *rules.plugged().diagnostics]))
     tree, unknown_outputs = with_wanted(expanded.tree, requested, FORMATS)
     expanded, scope = expanded._replace(tree=tree), expanded.scope
-    diagnostics = [*expanded.diagnostics, *plugged, *unknown_outputs]
     Progress.step("validating")
-    diagnostics += validate(tree, FORMATS, scope)
+    diagnostics += [*unknown_outputs, *validate(tree, FORMATS, scope)]
     Progress.step("building the robot")
     lowered = None if has_errors(diagnostics) else lower(tree, scope)
     diagnostics += [*rules.plugged().diagnostics, *unknown(tree, rules.acceptable())]
@@ -273,30 +270,25 @@ def compile_robot(
     with recording() as recorded:
         try:
             understood = understand(path, arguments, tell, packages, requested, cache)
-            if exact and understood.lowered is not None and understood.lowered.robot is not None:
-                robot = understood.lowered.robot
+            lowered = understood.lowered
+            if exact and lowered is not None and lowered.robot is not None:
                 outputs = tuple(
                     replace(one, options={"number_format": "exact", **one.options})
                     if "number_format" in FORMATS[one.backend].options
                     else one
-                    for one in robot.outputs
+                    for one in lowered.robot.outputs
                 )
-                robot = replace(robot, outputs=outputs)
-                understood = understood._replace(lowered=understood.lowered._replace(robot=robot))
+                lowered = lowered._replace(robot=replace(lowered.robot, outputs=outputs))
             if understood.expanded.scope is not None:
                 understood.expanded.scope.expansion.forget()
-            compiled = emit(understood, path, search, requested)
+            compiled = emit(understood._replace(lowered=lowered), path, search, requested)
         except OSError as problem:
             if problem.filename is None:
                 raise
             compiled = Compiled(None, (), [unreadable(problem)], (path,))
     listed = {*map(os.path.abspath, compiled.inputs)}
-    new = {
-        path: found
-        for path, found in recorded.items()
-        if path.name != PACKAGE_XML and os.path.abspath(path) not in listed and not of_tool(path)
-    }
-    missing = tuple(path for path, found in new.items() if not found)
+    new = [p for p in recorded if p.name != PACKAGE_XML and os.path.abspath(p) not in listed and not of_tool(p)]
+    missing = tuple(path for path in new if not recorded[path])
     return replace(compiled, inputs=(*compiled.inputs, *new), missing=missing)
 
 
@@ -328,19 +320,21 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
         try:
             text, remarks = format.written(robot, output, templates)
         except TemplateProblem as problem:
-            one = problem.diagnostic
-            found.append(one if one.span else error(one.rule, one.message, place.span, one.help, place.stack()))
-            continue
+            text, remarks = None, [problem.diagnostic]
         found += [d if d.span else replace(d, span=place.span, related=(*d.related, *place.stack())) for d in remarks]
-        artifacts.append(Artifact(output.file, text, output.backend, output.name, format.is_withheld(output)))
+        if text is not None:
+            artifacts.append(Artifact(output.file, text, output.backend, output.name, format.is_withheld(output)))
     found, more = settled(tree, [*found, *unsupported_notes(tree, outputs, FORMATS)], acceptable)
-    if has_errors(found):
-        artifacts = []
     if not requested:  # otherwise an entry of accept may be about another output
         found += unused(tree, used | more, rules.acceptable(), ("",) if search is None else ("", "meshes"))
-    resolved = (*expanded.resolved, *(meshes.resolved if meshes else ()))
-    inputs = (*expanded.files, *templates.read())
-    return Compiled(robot, tuple(artifacts), arrange([*diagnostics, *found]), inputs, resolved, meshes)
+    return Compiled(
+        robot,
+        () if has_errors(found) else tuple(artifacts),
+        arrange([*diagnostics, *found]),
+        (*expanded.files, *templates.read()),
+        (*expanded.resolved, *(meshes.resolved if meshes else ())),
+        meshes,
+    )
 
 
 def emit_published(understood: Understood, path: Path) -> Compiled:

@@ -49,8 +49,7 @@ class Artifact:
 class Refusal(NamedTuple):
     """Why an engine does not load an artifact; empty if it does.
 
-    ``outdated``: the engine is too old for it, which says nothing about the artifact. ``missing``: the name of an
-    engine that is not installed, so that nothing was loaded.
+    ``outdated``: the engine is too old for it. ``missing``: the name of an engine that is not installed.
     """
 
     reason: str = ""

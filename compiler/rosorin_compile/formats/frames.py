@@ -7,11 +7,11 @@ import re
 import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.language.expression import ExpressionError
-from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, Robot, Vector
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Output, Pose, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.rules.publishers import MAX_MODES, combinations, holds, modes_in
@@ -42,7 +42,7 @@ _POSE_HEADERS = ("pose", "joint", "position", "in degrees", "pulse")
 # Minimum widths, whatever the rows contain: a new frame adds a line and changes no other one.
 _FRAME_WIDTHS = (18, 18, 22, 6, 10, 35, 35, 29, 8)
 _POSE_WIDTHS = (12, 18, 26, 10, 6)
-# Size of caches: a frame is the parent of the next one, and many have the same pose.
+# Size of a cache: a frame is the parent of the next one.
 _MANY = 1_000
 
 # Characters with a meaning in Markdown; an underscore only at the start or end of a word.
@@ -54,16 +54,29 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """Return the list of all frames of a robot. Option: ``number_format`` (short, exact or six)."""
     number = number_format(output.options)
     frames = _frames(robot)
+    named = [(f"{sensor.name} ({sensor.type})", sensor.stamps) for sensor in robot.sensors]
+    named += [(node.name, node.stamps) for node in robot.publishers]
+    simulated: dict[str, list[str]] = {}
+    for name, why in robot.simulated_frames.items():
+        simulated.setdefault(why, []).append(name)
+    reasons = [f"{first_of(names, 3)} ({' '.join(why.split())})" for why, names in simulated.items()]
+    poses = []
+    for pose in robot.poses:
+        for name, position in pose.positions.items():
+            slides = name in robot.joint and robot.joint[name].type == "prismatic"
+            degrees = "" if slides else fixed(math.degrees(position), 4)
+            place = f"{number(position)} {'m' if slides else 'rad'}"
+            poses.append([_escape(pose.name), _escape(name), place, degrees, str(pose.pulses.get(name, ""))])
     publishers = dict.fromkeys(frame.publisher for frame in frames)
     values: dict[str, Any] = {
         "robot": robot,
-        "frames": _table(_FRAME_HEADERS, _FRAME_WIDTHS, _frame_rows(frames, number)),
+        "frames": _table(_FRAME_HEADERS, _FRAME_WIDTHS, [_frame_row(frame, number) for frame in frames]),
         "nodes": [node for node in publishers if node.kind != UNPUBLISHED and (node.package or node.about)],
-        "simulated": _simulated(robot),
+        "simulated": _wrapped(_escape(f"Only simulations have {listed(reasons)}.")) if reasons else "",
         "stand_ins": _stand_ins(robot),
         "proof": _wrapped(_escape(publishing(robot).in_words())),
-        "stamps": list(_stamps(robot)),
-        "poses": _table(_POSE_HEADERS, _POSE_WIDTHS, list(_pose_rows(robot, number))),
+        "stamps": [(name, ", ".join(stamps)) for name, stamps in named if stamps],
+        "poses": _table(_POSE_HEADERS, _POSE_WIDTHS, poses),
         "modes": _escape(", ".join(robot.modes)),
         "source": describe,
         "escape": _escape,
@@ -84,45 +97,19 @@ def _frames(robot: Robot) -> list[Edge]:
     return frames + [edge for edge in robot.edges if not edge.joint]
 
 
-def _stamps(robot: Robot) -> Iterator[tuple[str, str]]:
-    """Yield each sensor and node whose messages have a frame_id, with the frames that stand there."""
-    named = [(f"{sensor.name} ({sensor.type})", sensor.stamps) for sensor in robot.sensors]
-    named += [(node.name, node.stamps) for node in robot.publishers]
-    yield from ((name, ", ".join(frames)) for name, frames in named if frames)
-
-
-def _simulated(robot: Robot) -> str:
-    """Return what only simulations have, by the reason; empty if there is nothing."""
-    by_reason: dict[str, list[str]] = {}
-    for name, why in robot.simulated_frames.items():
-        by_reason.setdefault(why, []).append(name)
-    told = [f"{first_of(names, 3)} ({' '.join(why.split())})" for why, names in by_reason.items()]
-    return _wrapped(_escape(f"Only simulations have {listed(told)}.")) if told else ""
-
-
-def _frame_rows(frames: list[Edge], number: NumberFormat) -> list[list[str]]:
-    rows = []
-    for frame in frames:
-        who, topic, when = _publishing(frame)
-        if frame.pose:
-            numbers = _pose_cells(frame.pose.xyz, frame.pose.rpy, number)
-        else:
-            unknown = frame.publisher.kind == UNPUBLISHED
-            numbers = ("not known" if unknown else f"known to {_escape(who)} alone", "", "")
-        cells = [_escape(frame.parent), _escape(frame.child), _escape(who), "moving" if frame.moving else "static"]
-        rows.append([*cells, topic, *numbers, _escape(" ".join(when.split()))])
-    return rows
-
-
-@lru_cache(maxsize=_MANY)
-def _pose_cells(xyz: Vector, rpy: Vector, number: NumberFormat) -> tuple[str, str, str]:
-    """Return a pose as three cells: position, angles in radians, angles in degrees."""
-    roll, pitch, yaw = map(math.degrees, rpy)
-    columns = ((xyz, number, 11), (rpy, number, 11), ((roll, pitch, yaw), _degree, 9))
-    position, radians, degrees = (
-        " ".join(text.ljust(width) for text in vector(values, form).split()).rstrip() for values, form, width in columns
-    )
-    return position, radians, degrees
+def _frame_row(frame: Edge, number: NumberFormat) -> list[str]:
+    who, topic, when = _publishing(frame)
+    unknown = "not known" if frame.publisher.kind == UNPUBLISHED else f"known to {_escape(who)} alone"
+    numbers = [unknown, "", ""]
+    if frame.pose:
+        degrees = tuple(map(math.degrees, frame.pose.rpy))
+        columns = ((frame.pose.xyz, number, 11), (frame.pose.rpy, number, 11), (degrees, partial(fixed, digits=4), 9))
+        numbers = [
+            " ".join(text.ljust(width) for text in vector(values, form).split()).rstrip()
+            for values, form, width in columns
+        ]
+    cells = [_escape(frame.parent), _escape(frame.child), _escape(who), "moving" if frame.moving else "static"]
+    return [*cells, topic, *numbers, _escape(" ".join(when.split()))]
 
 
 def _publishing(frame: Edge) -> tuple[str, str, str]:
@@ -134,17 +121,8 @@ def _publishing(frame: Edge) -> tuple[str, str, str]:
     return publisher.name, "/tf" if moving else "/tf_static", frame.when or "always"
 
 
-def _pose_rows(robot: Robot, number: NumberFormat) -> Iterator[list[str]]:
-    for pose in robot.poses:
-        for name, position in pose.positions.items():
-            slides = name in robot.joint and robot.joint[name].type == "prismatic"
-            degrees = "" if slides else _degree(math.degrees(position))
-            pulse = str(pose.pulses.get(name, ""))
-            yield [_escape(pose.name), _escape(name), f"{number(position)} {'m' if slides else 'rad'}", degrees, pulse]
-
-
 def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
-    """Return what only holds the place of a value, as the reason and the things that it holds for."""
+    """Return the reasons of stand-ins, each with the things that it is about."""
     by_reason: dict[str, list[str]] = {}
     kinds: dict[str, Sequence[Any]] = {"robot": [robot], "link": robot.links, "joint": robot.joints}
     kinds |= {"sensor": robot.sensors, "servos": robot.servos, "pose": robot.poses, "transform": robot.edges}
@@ -157,13 +135,10 @@ def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
         for shape in (*link.collision, *link.visual):
             if shape.stand_in:
                 kind = _CAPITAL.sub(" ", type(shape.geometry).__name__).lower()
-                what = f"the {kind} {shape.name}".strip()
-                by_reason.setdefault(shape.stand_in, []).append(f"{what} of link {link.name}")
+                by_reason.setdefault(shape.stand_in, []).append(
+                    f"the {kind} {shape.name}".strip() + f" of link {link.name}"
+                )
     return [(reason, ", ".join(dict.fromkeys(names))) for reason, names in by_reason.items()]
-
-
-def _degree(angle: float) -> str:
-    return fixed(angle, 4)
 
 
 @lru_cache(maxsize=_MANY)
@@ -173,7 +148,6 @@ def _escape(text: str) -> str:
 
 
 def _wrapped(text: str) -> str:
-    """Return a paragraph in lines of at most 120 letters, broken at blanks alone."""
     return "\n".join(textwrap.wrap(text, 120, break_long_words=False, break_on_hyphens=False))
 
 
@@ -247,14 +221,13 @@ def _parse(text: str, headers: Sequence[str]) -> Iterator[dict[str, str]]:
 
 def _words(text: str) -> list[float | str]:
     """Return the words of a text, numbers as numbers; dashes that draw the lines of a table do not count."""
-
-    def number_or_text(word: str) -> float | str:
+    words: list[float | str] = []
+    for word in text.split():
         try:
-            return word if "_" in word else float(word)
+            words += [] if set(word) == {"-"} else [word if "_" in word else float(word)]
         except ValueError:
-            return word
-
-    return [number_or_text(word) for word in text.split() if set(word) != {"-"}]
+            words.append(word)
+    return words
 
 
 FORMAT = Format(
@@ -316,22 +289,18 @@ def publishing(robot: Robot) -> Publishing:
         whens.setdefault(joint.child, []).extend([""] if joint.publisher.kind != UNPUBLISHED else [])
     for edge in robot.edges:
         whens.setdefault(edge.child, []).extend([edge.when] if edge.publisher.kind != UNPUBLISHED else [])
-    kind_of = {conditions: _kind(robot, conditions) for conditions in set(map(tuple, whens.values()))}
-    by_kind: dict[str, list[str]] = {}
+    kinds: dict[tuple[str, ...], str] = {}
+    for conditions in set(map(tuple, whens.values())):
+        modes = modes_in(robot, conditions)
+        try:
+            states = combinations(modes) if len(modes) <= MAX_MODES else ()
+            counts = {sum(holds(when, state) for when in conditions) for state in states}
+        except ExpressionError:
+            counts = {2}
+        kind = "gaps" if counts == {0, 1} else "published" if counts == {1} else "wrong"
+        kinds[conditions] = ("unchecked" if not counts else kind) if conditions and counts != {0} else "never"
+    found: dict[str, list[str]] = {}
     for child, conditions in whens.items():
-        by_kind.setdefault(kind_of[tuple(conditions)], []).append(child)
-    modes = modes_in(robot, {when for conditions in kind_of for when in conditions})
-    return Publishing(tuple(modes), *(tuple(by_kind.get(kind, ())) for kind in Publishing._fields[1:]))
-
-
-def _kind(robot: Robot, conditions: Sequence[str]) -> str:
-    modes = modes_in(robot, conditions)
-    if not conditions or len(modes) > MAX_MODES:
-        return "unchecked" if conditions else "never"
-    try:
-        counts = {sum(holds(when, states) for when in conditions) for states in combinations(modes)}
-    except ExpressionError:
-        return "wrong"
-    if max(counts) > 1:
-        return "wrong"
-    return "published" if counts == {1} else "gaps" if 1 in counts else "never"
+        found.setdefault(kinds[tuple(conditions)], []).append(child)
+    modes = modes_in(robot, {when for conditions in kinds for when in conditions})
+    return Publishing(tuple(modes), *(tuple(found.get(kind, ())) for kind in Publishing._fields[1:]))

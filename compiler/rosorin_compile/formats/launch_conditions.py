@@ -6,7 +6,7 @@ Launch's own ``and``, ``or`` and ``not`` take two arguments (one) on Humble and 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from rosorin_compile.model import Robot
@@ -16,8 +16,9 @@ from rosorin_compile.rules.publishers import combinations, holds, modes_in
 STATES = ("true", "false", "True", "False")
 
 MODE, NOT, AND, OR = "mode", "not", "and", "or"
-_WIDTH = 99  # columns, as ament_flake8 asks
-_PYTHON = {NOT: "NotSubstitution", AND: "AndSubstitution", OR: "OrSubstitution"}
+_WIDTH = 99  # columns, as ament_flake8 requires
+_IF = "if"
+_PYTHON = {NOT: "NotSubstitution", AND: "AndSubstitution", OR: "OrSubstitution", _IF: "IfCondition"}
 
 # (MODE, name), (NOT, condition), (AND, condition, condition), (OR, condition, condition), ALWAYS, NEVER
 Condition = tuple[Any, ...]
@@ -31,16 +32,13 @@ def free_names(names: Iterable[str], taken: Iterable[str], before: str) -> dict[
     >>> free_names(["slam", "rviz", "mode_rviz"], ["rviz"], "mode_")
     {'slam': 'slam', 'rviz': 'mode_mode_rviz', 'mode_rviz': 'mode_rviz'}
     """
-    names, used = list(names), set(taken)
-    free = {name: name for name in names if name not in used}
-    used |= free.keys()
+    names, taken = list(names), set(taken)
+    free = {name: name for name in names if name not in taken}
     for name in names:
-        if name not in free:
-            argument = f"{before}{name}"
-            while argument in used:
-                argument = f"{before}{argument}"
-            free[name] = argument
-            used.add(argument)
+        argument = name
+        while name not in free and argument in {*taken, *free.values()}:
+            argument = f"{before}{argument}"
+        free.setdefault(name, argument)
     return {name: free[name] for name in names}
 
 
@@ -50,27 +48,27 @@ def mode_arguments(robot: Robot, conditions: Iterable[str], taken: Iterable[str]
 
 
 def condition(robot: Robot, when: str) -> Condition:
-    """Return a condition over modes."""
+    """Return a condition over modes, decided one mode after the other (Shannon's expansion)."""
     modes = modes_in(robot, [when])
-    return _from_table(modes, (), {tuple(states.values()): holds(when, states) for states in combinations(modes)})
+    table = {tuple(states.values()): holds(when, states) for states in combinations(modes)}
 
+    def decide(states: tuple[bool, ...]) -> Condition:
+        if len(states) == len(modes):
+            return ALWAYS if table[states] else NEVER
+        mode: Condition = (MODE, modes[len(states)])
+        off, on = decide((*states, False)), decide((*states, True))
+        if off == on:
+            return off
+        inverse = (NOT, mode)
+        if {off, on} == {ALWAYS, NEVER}:
+            return mode if on == ALWAYS else inverse
+        if on in (ALWAYS, NEVER):
+            return (OR, mode, off) if on == ALWAYS else (AND, inverse, off)
+        if off in (ALWAYS, NEVER):
+            return (OR, inverse, on) if off == ALWAYS else (AND, mode, on)
+        return (OR, (AND, mode, on), (AND, inverse, off))
 
-def _from_table(modes: Sequence[str], states: tuple[bool, ...], table: Mapping[tuple[bool, ...], bool]) -> Condition:
-    """Return a condition with a truth table, decided one mode after the other (Shannon's expansion)."""
-    if len(states) == len(modes):
-        return ALWAYS if table[states] else NEVER
-    mode: Condition = (MODE, modes[len(states)])
-    off, on = (_from_table(modes, (*states, state), table) for state in (False, True))
-    if off == on:
-        return off
-    inverse = (NOT, mode)
-    if {off, on} == {ALWAYS, NEVER}:
-        return mode if on == ALWAYS else inverse
-    if on in (ALWAYS, NEVER):
-        return (OR, mode, off) if on == ALWAYS else (AND, inverse, off)
-    if off in (ALWAYS, NEVER):
-        return (OR, inverse, on) if off == ALWAYS else (AND, mode, on)
-    return (OR, (AND, mode, on), (AND, inverse, off))
+    return decide(())
 
 
 def in_frontends(condition: Condition, arguments: Mapping[str, str]) -> str:
@@ -86,10 +84,10 @@ def in_frontends(condition: Condition, arguments: Mapping[str, str]) -> str:
     return f"$({word} {words})" if operands else str(word)
 
 
-def in_python(condition: Condition, arguments: Mapping[str, str], indent: int) -> str:
+def in_python(condition: Condition, arguments: Mapping[str, str], indent: int, before: int = 0) -> str:
     """Return a condition for Python launch files, on several lines if it is long.
 
-    ``indent`` is the column of its first line, which is not part of the text.
+    ``indent`` is the indentation of its first line, which is not part of the text; ``before`` is what else is there.
     """
     word, *operands = condition
     if not operands:
@@ -97,33 +95,27 @@ def in_python(condition: Condition, arguments: Mapping[str, str], indent: int) -
     if word == MODE:
         return f"LaunchConfiguration({arguments[operands[0]]!r})"
     line = f"{_PYTHON[word]}({', '.join(in_python(operand, arguments, 0) for operand in operands)})"
-    if "\n" not in line and indent + len(line) < _WIDTH:
+    if "\n" not in line and indent + before + len(line) < _WIDTH:
         return line
-    space = " " * (indent + 4)
-    lines = [f"{space}{in_python(operand, arguments, indent + 4)}," for operand in operands]
+    comma = "" if word == _IF else ","
+    lines = [f"{' ' * (indent + 4)}{in_python(operand, arguments, indent + 4)}{comma}" for operand in operands]
     return "\n".join([f"{_PYTHON[word]}(", *lines, f"{' ' * indent})"])
 
 
 def if_condition(condition: Condition, arguments: Mapping[str, str], indent: int) -> str:
     """Return the value of the ``condition`` of a node; ``indent`` is the column of the word ``condition``."""
-    line = f"IfCondition({in_python(condition, arguments, 0)})"
-    if "\n" not in line and indent + len(f"condition={line},") <= _WIDTH:
-        return line
-    space = " " * (indent + 4)
-    return f"IfCondition(\n{space}{in_python(condition, arguments, indent + 4)}\n{' ' * indent})"
+    return in_python((_IF, condition), arguments, indent, len("condition="))
 
 
 def import_substitutions(conditions: Iterable[Condition], *more: str) -> str:
     """Return the import of the names that conditions take from ``launch.substitutions``, and of ``more``."""
-    names = sorted({*more, *(_PYTHON[word] for one in conditions for word in _words(one) if word in _PYTHON)})
-    line = f"from launch.substitutions import {', '.join(names)}"
+    names, waiting = set(more), list(conditions)
+    while waiting:
+        word, *operands = waiting.pop()
+        if word in _PYTHON:
+            names.add(_PYTHON[word])
+            waiting += operands
+    line = f"from launch.substitutions import {', '.join(sorted(names))}"
     if len(line) <= _WIDTH:
         return line
-    return "\n".join(["from launch.substitutions import (", *(f"    {name}," for name in names), ")"])
-
-
-def _words(condition: Condition) -> Iterator[str]:
-    word, *operands = condition
-    yield word
-    for operand in operands if word in _PYTHON else ():
-        yield from _words(operand)
+    return "\n".join(["from launch.substitutions import (", *(f"    {name}," for name in sorted(names)), ")"])

@@ -90,11 +90,15 @@ _PUT = "put the file next to the description, or correct the name"
 
 
 class NamedFile(NamedTuple):
-    """A file as a description names it, the places of the name, and its kind: mesh, texture, or file of an element."""
+    """A file as a description names it, the places of the name, and its kind: mesh, texture, or file of an element.
+
+    ``collides``: it is a collision shape of a link.
+    """
 
     name: str
     spans: list[Span]
     kind: str = MESH
+    collides: bool = False
 
 
 class Found(NamedTuple):
@@ -207,17 +211,20 @@ def read_files(searched: Searched, outputs: Sequence[Output], folder: Path) -> S
 def named_files(tree: Map, kind: str) -> list[NamedFile]:
     """Return the meshes or the textures that a description names, each name once."""
     found: dict[str, dict[Span, None]] = {}
-    waiting: list[Any] = [value for key, value in tree.items() if key != "outputs"][::-1]
+    colliding: set[str] = set()
+    waiting: list[tuple[Any, bool]] = [(value, False) for key, value in tree.items() if key != "outputs"][::-1]
     while waiting:
-        node = waiting.pop()
+        node, collides = waiting.pop()
         if isinstance(node, Map):
             entry, key = (node.get("mesh"), "file") if kind == MESH else (node, "texture")
             if isinstance(entry, Map) and isinstance(entry.get(key), str) and (entry[key] or kind == MESH):
                 found.setdefault(entry[key], {})[entry.value_spans[key]] = None
-            waiting += [value for key, value in node.items() if key != "mjcf"][::-1]  # for MuJoCo alone
+                colliding |= {entry[key]} if collides else set()
+            inner = [(value, collides or key == "collision") for key, value in node.items() if key != "mjcf"]
+            waiting += inner[::-1]  # "mjcf" is for MuJoCo alone
         elif isinstance(node, Seq):
-            waiting += list(node)[::-1]
-    return [NamedFile(name, list(spans), kind) for name, spans in found.items()]
+            waiting += [(value, collides) for value in node][::-1]
+    return [NamedFile(name, list(spans), kind, name in colliding) for name, spans in found.items()]
 
 
 def _named_in_elements(tree: Map) -> list[NamedFile]:
@@ -279,7 +286,7 @@ def opened_by(output: Output, name: str, kind: str = MESH) -> str:
     """
     opens = RECORDS[output.backend].opens
     opened = "" if opens is None else name if kind == OF_ELEMENT else opens(name)
-    return _joined(output, opened) if opened else ""
+    return _relative_to(output.file, opened) if opened else ""
 
 
 def files_diagnostic(rule: str, what: str, help: str, severity: str, many: Sequence[NamedFile]) -> Diagnostic:
@@ -328,7 +335,7 @@ class _Search:
         """Add a file, and the files that a mesh file names: they are copied with it, unless it is converted."""
         name = urdf_file_name(one.name)
         is_named = is_relative(name) and one.kind != OF_ELEMENT
-        named = sorted({_joined(output, name) for output in self.naming}) if is_named else []
+        named = sorted({_relative_to(output.file, name) for output in self.naming}) if is_named else []
         if not opened and not named:
             return
         self._take(one, file, opened, named)
@@ -393,7 +400,9 @@ class _Search:
             # there they have to find it themselves.
             near = [*folders, *(place for folder in folders for place in self._source(folder)[0])]
             near = [] if self._is_outside(one) else [folder / one.name for folder in (*near, *_folders_above(one))]
-            near += [self.places.outputs / _joined(output, one.name) for output in (*self.opening, *self.naming)]
+            near += [
+                self.places.outputs / _relative_to(output.file, one.name) for output in (*self.opening, *self.naming)
+            ]
             candidates = [*near, *copies]
         irregular = None
         for path in map(_plain, candidates):
@@ -437,39 +446,34 @@ class _Search:
 
     def _report_missing(self, one: NamedFile, scheme: str, rest: str) -> None:
         severity = WARNING if self.opening or scheme == "model" else NOTE  # readers of a URDF know packages alone
-        name, _, path = rest.partition("/")
+        is_outside = posixpath.normpath(one.name).startswith("../")
+        help = "put the file there, or correct the name" if is_outside or not self.has_outputs else _PUT
         if one.kind == OF_ELEMENT:
-            self._absent(one, "not there: MuJoCo does not load the MJCF without it", _PUT, ERROR)
-        elif scheme in ("package", "model") and not name:
-            self._absent(one, f"in no package{self.left_out}", f"write {scheme}://NAME/FILE", severity)
+            what, help, severity = "not there: MuJoCo does not load the MJCF without it", _PUT, ERROR
         elif scheme in ("package", "model"):
-            packages = [package for folder in self._folders(one) for package in self._package(folder, name)]
-            if any(map(files.is_folder, packages)):
-                what, severity = f"not in the package {name}", WARNING
-                help = f"correct the name, or say where the package is: --package {name}=FOLDER"
-            else:
-                above = () if self.has_outputs else (self.main.absolute(), *_folders_above(one))
-                likely = next((shown(folder) for folder in above if path and files.is_file(folder / path)), "FOLDER")
-                what = f"not found: there is no package {name} here"
-                help = f"--package {name}={likely} says where it is; readers of the URDF look for it themselves"
-            self._absent(one, what + self.left_out, help, severity)
+            name, _, path = rest.partition("/")
+            folders = self._folders(one) if name else ()
+            exists = any(files.is_folder(place) for folder in folders for place in self._package(folder, name))
+            what = f"not found: there is no package {name} here" if name else "in no package"
+            what, severity = (f"not in the package {name}", WARNING) if exists else (what, severity)
+            above = () if self.has_outputs or exists else (self.main.absolute(), *_folders_above(one))
+            likely = next((shown(folder) for folder in above if path and files.is_file(folder / path)), "FOLDER")
+            help = f"--package {name or 'NAME'}={likely} says where it is; readers of the URDF look for it themselves"
+            what += self.left_out
         elif scheme or one.name.startswith("/"):
-            self._absent(one, f"not on this machine{self.left_out}", "correct the name", severity)
+            what, help = f"not on this machine{self.left_out}", "correct the name"
         else:
-            is_outside = posixpath.normpath(one.name).startswith("../")
-            help = "put the file there, or correct the name" if is_outside or not self.has_outputs else _PUT
-            what = "not there, neither as seen from the artifacts nor beside the description"
+            what, severity = "not there, neither as seen from the artifacts nor beside the description", WARNING
             if not self.has_outputs:
                 what = f"not there, as seen from {self.places.description.name}"
             elif is_outside and self.opening:
                 what = "not there, as seen from the artifacts"
             # Without a texture it is the robot all the same; that import found a mesh nowhere was reported by import.
             if one.kind == TEXTURE or any(self._source(folder)[0] for folder in self._folders(one)):
-                self._absent(one, what + self.left_out, help, WARNING)
+                what += self.left_out
             elif self.opening:
-                self._absent(one, what, f"{help}, or take mjcf out of outputs", ERROR)
-            else:
-                self._absent(one, what, help, WARNING)
+                help, severity = f"{help}, or take mjcf out of outputs", ERROR
+        self._absent(one, what, help, severity)
 
     def _absent(self, one: NamedFile, what: str, help: str, severity: str) -> None:
         self.absent.setdefault((what, help, severity, one.kind), []).append(one)
@@ -499,12 +503,8 @@ def _folders_above(one: NamedFile) -> Iterator[Path]:
             yield from list(path.parent.parents)[:4]
 
 
-def _joined(output: Output, name: str) -> str:
-    """Return a name that is relative to an artifact relative to the folder of the artifacts."""
-    return _relative_to(output.file, name)
-
-
 def _relative_to(place: str, name: str) -> str:
+    """Return a name that is relative to an artifact relative to the folder of the artifacts."""
     return posixpath.normpath(posixpath.join(posixpath.dirname(place), name))
 
 

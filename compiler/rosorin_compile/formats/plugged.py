@@ -47,6 +47,9 @@ def _unique_names(built_in: Collection[str], format: Format) -> list[str]:
 
     Raises ValueError or TypeError for an invalid record.
     """
+    from rosorin_compile.language.schema import schema
+    from rosorin_compile.language.validator import check_schema
+
     for field in fields(format):
         if not _has_type(field.name, getattr(format, field.name), field.default):
             raise TypeError(f"{field.name} of its format is {str(getattr(format, field.name))[:60]!r}")
@@ -58,7 +61,8 @@ def _unique_names(built_in: Collection[str], format: Format) -> list[str]:
         raise ValueError(f'becomes is "{format.becomes}", which is no format')
     if format.schema and not exists(data_folder("schemas") / f"{format.schema}.schema.json"):
         raise ValueError(f'schema is "{format.schema}", which is none of those that ship with the tool')
-    _check_options(format)
+    own = {"type": "object", "properties": {key: dict(option) for key, option in format.options.items()}}
+    check_schema(own, {**schema(), "properties": {"outputs": own}})
     files = [f"<{root}>" for root in format.roots] if format.is_xml else list(format.endings)
     if format.load is not None and not all(re.fullmatch(r"\.[a-z0-9_+-]+", ending) for ending in format.endings):
         raise ValueError(f"what is read ends like .{format.name}, in small letters, not {', '.join(format.endings)}")
@@ -78,25 +82,25 @@ def _has_type(name: str, value: Any, default: Any) -> bool:
     return isinstance(value, str if name in ("name", "word") else type(default))
 
 
-def _check_options(format: Format) -> None:
-    """Raise ValueError if the options of a format are not a JSON Schema of draft 7."""
-    from rosorin_compile.language.schema import schema
-    from rosorin_compile.language.validator import check_schema
-
-    own = {"type": "object", "properties": {key: dict(option) for key, option in format.options.items()}}
-    check_schema(own, {**schema(), "properties": {"outputs": own}})
-
-
 def _guarded(plugin: Plugin, format: Format) -> Format:
     """Return a format whose functions raise and return nothing that their callers do not expect."""
 
     def guard(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
         def guarded(*arguments: Any) -> Any:
             try:
-                with aside(plugin):
+                with aside():
                     return _converted(format, name, function(*arguments), arguments)
             except (Exception, SystemExit) as problem:
-                return _failure(plugin, name, problem, arguments)
+                diagnostic = failed(plugin, problem)
+                if isinstance(problem, TemplateProblem if name == "write" else MarkupError if name == "load" else ()):
+                    raise  # the template or the file is damaged, not the plug-in
+                if name in ("write", "check"):
+                    return ("", [diagnostic]) if name == "write" else [diagnostic]
+                if name == "load":
+                    return Imported(None, [diagnostic], files=(arguments[0].path,))
+                if name in ("read", "syntax", "data"):
+                    raise problem if isinstance(problem, ValueError) else ValueError(diagnostic.message) from None
+                raise PluginFailed(diagnostic) from None
 
         return guarded
 
@@ -120,24 +124,5 @@ def _converted(format: Format, name: str, result: Any, arguments: tuple[Any, ...
         return text, diagnostics
     if name in ("view", "read") and (not is_dataclass(result) or isinstance(result, type)):
         raise TypeError(f"view and read return a dataclass, such as a Robot, not {str(result)[:60]!r}")
-    if name == "refusal":
-        return Refusal(*result) if isinstance(result, tuple) else Refusal(result)
-    if name == "asked":
-        return Asked(*result) if isinstance(result, tuple) else Asked(result)
-    return result
-
-
-def _failure(plugin: Plugin, name: str, problem: BaseException, arguments: tuple[Any, ...]) -> Any:
-    """Return or raise what the callers of a function expect if it fails."""
-    diagnostic = failed(plugin, problem)
-    if isinstance(problem, TemplateProblem if name == "write" else MarkupError if name == "load" else ()):
-        raise problem  # the template or the file is damaged, not the plug-in
-    if name == "write":
-        return "", [diagnostic]
-    if name == "check":
-        return [diagnostic]
-    if name == "load":
-        return Imported(None, [diagnostic], files=(arguments[0].path,))
-    if name in ("read", "syntax", "data"):
-        raise problem if isinstance(problem, ValueError) else ValueError(diagnostic.message) from None
-    raise PluginFailed(diagnostic) from None
+    kinds = {"refusal": Refusal, "asked": Asked}
+    return kinds[name](*(result if isinstance(result, tuple) else (result,))) if name in kinds else result

@@ -34,8 +34,6 @@ from .imported import Imported, Outputs, ReadOptions, as_tree, converted
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot
 
-    from .format import Joined
-
 RULES = (
     Rule(
         "file-syntax",
@@ -43,18 +41,8 @@ RULES = (
         "Correct the place that is named.",
         READING,
     ),
-    Rule(
-        "wrong-format",
-        "The file is of a format that is not read.",
-        "The message says what it is, and what to name in its place.",
-        READING,
-    ),
-    Rule(
-        "wrong-root",
-        "The root element is not that of a robot.",
-        "The message says what it is, and what to name in its place.",
-        READING,
-    ),
+    Rule("wrong-format", "The file is of a format that is not read.", "The message says what to name.", READING),
+    Rule("wrong-root", "The root element is not that of a robot.", "The message says what to name.", READING),
 )
 
 _OTHER_FORMATS = {
@@ -137,7 +125,16 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
     diagnostics = [*_mending(source, document), *joined.diagnostics]
     made: Map | None = None
     if not has_errors(diagnostics):
-        made = _with_sections(tree, joined, document)
+        made, root = tree.copied(), document.root.span
+        note = made.get("source") and made["source"].get("note")
+        if note is not None:
+            made["source"] = made["source"].copied()
+            made["source"]["note"] = f"{note} and {Path(document.source.path).name}"
+        for key, entries in joined.sections.items():
+            more = as_tree(entries, root, [key]).copied()
+            for name, entry in (made.get(key) or {}).items():  # entries that the tree has stay
+                more.put(name, entry, made[key].key_spans[name], made[key].value_spans[name])
+            made.put(key, more, root, root)
         if options.checked:
             made, found = accept(made, options.lenient)
             here = document.source
@@ -145,23 +142,6 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
     return imported._replace(
         tree=made, diagnostics=[*imported.diagnostics, *diagnostics], files=(*imported.files, path)
     )
-
-
-def _with_sections(tree: Map, joined: Joined, document: Document) -> Map:
-    """Return a tree with more sections; entries that it already has stay."""
-    made, root = tree.copied(), document.root.span
-    source = made.get("source")
-    if source is not None and "note" in source:
-        made["source"] = source.copied()
-        made["source"]["note"] = f"{source['note']} and {Path(document.source.path).name}"
-    for key, entries in joined.sections.items():
-        more = as_tree(entries, root, [key])
-        if key in made:
-            more = more.copied()
-            for name, entry in made[key].items():
-                more.put(name, entry, made[key].key_spans[name], made[key].value_spans[name])
-        made.put(key, more, root, root)
-    return made
 
 
 def known_formats() -> str:
@@ -220,23 +200,21 @@ def _mending(source: Source, document: Document) -> list[Diagnostic]:
 def _check_is_xml(source: Source) -> None:
     """Raise MarkupError for a text that is not XML at all, with a guess of what it is."""
     start, path = source.text.lstrip()[:200].lower(), source.path
-    rule, message, help = "wrong-format", f"{path} is not XML", ""
+    rule, message, help = "wrong-format", f"{path} is not XML", f"import reads {known_formats()}"
     if start.startswith(("<!doctype html", "<html")):
-        what, help = _OTHER_FORMATS["html"]
-        rule, message = "wrong-root", f"{path} is {what}, not a robot"
+        rule, message, help = "wrong-root", f"{path} is a web page, not a robot", _OTHER_FORMATS["html"][1]
     elif start.startswith("version https://git-lfs"):
         message, help = f"{path} is a pointer of Git LFS, not the file itself", "fetch the file: git lfs pull"
     elif start.startswith("<"):
         return
-    raise MarkupError(error(rule, message, Span(source, 1, 1, 1), help or f"import reads {known_formats()}"))
+    raise MarkupError(error(rule, message, Span(source, 1, 1, 1), help))
 
 
 def _wrong_root(document: Document) -> Diagnostic:
-    root = document.root
-    what, help = _OTHER_FORMATS.get(root.tag.lower(), ("", f"import reads {known_formats()}"))
-    message = f"the root element is <{root.tag}>"
-    message += f": this is {what}" if what else ", not <robot>"
-    return error("wrong-root", message, root.span, "did you mean <robot>?" if root.tag.lower() == "robot" else help)
+    tag = document.root.tag
+    what, help = _OTHER_FORMATS.get(tag.lower(), ("", f"import reads {known_formats()}"))
+    message = f"the root element is <{tag}>" + (f": this is {what}" if what else ", not <robot>")
+    return error("wrong-root", message, document.root.span, "did you mean <robot>?" if tag.lower() == "robot" else help)
 
 
 def outputs_of(imported: Imported, why: str = "") -> Outputs:
@@ -265,23 +243,31 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
     invalid = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
     if invalid:
         return None, invalid
-    problems, count = violations(tree), 0
-    names: dict[str, dict[str, Diagnostic]] = {}  # the first violation of a rule by each entry
+    rules, problems, count = acceptable(), violations(tree), 0
+    names: dict[str, dict[str, Span]] = {}  # the place of the first violation of a rule by each entry
     for _ in range(3):  # what lowering refuses hides violations of the rules
         for one in problems:
             if one.of and one.severity == ERROR and _is_acceptable(tree, one, lenient):
-                names.setdefault(one.rule, {}).setdefault(_name(one), one)
+                names.setdefault(one.rule, {}).setdefault(_name(one), one.span or tree.span)
         if sum(map(len, names.values())) == count:
             break
         count = sum(map(len, names.values()))
-        tree = _with_accept(tree, names)
+        entries = []
+        for rule in sorted(names):
+            of = [Placed(name, span) for name, span in names[rule].items()]
+            entries.append(Placed({"rule": rule, "of": of, "reason": _REASON}, of[0].span))
+        tree = tree.copied()
+        tree.put("accept", as_tree(entries, tree.span, ["accept"]), tree.span, tree.span)
         problems = violations(tree)
     found = []
-    for one in settled(tree, problems, acceptable()).diagnostics:
-        rule = acceptable().get(one.rule)
-        if one.severity == ERROR and rule and rule.imported == "lenient" and one.of and not lenient:
-            one = replace(one, help="; ".join(filter(None, (one.help, "--lenient takes it as it is"))))
-        if one.severity == ERROR or rule:  # all others are about descriptions
+    for one in settled(tree, problems, rules).diagnostics:
+        if one.severity == ERROR and one.rule in rules and rules[one.rule].imported == "lenient" and one.of:
+            one = (
+                one
+                if lenient
+                else replace(one, help="; ".join(filter(None, (one.help, "--lenient takes it as it is"))))
+            )
+        if one.severity == ERROR or one.rule in rules:  # all others are about descriptions
             found.append(one)
     return (None if has_errors(found) else tree), gathered(found, [WARNING])
 
@@ -312,36 +298,25 @@ def _name(diagnostic: Diagnostic) -> str:
     return diagnostic.of[-1] if acceptable()[diagnostic.rule].accept == "link" else diagnostic.of[0]
 
 
-def _with_accept(tree: Map, names: dict[str, dict[str, Diagnostic]]) -> Map:
-    """Return the tree with an entry of ``accept`` for each rule."""
-    made, entries = tree.copied(), []
-    for rule in sorted(names):
-        first = next(iter(names[rule].values())).span or tree.span
-        of = [Placed(name, one.span or first) for name, one in names[rule].items()]
-        entries.append(Placed({"rule": rule, "of": of, "reason": _REASON}, first))
-    made.put("accept", as_tree(entries, tree.span, ["accept"]), tree.span, tree.span)
-    return made
-
-
 def lower_artifact(tree: Map, diagnostics: Iterable[Diagnostic]) -> Robot:
     """Return the robot of a tree that was read from an artifact of ours, with the diagnostics of the reading.
 
     Mistakes that a description may accept are in its artifacts as well. Raises ValueError for any other.
     """
+
+    def check(diagnostics: Iterable[Diagnostic]) -> None:
+        for one in diagnostics:
+            if one.severity == ERROR and one.rule not in acceptable():
+                raise ValueError(one.message)
+
     tree["accept"] = [
         {"rule": rule.id, "of": [*(tree.get("links") or ())], "reason": ""} for rule in SHAPE_RULES if rule.accept
     ]
-    _raise_unless_acceptable(diagnostics)
+    check(diagnostics)
     if "robot" not in tree:
         raise ValueError("the robot has no name")
     lowered = lower(tree)
-    _raise_unless_acceptable(lowered.diagnostics)
+    check(lowered.diagnostics)
     if lowered.robot is None:
         raise ValueError("it contains no robot")
     return lowered.robot
-
-
-def _raise_unless_acceptable(diagnostics: Iterable[Diagnostic]) -> None:
-    for one in diagnostics:
-        if one.severity == ERROR and one.rule not in acceptable():
-            raise ValueError(one.message)

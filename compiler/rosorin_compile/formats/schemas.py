@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 
-from rosorin_compile.language.authoring import authoring_schema
-from rosorin_compile.language.schema import schema
+from rosorin_compile.language.schema import authoring_schema, schema
 from rosorin_compile.source.project import data_folder
 
 from . import FORMATS

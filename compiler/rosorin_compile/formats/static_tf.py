@@ -1,4 +1,4 @@
-"""static_tf: a ROS 2 launch file that starts the publishers of the frames, for Humble and Jazzy.
+"""static_tf: a ROS 2 launch file that starts the publishers of the frames, and static_tf_json: their arguments.
 
 Each static edge is one ``static_transform_publisher`` with named flags (``ros2/geometry2@{humble,jazzy}:
 tf2_ros/src/static_transform_broadcaster_program.cpp``); its Euler angles are fixed-axis, as those of URDF. The rest of
@@ -7,11 +7,13 @@ the frames is published by robot_state_publisher from the URDF.
 
 from __future__ import annotations
 
+import json
 import posixpath
 import re
 import textwrap
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Output, Pose, Robot
@@ -19,7 +21,8 @@ from rosorin_compile.model.joint import Publisher
 from rosorin_compile.model.link import Source
 from rosorin_compile.rules.case import first_fed
 from rosorin_compile.rules.publishers import modes_in
-from rosorin_compile.source.bounded import python_of
+from rosorin_compile.source import files
+from rosorin_compile.source.bounded import json_of, python_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal, fixed
 from rosorin_compile.source.rule_registry import FORMATS, OUTPUTS, Rule
@@ -117,32 +120,30 @@ class StaticTransforms(NamedTuple):
 def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTransforms:
     """Return the edges that static_transform_publisher nodes publish: joints in their order, then edges in turns.
 
-    Numbers are printed to the last digit if one of the outputs asks for it.
+    Numbers are printed to the last digit if one of the outputs has the number format exact.
     """
     is_exact = any(output.options.get("number_format") == "exact" for output in outputs)
-    always, in_modes, diagnostics = list[StaticTransform](), list[StaticTransform](), list[Diagnostic]()
+    found = StaticTransforms([], [], [])
+    edges: list[tuple[Joint, Joint | Edge, str]] = []
     for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER):
         if joint.type == "fixed":
-            name, arguments = joint.publisher.name, _arguments(joint, is_exact)
-            always.append(StaticTransform(name, joint.parent, joint.child, arguments, joint.source))
+            edges.append((joint, joint, ""))
             continue
         message = f"joint {joint.name} is {joint.type}, but a static_transform_publisher can only say what never moves"
-        diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
+        found.diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
     for edge in robot.edges:
         if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-            arguments = _arguments(robot.joint[edge.joint], is_exact)
-            turn = StaticTransform(edge.publisher.name, edge.parent, edge.child, arguments, edge.source, edge.when)
-            (in_modes if modes_in(robot, [turn.when]) else always).append(turn)
-    return StaticTransforms(always, in_modes, diagnostics)
-
-
-def _arguments(joint: Joint, is_exact: bool) -> tuple[str, ...]:
-    arguments: list[str] = []
-    axes = (_XYZ, joint.origin.xyz, METRE_DIGITS), (_RPY, joint.origin.rpy, RADIAN_DIGITS)
-    for flags, values, digits in axes:
-        for flag, value in zip(flags, values, strict=True):
-            arguments += [flag, decimal(value) if is_exact else fixed(value, digits)]
-    return (*arguments, _PARENT, joint.parent, _CHILD, joint.child)
+            edges.append((robot.joint[edge.joint], edge, edge.when))
+    for joint, edge, when in edges:
+        arguments: list[str] = []
+        axes = (_XYZ, joint.origin.xyz, METRE_DIGITS), (_RPY, joint.origin.rpy, RADIAN_DIGITS)
+        for flags, values, digits in axes:
+            for flag, value in zip(flags, values, strict=True):
+                arguments += [flag, decimal(value) if is_exact else fixed(value, digits)]
+        arguments += [_PARENT, joint.parent, _CHILD, joint.child]
+        one = StaticTransform(edge.publisher.name, edge.parent, edge.child, tuple(arguments), edge.source, when)
+        (found.in_modes if modes_in(robot, [when]) else found.always).append(one)
+    return found
 
 
 def describe(source: Source) -> str:
@@ -166,18 +167,16 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     moved = robot.published_by(ROBOT_STATE_PUBLISHER)
     if urdf is None and moved:
         message = f"robot_state_publisher is to publish {len(moved)} joints, but no output is the URDF that it reads"
-        diagnostics.append(
-            Diagnostic("static-tf-no-urdf", WARNING, message, help="add an output with the backend urdf")
-        )
+        help = "add an output with the backend urdf"
+        diagnostics.append(Diagnostic("static-tf-no-urdf", WARNING, message, help=help))
     modes = mode_arguments(robot, [one.when for one in in_modes], (_URDF_FILE, *ARGUMENTS))
     conditions = {one.when: condition(robot, one.when) for one in in_modes}
     statics = [*transforms, *in_modes]
     declared: list[tuple[str, str, str, tuple[str, ...]]] = []  # name, default as Python, help, choices
     if urdf is not None:
-        default = (
-            f"str(Path(__file__).parent / {posixpath.relpath(urdf.file, posixpath.dirname(output.file) or '.')!r})"
-        )
-        declared.append((_URDF_FILE, default, "URDF file that robot_state_publisher publishes", ()))
+        place = posixpath.relpath(urdf.file, posixpath.dirname(output.file) or ".")
+        help = "URDF file that robot_state_publisher publishes"
+        declared.append((_URDF_FILE, f"str(Path(__file__).parent / {place!r})", help, ()))
     if urdf is not None or statics:
         declared += [(name, "''", help, ()) for name, help in ARGUMENTS.items()]
     declared += [(name, "'false'", f"the robot is run in the mode {mode}", STATES) for mode, name in modes.items()]
@@ -204,9 +203,12 @@ def _source_lines(source: Source) -> list[str]:
 
 
 def view(robot: Robot, output: Output) -> Transforms:
-    """Return what a launch file of static transforms must contain; conditions are not read back from Python."""
+    """Return what a file of static transforms must contain; conditions are not read back from Python."""
     always, in_modes, _ = static_transforms(robot, [output])
-    return Transforms(tuple(replace(one.edge, when="") for one in (*always, *in_modes)))
+    keeps_conditions = output.backend == LIST.name
+    return Transforms(
+        tuple(replace(one.edge, when=one.when if keeps_conditions else "") for one in (*always, *in_modes))
+    )
 
 
 def read(text: str) -> Transforms:
@@ -288,4 +290,63 @@ FORMAT = Format(
     feeds=(STATIC_TRANSFORM_PUBLISHER,),
     folder="launch",
     deploys=True,
+)
+
+
+def write_list(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
+    """Return the static edges of a robot as JSON, in the order of the description. Option: ``number_format``."""
+    always, in_modes, diagnostics = static_transforms(robot, [output])
+    nodes: list[dict[str, Any]] = []
+    for transform in [*always, *in_modes]:
+        node: dict[str, Any] = {"name": transform.name, "parent": transform.parent, "child": transform.child}
+        if transform.source.status == "stand_in":
+            node["stand_in"] = describe(transform.source)
+        if transform.when:
+            node["when"] = transform.when
+        node["arguments"] = list(transform.arguments)
+        nodes.append(node)
+    return json.dumps({"robot": robot.name, "static_transform_publisher": nodes}, indent=2) + "\n", diagnostics
+
+
+def read_list(text: str) -> Transforms:
+    """Return the transforms of a list. Raises ValueError if the text is not such a file."""
+    edges = []
+    try:
+        for node in json_of(text)["static_transform_publisher"]:
+            edge = replace(read_arguments(node["name"], node["arguments"]), when=str(node.get("when", "")))
+            if (node["parent"], node["child"]) != (edge.parent, edge.child):
+                ends = f"from {node['parent']} to {node['child']}"
+                raise ValueError(f"{node['name']} goes {ends}, its arguments from {edge.parent} to {edge.child}")
+            edges.append(edge)
+    except (KeyError, TypeError, AttributeError) as problem:
+        raise ValueError(f"not a list of static transforms: {problem!r}") from None
+    return Transforms(tuple(edges))
+
+
+def robot_of(path: Path) -> str:
+    """Return the robot that a list was generated for; empty if it is no such file. Raises OSError."""
+    try:
+        content = json_of(files.read_bytes(path, 1_000_000))
+    except ValueError:
+        return ""
+    robot = content.get("robot") if isinstance(content, dict) and "static_transform_publisher" in content else None
+    return robot if isinstance(robot, str) else ""
+
+
+# The arguments of the nodes as data, for launch files that exist already: ``schemas/static_tf.schema.json``.
+LIST = replace(
+    FORMAT,
+    name="static_tf_json",
+    word="list of static transforms",
+    about="the arguments of the static transforms, for launch files of your own",
+    rank=50,
+    file="static_tf.json",
+    endings=(".json",),
+    write=write_list,
+    read=read_list,
+    located=False,
+    syntax=json_of,
+    schema="static_tf",
+    folder="config",
+    robot_of=robot_of,
 )

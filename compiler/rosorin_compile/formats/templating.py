@@ -23,13 +23,13 @@ from typing import Any, NamedTuple
 import jinja2
 from jinja2.bccache import Bucket
 from jinja2.exceptions import SecurityError
+from markupsafe import Markup, escape
 
 from rosorin_compile.source import files, system
 from rosorin_compile.source.cache import cache_folder
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
 from rosorin_compile.source.project import data_folder, homes
 from rosorin_compile.source.rule_registry import TEMPLATES, Rule
-from rosorin_compile.source.xml.escaping import Markup, escape
 
 RULES = (
     Rule(
@@ -69,7 +69,7 @@ _OPTIONS: dict[str, Any] = {
 
 
 class _BytecodeCache(jinja2.FileSystemBytecodeCache):
-    """Caches compiled templates; an entry that cannot be read or written is ignored."""
+    """Caches the compiled templates of the program; an entry that cannot be read or written is ignored."""
 
     def load_bytecode(self, bucket: Bucket) -> None:
         with suppress(OSError):
@@ -78,13 +78,6 @@ class _BytecodeCache(jinja2.FileSystemBytecodeCache):
     def dump_bytecode(self, bucket: Bucket) -> None:
         with suppress(OSError):
             super().dump_bytecode(bucket)
-
-
-def _options(kind: str) -> dict[str, Any]:
-    """Return the options of Jinja for one kind of templates: "own", "trusted" or "sandbox"; each has its own cache."""
-    folder = cache_folder("templates")
-    pattern = f"{jinja2.__version__}-{kind}-%s.cache"
-    return {**_OPTIONS, "bytecode_cache": _BytecodeCache(str(folder), pattern) if folder else None}
 
 
 class TemplateProblem(Exception):
@@ -103,12 +96,12 @@ def attributes(**values: str) -> Markup:
     text = "".join([f' {name}="{value}"' for name, value in values.items()])
     if text.count('"') != 2 * len(values) or "&" in text or "<" in text or ">" in text or "'" in text:
         text = "".join([f' {name}="{escape(value)}"' for name, value in values.items()])
-    return Markup(text)
+    return Markup(text)  # noqa: S704 - the values are escaped
 
 
-def attribute(name: str, value: str) -> str:
-    """Return one attribute, as ``attributes`` does; quicker for a name, as most values are."""
-    return f' {name}="{value}"' if value.isidentifier() else attributes(**{name: value})
+def attribute(name: str, value: str) -> Markup:
+    """Return one attribute, as ``attributes`` does."""
+    return attributes(**{name: value})
 
 
 def comment(text: str) -> str:
@@ -117,10 +110,12 @@ def comment(text: str) -> str:
 
 
 @cache
-def _own() -> jinja2.Environment:
+def _own(place: Path | None) -> jinja2.Environment:
+    """Return the environment of the program's templates, compiled to files in ``place``."""
     folder = data_folder("templates")
     loader = jinja2.FunctionLoader(lambda name: files.read_text(folder / name))
-    return jinja2.Environment(loader=loader, **_options("own"))  # noqa: S701 - XML is escaped
+    cached = _BytecodeCache(str(place), f"{jinja2.__version__}-%s.cache") if place else None
+    return jinja2.Environment(loader=loader, bytecode_cache=cached, **_OPTIONS)  # noqa: S701 - XML is escaped
 
 
 class Templates:
@@ -139,24 +134,19 @@ class Templates:
         first: Path | None = None,
         trusted: bool = False,
     ) -> None:
-        self.folder = folder
-        self.named = named
-        self.first = first
-        self.trusted = trusted
+        self.folder, self.named, self.first, self.trusted = folder, named, first, trusted
         self.homes = homes(first) if first is not None else ()
         self.used: set[Path] = set()
 
     @cached_property
     def environment(self) -> jinja2.Environment:
-        """The environment of trusted templates."""
-        return jinja2.Environment(loader=jinja2.FunctionLoader(self._load), **_options("trusted"))  # noqa: S701
-
-    @cached_property
-    def sandbox(self) -> jinja2.Environment:
-        """The environment of the templates of a description; for use in the child process only."""
+        """The environment of the templates; that of a description is a sandbox, for the child process only."""
+        loader = jinja2.FunctionLoader(self._load)
+        if self.trusted:
+            return jinja2.Environment(loader=loader, **_OPTIONS)  # noqa: S701 - XML is escaped
         from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-        sandbox = ImmutableSandboxedEnvironment(loader=jinja2.FunctionLoader(self._load), **_options("sandbox"))
+        sandbox = ImmutableSandboxedEnvironment(loader=loader, **_OPTIONS)
         del sandbox.globals["lipsum"]  # any amount of text that no artifact needs
         del sandbox.filters["random"]  # an artifact is the same each time
         return sandbox
@@ -168,7 +158,7 @@ class Templates:
     @staticmethod
     def own(name: str, values: Mapping[str, Any]) -> str:
         """Return the text of a template of the program, such as "core/robot.urdf.jinja"."""
-        return _own().get_template(name).render(values)
+        return _own(cache_folder("templates")).get_template(name).render(values)
 
     def package(self, name: str) -> Templates:
         """Return an object that renders the templates in the folder ``templates`` of a Python package."""
@@ -218,8 +208,6 @@ class Templates:
                 raise jinja2.TemplateRuntimeError(f"it is larger than {MAX_TEMPLATE:,} bytes")
             self.used.add(path)
             return files.read_text(path), None, lambda: True
-        except jinja2.TemplateRuntimeError:
-            raise
         except (OSError, ValueError, RuntimeError):  # a name that no file can have, no UTF-8, a circular link
             return None
 
@@ -265,27 +253,25 @@ def _render_in_child(folder: Path | None, first: Path | None, name: str, values:
     import subprocess
 
     system.needs("resource", system.NO_LIMITS)
-    cache_folder("templates")  # the child caches there; only this process can report that it is open to others
-    path = json.dumps([os.path.abspath(entry) for entry in sys.path if entry])
     request = BytesIO()
     pickler = pickle.Pickler(request)
     pickler.dispatch_table = {MappingProxyType: lambda proxy: (dict, (dict(proxy),))}
     pickler.dump((folder, first, name, dict(values)))
     # numpy reserves memory for each thread of its libraries.
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    command = [sys.executable, "-c", _START_CHILD, path]
+    command = [sys.executable, "-c", _START_CHILD, json.dumps([os.path.abspath(entry) for entry in sys.path if entry])]
     try:
         done = subprocess.run(  # noqa: S603 - this Python, and arguments that no shell reads
             command, input=request.getvalue(), capture_output=True, timeout=_PATIENCE, env=environment, check=False
         )
     except subprocess.TimeoutExpired:
         return _Rendered(rule="template-failed", message=f"it did not end within {_PATIENCE} s", template=name)
-    if done.returncode in (-getattr(signal, "SIGXCPU", 0), -getattr(signal, "SIGKILL", 0)):
-        return _Rendered(rule="template-failed", message=_OUT_OF_TIME, template=name)
-    if done.returncode:
-        last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2] or f"exit code {done.returncode}"
-        return _Rendered(rule="template-failed", message=f"the process that renders it ended: {last}", template=name)
-    return _Rendered(*json.loads(done.stdout))
+    if not done.returncode:
+        return _Rendered(*json.loads(done.stdout))
+    last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2] or f"exit code {done.returncode}"
+    killed = done.returncode in (-getattr(signal, "SIGXCPU", 0), -getattr(signal, "SIGKILL", 0))
+    message = _OUT_OF_TIME if killed else f"the process that renders it ended: {last}"
+    return _Rendered(rule="template-failed", message=message, template=name)
 
 
 def render_request() -> None:
@@ -297,7 +283,7 @@ def render_request() -> None:
         templates = Templates(folder, first=first)
         try:
             _limit_resources()
-            rendered = _Rendered(templates.sandbox.get_template(name).render(values))
+            rendered = _Rendered(templates.environment.get_template(name).render(values))
             if len(rendered.text) > MAX_OUTPUT:
                 raise ValueError(f"its text has more than {MAX_OUTPUT:,} characters")
         except (Exception, _OutOfTime) as problem:  # a filter of Jinja raises any exception
@@ -323,17 +309,16 @@ def _limit_resources() -> None:
     def stop(*_: object) -> None:
         raise _OutOfTime(_OUT_OF_TIME)
 
-    def lower(kind: int, soft: int, hard: int) -> None:
-        allowed = resource.getrlimit(kind)[1]
-        most = hard if allowed == resource.RLIM_INFINITY else min(hard, allowed)
-        resource.setrlimit(kind, (min(soft, most), most))
-
     signal.signal(signal.SIGXCPU, stop)
     usage = resource.getrusage(resource.RUSAGE_SELF)
     seconds = int(usage.ru_utime + usage.ru_stime) + MAX_SECONDS
-    lower(resource.RLIMIT_CPU, seconds, seconds + 1)  # a long operation in C sees only the hard limit
     try:
         used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     except (OSError, ValueError):  # not Linux
         used = 300_000_000
-    lower(resource.RLIMIT_AS, used + MAX_MEMORY, used + MAX_MEMORY)
+    memory = used + MAX_MEMORY
+    # A long operation in C sees only the hard limit.
+    for kind, soft, hard in ((resource.RLIMIT_CPU, seconds, seconds + 1), (resource.RLIMIT_AS, memory, memory)):
+        allowed = resource.getrlimit(kind)[1]
+        most = hard if allowed == resource.RLIM_INFINITY else min(hard, allowed)
+        resource.setrlimit(kind, (min(soft, most), most))

@@ -122,22 +122,19 @@ def reason(format: Format, output: Output, key: str) -> Unsupported | None:
     for step in steps:
         if format.name not in ADDRESSED.get(step, (format.name,)):
             return Unsupported(f"{step} is for {listed(ADDRESSED[step])}", quiet=True)
-    if is_within(key, [without_names(limited) for limited, why in _limited(format).items() if why is None]):
-        return None
-    if format.covers and not is_within(key, format.covers):
+    found = [why for prefix, why in _table(format, output).items() if is_within(key, (without_names(prefix),))]
+    if None not in found and format.covers and not is_within(key, format.covers):
         return Unsupported(f"a {format.word} has {listed(format.covers)}", quiet=True)
-    table = _table(format, output)
-    return next((why for prefix, why in table.items() if is_within(key, (without_names(prefix),))), None)
+    return None if None in found or not found else found[0]
 
 
-def _table(format: Format, output: Output) -> Mapping[str, Unsupported]:
-    own = format.unsupported(output) if callable(format.unsupported) else format.unsupported
-    return {**own, **{key: why for key, why in _limited(format).items() if why is not None}}
+def _table(format: Format, output: Output) -> Mapping[str, Unsupported | None]:
+    """Return what an output does not carry, with the keys of links that only some formats carry (``only_in``).
 
-
-def _limited(format: Format) -> Mapping[str, Unsupported | None]:
-    """Return the keys of links that only some formats carry (``only_in``); None for those that this format carries."""
+    None is for those of the latter that this format carries.
+    """
     found: dict[str, Unsupported | None] = {}
+    found.update(format.unsupported(output) if callable(format.unsupported) else format.unsupported)
     for name, formats in limited_fields(Link).items():
         if format.name in formats:
             found[f"links.*.{name}"] = None
@@ -152,15 +149,13 @@ def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -
     for output in outputs:
         by_format.setdefault(output.backend, []).append(output)
     for name, some in by_format.items():
-        format = formats[name]
-        tables = [_table(format, output) for output in some]
-        keys = [key for key, why in tables[0].items() if not why.quiet and all(key in table for table in tables[1:])]
-        counts = [(key, sum(1 for _ in _places(tree, key))) for key in keys]
-        found = [(key, count) for key, count in counts if count]
+        first, *others = [_table(formats[name], output) for output in some]
+        keys = [key for key, why in first.items() if why and not why.quiet and all(table.get(key) for table in others)]
+        counts = {key: sum(1 for _ in _places(tree, key)) for key in keys}
+        found = [f"{without_names(key)} ({counted(count, 'place')})" for key, count in counts.items() if count]
         if found:
-            what = listed(f"{without_names(key)} ({counted(count, 'place')})" for key, count in found)
             span = locate(tree, ("outputs", some[0].name), key=True).span
-            yield Diagnostic("not-in-format", NOTE, f"{format.word} cannot express {what}", span)
+            yield Diagnostic("not-in-format", NOTE, f"{formats[name].word} cannot express {listed(found)}", span)
 
 
 def _places(value: Any, pattern: str) -> Iterator[Any]:

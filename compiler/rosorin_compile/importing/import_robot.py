@@ -16,6 +16,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
+from rosorin_compile.model.joint import MOVING_TYPES
 from rosorin_compile.output import OutputError, WriteResult, write_set
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, counted, error, has_errors
 from rosorin_compile.source.messages import arrange
@@ -33,6 +34,7 @@ from .xacro.sharing import Sharing
 from .xacro.translate import Translation, translate, translation_report
 from .xacro.write_yaml import Target
 
+_MJCF = "mjcf"
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
 
 
@@ -41,8 +43,9 @@ class ImportOptions:
     """The options of an import, named as those of ``rosorin-compile import``.
 
     ``arguments`` are those of a xacro, as text. ``into`` is the folder of the ROS package that gets the description,
-    ``output`` the folder of the description elsewhere. ``companions`` are files that are read too, by their format.
-    ``warn`` receives the warnings that have to be printed before code is executed.
+    ``output`` the folder of the description elsewhere. ``drives`` are the stand-ins for missing actuators: position,
+    velocity or none; None: position, if the source has no actuator. ``companions`` are files that are read too, by
+    their format. ``warn`` receives the warnings that have to be printed before code is executed.
     """
 
     into: Path | None = None
@@ -57,6 +60,7 @@ class ImportOptions:
     parts: bool = True
     verbatim: bool = False
     flat: bool = False
+    drives: str | None = None
     force: bool = False
     ours: bool = False
     trust: bool = False
@@ -196,11 +200,33 @@ class _Import:
         for format, path in self.options.companions.items():
             _check_file(path)
             imported = join(imported, format, path, self.reading)
+        if imported.tree is not None:
+            imported = imported._replace(tree=self._with_drives(imported.tree))
         found = imported.diagnostics
         if self.options.strict:
             found = [replace(one, severity=ERROR) if one.rule == "import-cannot-carry" else one for one in found]
         self.diagnostics += arrange(found)
         return imported
+
+    def _with_drives(self, tree: Map) -> Map:
+        """Let servos stand in for the actuators of a source that has none. Raises RequestError for an MJCF."""
+        drives, outputs = self.options.drives, tree.get("outputs") or Map(tree.span)
+        joints = list((tree.get("joints") or {}).values())
+        if _MJCF in outputs:
+            if drives not in (None, "none"):
+                raise RequestError(f"{self.source} is an MJCF, and its actuators are imported: leave --drives out")
+            return tree
+        has_actuators = "actuators" in tree or any("actuator" in joint for joint in joints)
+        drives = drives or ("none" if has_actuators else "position")
+        if drives == "none" or all(joint["type"] not in MOVING_TYPES for joint in joints):
+            return tree
+        made, entry = tree.copied(), Map(tree.span)
+        entry.put("file", "robot.xml", tree.span, tree.span)
+        entry.put("drives", drives, tree.span, tree.span)
+        others = outputs.copied()
+        others.put(_MJCF, entry, tree.span, tree.span)
+        made.put("outputs", others, tree.span, tree.span)
+        return made
 
     def _command_line(self) -> list[str]:
         """Return the words of the command line that determine what is written; the next import needs the same."""
@@ -209,7 +235,7 @@ class _Import:
             self.name_in_package or self.source.name,
             *(f"{name}:={value}" for name, value in options.arguments.items()),
         ]
-        for name in ("name", "meshes"):
+        for name in ("name", "meshes", "drives"):
             value = getattr(options, name)
             words += [] if value is None else [f"--{name}", value]
         flags = {"--no-parts": not options.parts, "--verbatim": options.verbatim, "--flat": options.flat}

@@ -12,7 +12,7 @@ from rosorin_compile.formats.schemas import schema_text
 from rosorin_compile.output import locked, staging_folder
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.load import plain_scalar
-from rosorin_compile.source.project import DESCRIPTIONS, ROOT_FILE, SCHEMA, data_folder
+from rosorin_compile.source.project import DESCRIPTIONS, ROOT_FILE, Description, data_folder
 
 
 class Template(NamedTuple):
@@ -95,17 +95,17 @@ def start(name: str, project: Path, template: str = DEFAULT) -> NewRobot:
             (stage / name / file).write_text(text, "utf-8", newline="\n")
         written, outdated = _give_schema(folder, stage)
         (stage / name).rename(target)
-    return NewRobot(target / ROOT_FILE, template, folder / SCHEMA, written, outdated)
+    return NewRobot(target / ROOT_FILE, template, folder / Description.SCHEMA, written, outdated)
 
 
 def _give_schema(folder: Path, stage: Path) -> tuple[bool, bool]:
     """Write the schema for editors unless there is one; say whether it was written, or is of another version."""
     data = schema_text("authoring").encode()
-    target = folder / SCHEMA
+    target = folder / Description.SCHEMA
     with suppress(FileNotFoundError):
         return False, target.read_bytes() != data
     target.parent.mkdir(exist_ok=True)
-    new = stage / SCHEMA.name
+    new = stage / Description.SCHEMA.name
     new.write_bytes(data)
     new.rename(target)
     return True, False

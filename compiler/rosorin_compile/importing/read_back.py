@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.element_meanings import context_of, element_differences
 from rosorin_compile.formats.format import Format
+from rosorin_compile.formats.gazebo_elements import context_of, element_differences
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.model import Robot

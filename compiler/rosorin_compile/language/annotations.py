@@ -1,38 +1,4 @@
-"""The schemas that ship with the tool, and the annotations of values in them.
-
-| annotation | where | meaning |
-|---|---|---|
-| ``x-names`` | a text, ``propertyNames`` | the text, or each key, is the name of something of this kind |
-| ``x-gives`` | the same | something of this kind gets its name there |
-| ``x-otherwise`` | beside ``x-gives`` | the name if the key is missing: ``{frame}_joint`` |
-| ``x-spelt`` | a text, ``propertyNames`` | its words are compared with usual ones; what it is called: ``plugin`` |
-| ``x-said`` | beside ``x-names`` | how a message describes the place; ``{1}``: the second step of the path; |
-| | | false: another rule reports unknown names, here and below |
-| ``x-among`` | beside ``x-names`` | where it is looked up: in a ``simulation``, in the ``description`` |
-| ``x-scope`` | beside them | ``robot``: never with the prefix of a part; ``world``: it gives no name of the part |
-| ``x-names-in`` | any value | it contains names in another language: ``urdf``, ``mjcf``, ``parameters``, ... |
-| ``x-mirror`` | a mapping | how a mirror changes it (``MIRRORED_KEYS``) |
-| ``x-unmirrored`` | a mapping | why a mirror leaves its poses and directions as they are |
-| ``x-attached`` | a text | if it names the mount, these keys beside it are composed with the pose of the use |
-| ``x-in-parts`` | a section | it may be in a part |
-| ``x-in-types`` | a key of a sensor | a type of sensors may define it |
-| ``x-accepted`` | a mapping | problems in it may be accepted (``accept``) of these names: ``{1}``, ``{child}`` |
-| ``x-whole`` | a section | it is about the robot as a whole: included robots have none |
-| ``x-called`` | a section | the word for one of its entries |
-| ``x-reckoned`` | any value | its numbers are calculated with: they must be finite; false: not below |
-| ``x-explained`` | a section | its entries have no frame; ``explain`` shows where their numbers were written: |
-| | | true: of each entry; a word: behind this word with each joint that they name |
-| ``x-topic`` | a section | a format that ``lacks`` this topic cannot express it |
-| ``x-compared`` | a section | its entries are compared value by value, each called so: ``battery main`` |
-| ``x-also`` | a key | synonyms |
-| ``x-instead`` | a definition | suggestions for words that are no keys of it; a text: as the definition of this name |
-| ``x-merge`` | a section | files and parts are joined by its ``entries``, its ``items``, or ``within`` its one entry |
-| ``x-sourced`` | a section | its entries have the source of their file, unless they have their own |
-| ``x-within`` | a number | it is within another number of its joint: ``limit`` |
-| ``x-ordered`` | a section | its entries are in the model as they are written; else by name |
-| ``x-file`` | a section | the file, without its ending, that an import writes it into |
-| ``x-first`` | a mapping | the keys that an import writes first; without it all in the order of ``properties`` |
-"""
+"""The schemas that ship with the tool, and the annotations of values in them (see ``schemas/README.md``)."""
 
 from __future__ import annotations
 
@@ -73,28 +39,13 @@ def describe_path(path: Steps, whole: Mapping[str, Any]) -> str:
 
 # What else has a name where one of a kind is asked for: a frame is a site of the MJCF too, an actuator is called as its
 # joint and a camera as its sensor where they have no name of their own, and shapes are LINK_collision_1.
-ALSO: Mapping[str, tuple[str, ...]] = {
-    "site": ("link",),
-    "actuator": ("joint",),
-    "camera": ("sensor",),
-    "shape": ("link",),
-    "sensor": ("hardware sensor",),
-    "link or joint": ("link", "joint"),
-}
+ALSO: dict[str, tuple[str, ...]] = {"site": ("link",), "actuator": ("joint",), "camera": ("sensor",)}
+ALSO |= {"shape": ("link",), "sensor": ("hardware sensor",), "link or joint": ("link", "joint")}
 # The ways to mirror a mapping (x-mirror), each with the keys that it changes, of which a schema has one at least; the
 # sides of wheels are keys themselves.
-MIRRORED_KEYS: Mapping[str, tuple[str, ...]] = {
-    "pose": ("xyz", "rpy"),
-    "axis": ("axis",),
-    "direction": ("direction",),
-    "dir": ("dir",),
-    "at": ("at",),
-    "grid": ("origin", "heights", "bottom"),
-    "inertia": ("ixy", "ixz", "iyz"),
-    "bounds": ("min", "max"),
-    "scale": ("scale",),
-    "gear": ("gear",),
-}
+MIRRORED_KEYS: dict[str, tuple[str, ...]] = {"pose": ("xyz", "rpy"), "grid": ("origin", "heights", "bottom")}
+MIRRORED_KEYS |= {"inertia": ("ixy", "ixz", "iyz"), "bounds": ("min", "max")}
+MIRRORED_KEYS |= {key: (key,) for key in ("axis", "direction", "dir", "at", "scale", "gear")}
 MIRROR, GIVES, NAMES, INSIDE, SPELT = "x-mirror", "x-gives", "x-names", "x-names-in", "x-spelt"
 ROBOT, WORLD = "robot", "world"
 SIMULATION, DESCRIPTION = "simulation", "description"
@@ -102,11 +53,7 @@ ENTRIES, ITEMS, WITHIN = "entries", "items", "within"
 
 
 class Node(NamedTuple):
-    """What the schema says of the values at a place.
-
-    ``of`` is what is found here or anywhere below: the kinds of names that are looked up, and MIRROR, GIVES, INSIDE,
-    SPELT.
-    """
+    """What the schema says of the values at a place."""
 
     names: str = ""
     gives: str = ""
@@ -195,7 +142,6 @@ def annotated_sections(whole: Mapping[str, Any]) -> dict[str, Node]:
 
 
 def _own(node: Node) -> Iterator[str]:
-    """Yield what is looked at because of a place itself."""
     if node.mirror:
         yield MIRROR
     if node.inside:

@@ -1,25 +1,43 @@
-"""Arguments: what a description declares under ``args``, and the values that files of arguments set."""
+"""What a run is given: arguments that a description declares, by files and Python programs; and names of outputs."""
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import product
+from decimal import Decimal
+from itertools import count, product
+from numbers import Integral, Real
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Diagnostic, Span, error, has_errors
-from rosorin_compile.source.files import shown
-from rosorin_compile.source.load import LoadError, load_mapping
+from rosorin_compile.source.diagnostics import Diagnostic, Span, did_you_mean, error, has_errors
+from rosorin_compile.source.files import is_folder, shown
+from rosorin_compile.source.load import MAX_DEPTH, MAX_NODES, LoadError, load_mapping
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.rule_registry import OUTPUTS, Rule
+from rosorin_compile.source.tree import Instance, Map, Seq, Text
+from rosorin_compile.source.units import Quantity
+from rosorin_compile.source.wording import first_of
 
-from .expand import expand
+from .expand.description import expand
 from .expand.files import Reader
-from .written import Written
+from .expression.functions import FUNCTIONS, KindError, kind_of
+from .origins import Written
+
+if TYPE_CHECKING:
+    from rosorin_compile.formats import Format
+
+RULES = (Rule("unknown-output", "There is no such output.", "See `rosorin-compile print --list`.", OUTPUTS),)
+UNKNOWN = RULES[0].id
+_MOST_NAMED = 20
+_ADDED = "taken with the defaults of its format; an entry under outputs can say more"
 
 Choice = tuple[str, tuple[str, ...]]  # an argument and its values, that of the default first
 Combination = tuple[str, ...]  # one value for each argument
 
+_LARGEST = 10**18  # from here on YAML's whole numbers are floats (see load)
+NO_ARGUMENTS = "leave the arguments out"
 # Rules for the values of arguments, as opposed to the rest of the description.
 _OF_ARGUMENTS = ("unknown-argument", "bad-argument")
 
@@ -44,10 +62,7 @@ class Argument(NamedTuple):
 def declared(
     path: Path, arguments: Mapping[str, Any], packages: Mapping[str, Path] | None = None
 ) -> tuple[list[Argument], list[Diagnostic]]:
-    """Return the arguments of the description whose first file is ``path``, and problems with their values.
-
-    They are also listed for a description with other mistakes, as long as its files can be read.
-    """
+    """Return the arguments of the description whose first file is ``path``, and problems with their values."""
     reader = Reader(path, None, packages)
     root = reader.whole()
     if root is None or has_errors(reader.diagnostics):
@@ -58,13 +73,11 @@ def declared(
     found = []
     for name in entries:
         argument = _argument(name, entries, written)
-        if name in arguments:
-            place = arguments.value_spans.get(name) if isinstance(arguments, Map) else None
+        if name in arguments or name in reader.given:
+            spans = getattr(arguments, "value_spans", {})
+            place = spans.get(name) if name in arguments else reader.given[name][1].span
             text = str(arguments[name]) if place is None else written.text(place)
             argument = argument._replace(value=text, set_at=place)
-        elif name in reader.given:
-            place = reader.given[name][1].span
-            argument = argument._replace(value=written.text(place), set_at=place)
         found.append(argument)
     return found, arrange(d for d in expanded.diagnostics if d.rule in _OF_ARGUMENTS)
 
@@ -105,10 +118,7 @@ def combinations(varied: Sequence[Choice]) -> Iterator[Combination]:
 
 
 def read(paths: Iterable[Path], texts: Mapping[str, str]) -> Map:
-    """Return the arguments of at least one YAML file; later files override earlier ones, ``texts`` override files.
-
-    Only those of the files have a place. Raises LoadError.
-    """
+    """Return the arguments of at least one YAML file; later files override earlier ones, ``texts`` override files."""
     first, *others = (load_mapping(path, shown(path)) for path in paths)
     merged = Map(first.span)
     for values in (first, *others):
@@ -122,3 +132,153 @@ def read(paths: Iterable[Path], texts: Mapping[str, str]) -> Map:
         merged.key_spans.pop(name, None)
         merged.value_spans.pop(name, None)
     return merged
+
+
+class ApiArguments(NamedTuple):
+    """The path of a robot, its arguments and folders of packages, from a Python program; invalid with diagnostics."""
+
+    name: str
+    arguments: dict[str, Any]
+    packages: dict[str, Path]
+    diagnostics: list[Diagnostic]
+
+
+def of_api(path: object, arguments: object, packages: object) -> ApiArguments:
+    """Convert the arguments of a function of the API."""
+    diagnostics: list[Diagnostic] = []
+    name = os.fsdecode(path) if isinstance(path, (str, os.PathLike)) else ""
+    if not isinstance(path, (str, os.PathLike)):
+        diagnostics.append(error("wrong-type", f"the path of a robot is text or a Path; this is {_type(path)}", None))
+    values, wrong = from_python({} if arguments is None else arguments)
+    diagnostics += wrong
+    folders: dict[str, Path] = {}
+    if not isinstance(packages or {}, Mapping):
+        message = f"packages map names to folders; this is {_type(packages)}"
+        diagnostics.append(error("package-missing", message, None, 'write {"NAME": FOLDER}'))
+    for package, folder in packages.items() if isinstance(packages, Mapping) else ():
+        if isinstance(package, str) and isinstance(folder, (str, os.PathLike)) and is_folder(folder):
+            folders[package] = Path(os.fsdecode(folder))
+        else:
+            message = f'there is no folder "{folder!s:.200}" for the package {package!s:.60}'
+            diagnostics.append(error("package-missing", message, None))
+    return ApiArguments(name, values, folders, diagnostics)
+
+
+def takes_no_arguments(path: Path) -> Diagnostic:
+    """Return the error about arguments for a file that takes none."""
+    message = f"{path.name} has no arguments: only a description and a xacro have them"
+    return error("unknown-argument", message, None, NO_ARGUMENTS)
+
+
+class _NoValue(Exception):
+    """A value that is not possible for an argument; the message is the reason."""
+
+
+def from_python(arguments: object) -> tuple[dict[str, Any], list[Diagnostic]]:
+    """Convert arguments of a Python program to values of the language; also returns the errors.
+
+    Numbers are in SI units; a text is read like ``-a NAME=TEXT``. An object with ``tolist``, such as a numpy array, is
+    a number or a list.
+    """
+    if not isinstance(arguments, Mapping):
+        message = f"arguments map names to values; this is {_type(arguments)}"
+        return {}, [error("bad-argument", message, None, 'write {"NAME": VALUE}')]
+    values: dict[str, Any] = {}
+    diagnostics: list[Diagnostic] = []
+    for name, value in arguments.items():
+        try:
+            if not isinstance(name, str):
+                raise _NoValue("is not a name: a name is text")
+            values[str(name)] = _plain(value, 0, [0])
+        except _NoValue as problem:
+            help = "a value is text, a number, true or false, None, a list or a table of them"
+            diagnostics.append(error("bad-argument", f'the argument "{name!s:.60}" {problem}', None, help))
+    return values, diagnostics
+
+
+def _plain(value: object, depth: int, count: list[int]) -> Any:
+    """Convert a value; ``count`` is the number of values so far. Raises _NoValue."""
+    count[0] += 1
+    if depth > MAX_DEPTH or count[0] > MAX_NODES:
+        raise _NoValue("is too deep or too large a value")
+    if value is None or isinstance(value, (bool, Quantity, Text)):
+        return value
+    if isinstance(value, (str, os.PathLike)):
+        return str.__str__(value) if isinstance(value, str) else Text(os.fsdecode(value))
+    if isinstance(value, Integral) and abs(int(value)) < _LARGEST:
+        return int(value)
+    if isinstance(value, (Real, Decimal)):
+        try:
+            return float(value)
+        except (OverflowError, ValueError):
+            raise _NoValue("is too large a number") from None
+    if isinstance(value, Mapping):
+        for key in (key for key in value if not isinstance(key, str)):
+            raise _NoValue(f"is a table with a key that is {_type(key)}, not text")
+        return {str.__str__(key): _plain(item, depth + 1, count) for key, item in value.items()}
+    if isinstance(value, (list, tuple, range)):
+        return [_plain(item, depth + 1, count) for item in value]
+    tolist = getattr(value, "tolist", None)
+    if not callable(tolist):
+        raise _NoValue(f"is {_type(value)}")
+    return _plain(tolist(), depth + 1, count)
+
+
+def _type(value: object) -> str:
+    return "None" if value is None else f"of the type {type(value).__name__}"
+
+
+def as_texts(values: Mapping[str, Any]) -> tuple[dict[str, str], list[Diagnostic]]:
+    """Return values as the arguments of a xacro, which are text (quantities in SI units), and the errors."""
+    texts: dict[str, str] = {}
+    diagnostics: list[Diagnostic] = []
+    for name, value in values.items():
+        try:
+            texts[name] = FUNCTIONS["str"](value)
+        except KindError:
+            message = f'the argument "{name}" of a xacro is text or a number, not {kind_of(value)}'
+            diagnostics.append(error("bad-argument", message, None))
+    return texts, diagnostics
+
+
+def with_wanted(tree: Map, wanted: Sequence[str], formats: Mapping[str, Format]) -> tuple[Map, list[Diagnostic]]:
+    """Return a tree with an entry for each requested output, and the errors about their names."""
+    outputs = tree.get("outputs")
+    if not wanted or not (outputs is None or isinstance(outputs, Map)):  # the schema reports other types
+        return tree, []
+    listed = outputs if outputs is not None else Map(tree.span, tree.via)
+    new = [name for name in dict.fromkeys(wanted) if name not in listed]
+    written = [name for name, format in formats.items() if format.write is not None] if new else []
+    unknown = [name for name in new if name not in written]
+    robot, span = str(tree.get("robot", "robot")), tree.key_spans.get("robot", tree.span)
+    if unknown or not new:
+        has = f"its outputs: {first_of(list(listed), _MOST_NAMED)}" if listed else "it lists no outputs"
+        if others := [one for one in written if one not in listed]:
+            has += f"; with their defaults: {first_of(others, _MOST_NAMED)}"
+        errors = []
+        for name in unknown:
+            guess = did_you_mean(name, [*listed, *written])
+            message = f'{robot} has no output "{name}", and there is no format of that name'
+            errors.append(error(UNKNOWN, message, None, f"{guess} ({has})" if guess.startswith("did") else has))
+        return tree, errors
+    section = listed.copied()
+    for name in new:
+        entry = Map(span, Instance(_ADDED, span, tree.via))
+        entry.put("file", _file(formats[name], robot, section), span, span)
+        section.put(name, entry, span, span)
+    made = tree.copied()
+    place = (tree.key_spans["outputs"], tree.value_spans["outputs"]) if "outputs" in tree else (span, span)
+    made.put("outputs", section, *place)
+    return made, []
+
+
+def is_listed(entry: object) -> bool:
+    """Return True if an entry of outputs is in the description, and was not added for a request."""
+    return not (isinstance(entry, Map) and entry.via is not None and entry.via.message == _ADDED)
+
+
+def _file(format: Format, robot: str, listed: Map) -> str:
+    usual = (format.file or f"{{}}.{format.name}").format(re.sub(r"[^\w.-]", "_", robot))
+    taken = {str(entry.get("file")).casefold() for entry in listed.values() if isinstance(entry, Map)}
+    names = (usual if number == 1 else f"{number}_{usual}" for number in count(1))
+    return next(name for name in names if name.casefold() not in taken)

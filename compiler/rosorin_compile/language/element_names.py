@@ -1,7 +1,6 @@
 """Names in elements of XML: of links and joints in a URDF or an SRDF, and of everything in MJCF.
 
-Elements of MJCF are in a body of MuJoCo (``top`` is false), or are a section of the file, such as ``<tendon>``; their
-tags begin there.
+With ``top``, elements of MJCF are a section of the file, such as ``<tendon>``; else they are in a body.
 """
 
 from __future__ import annotations
@@ -74,7 +73,6 @@ def named_in(text: str) -> Iterator[Reference]:
 
 
 def _named(tags: tuple[str, ...], attributes: Iterable[str]) -> Iterator[tuple[str, str]]:
-    """Yield the kind and the attribute of each name of a link or a joint."""
     if tags == ("gazebo",):
         yield EITHER, "reference"
     if tags[0] in REFERRING and tags[-1] in ("link", "joint", "passive_joint"):
@@ -88,14 +86,8 @@ def _kind_of_text(tag: str) -> str:
 
 
 def _is_name(text: str) -> bool:
-    """Return True if a text can be the name of a link or joint: one word, no number or flag, no xacro expression."""
-    if not re.fullmatch(r"[\w./-]+", text) or text.lower() in ("true", "false"):
-        return False
-    try:
-        float(text)
-    except ValueError:
-        return True
-    return False
+    number = r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|true|false|nan|inf(inity)?"
+    return bool(re.fullmatch(r"[\w./-]+", text)) and not re.fullmatch(number, text, re.IGNORECASE)
 
 
 def renamed(text: str, rename: Callable[[str], str], references: Finder = references) -> str:
@@ -216,7 +208,7 @@ def with_files(text: str, rename: Callable[[str], str]) -> str:
 
     def one(found: re.Match[str]) -> str:
         name, quote = found[2][1:-1], found[2][0]
-        return f"{found[1]}{quote}{rename(name) if name.strip() else name}{quote}"
+        return f"{found[1]}{quote}{rename(name)}{quote}" if name.strip() else found[0]
 
     return _FILE.sub(one, text)
 

@@ -4,30 +4,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
-from rosorin_compile.model import (
-    STATIC_TRANSFORM_PUBLISHER,
-    Box,
-    Ellipsoid,
-    Geometry,
-    HeightMap,
-    Joint,
-    Link,
-    Mesh,
-    Pose,
-    Publisher,
-    Robot,
-    Vector,
-)
+from rosorin_compile.model import Joint, Link, Pose, Publisher, Robot, Vector
 from rosorin_compile.model import Transform as Rigid
-from rosorin_compile.model.joint import NODE, UNPUBLISHED
+from rosorin_compile.model.joint import NODE, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED
 from rosorin_compile.source.diagnostics import UnknownName, did_you_mean, nearest
-from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Path, at
 
-from .expand import Expanded
+from .expand.description import Expanded
 from .lower import Lowered
 from .origins import Meaning, Origin, Origins, Step, Where
 from .schema import fragment_at, joint_unit, sections
@@ -37,6 +24,7 @@ _AXES: Mapping[str | int, Sequence[str]] = {"xyz": ("x", "y", "z"), "rpy": ("rol
 _KEYS_OF_JOINT = ("limit", "mimic", "dynamics", "actuator", "calibration", "safety_controller")
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _USE = re.compile(r'part ".*?" used here as "(.*?)"')  # the message of ``expand.parts``
+_OPTICAL = "not written: an optical frame is turned like this (REP 103)"
 
 
 class NotThere(UnknownName):
@@ -94,11 +82,9 @@ class Placed(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """A shape of a link in a few words, and its numbers."""
+    """A shape of a link, its numbers and its place."""
 
     purpose: str
-    kind: str
-    words: str
     numbers: tuple[Number, ...]
     where: Where
 
@@ -117,6 +103,13 @@ class Explanation(NamedTuple):
     joint: tuple[Number, ...]
     inertial: tuple[Number, ...]
     shapes: tuple[Shape, ...]
+
+    @property
+    def numbers(self) -> list[Number]:
+        """The numbers of the frame itself: of the edges that place it, its joint, mass and shapes."""
+        edges = [edge for edge in (*self.chain[-1:], *self.others) if edge.child == self.name]
+        groups = [*(edge.numbers for edge in edges), self.joint, self.inertial, *(one.numbers for one in self.shapes)]
+        return [number for group in groups for number in group]
 
 
 class Answer(NamedTuple):
@@ -149,31 +142,26 @@ def explain(
     poses = [known.name for known in robot.poses]
     if pose and pose not in poses:
         raise NotThere(_missing("pose", pose, poses))
-    entries = {
-        name: (section, name)
-        for section, node in sections().items()
-        if node.explained is True
-        for name in expanded.tree.get(section) or ()
-    }
+    explained = [section for section, node in sections().items() if node.explained is True]
+    entries = {name: (section, name) for section in explained for name in expanded.tree.get(section) or ()}
     targets = {name: frames.meant_by(name) for name in names}
     shown = dict.fromkeys(target for found in targets.values() for target in found)
     answers: list[Explanation | Answer] = [frames.explanation(target, pose) for target in shown]
     unknown = [name for name in names if not targets[name]]
     answers += [Answer(name, tuple(_inner(frames.numbers(entries[name])))) for name in unknown if name in entries]
-    numbers = {number.name for answer in answers for number in _numbers_of(answer)}
+    numbers = {number.name for answer in answers for number in answer.numbers}
     words: list[str] = []
     values: list[NamedValue] = []
     for name in (name for name in unknown if name not in entries):
-        meaning = origins.named(name)
         if any(_is_called(number, name) for number in numbers):
             words.append(name)
-        elif meaning is not None:
+        elif (meaning := origins.named(name)) is not None:
             uses = tuple(origins.where(place.span) for place in expanded.values.uses(name))
             values.append(NamedValue(name, meaning, uses))
         else:
             known = {*frames.names, *robot.joint, *entries, *expanded.scope.places}
-            known.update(sensor.name for sensor in robot.sensors)
-            known.update(use for frame in frames.names for use in frames.uses(frame))
+            known |= {sensor.name for sensor in robot.sensors}
+            known |= {use for frame in frames.names for use in frames.uses(frame)}
             what = "frame, link, joint, sensor, use, value or number"
             raise NotThere(_missing(what, name, [*sorted(known), *sorted(numbers)]))
     added = tuple(f"{section} " for section in robot.sections.said)
@@ -186,15 +174,6 @@ def _missing(what: str, name: str, known: Sequence[str]) -> str:
     return f'there is no {what} "{name}"; {did_you_mean(name, known) or "there is none at all"}'
 
 
-def _numbers_of(answer: Explanation | Answer) -> list[Number]:
-    """Return the numbers of a frame itself: of the edges that place it, its joint, mass and shapes."""
-    if isinstance(answer, Answer):
-        return list(answer.numbers)
-    edges = [edge for edge in (*answer.chain[-1:], *answer.others) if edge.child == answer.name]
-    groups = [*(edge.numbers for edge in edges), answer.joint, answer.inertial, *(one.numbers for one in answer.shapes)]
-    return [number for group in groups for number in group]
-
-
 def _is_called(number: str, word: str) -> bool:
     """Return True if a word selects a number: its name, a word of "inertia ixx", or the vector that it is in."""
     return word in (number, number.partition("[")[0]) or word in number.split() or number in _AXES.get(word, ())
@@ -203,13 +182,13 @@ def _is_called(number: str, word: str) -> bool:
 def _selected(answer: Explanation | Answer, words: Sequence[str], added: tuple[str, ...]) -> Answer:
     """Return the numbers that words select; an exact match excludes others except ``added``, those of sections."""
     selected: dict[Number, None] = {}
-    numbers = _numbers_of(answer)
     for word in words:
-        matches = [number for number in numbers if number.name == word]
-        if matches:
-            matches += [n for n in numbers if n.name.startswith(added) and n.name.endswith(f" {word}")]
-            matches += [number for number in numbers if number.name == f"{word} in all"]
-        selected |= dict.fromkeys(matches or [number for number in numbers if _is_called(number.name, word)])
+        is_exact = any(number.name == word for number in answer.numbers)
+        for number in answer.numbers:
+            name = number.name
+            also = name == f"{word} in all" or (name.startswith(added) and name.endswith(f" {word}"))
+            if (name == word or also) if is_exact else _is_called(name, word):
+                selected[number] = None
     return Answer(answer.name, tuple(selected))
 
 
@@ -217,9 +196,7 @@ class _Frames:
     """The tree of frames of one robot: its joints, and the edges of other nodes."""
 
     def __init__(self, robot: Robot, places: Mapping[tuple[str, str], Path], origins: Origins) -> None:
-        self.robot = robot
-        self.places = places
-        self.origins = origins
+        self.robot, self.places, self.origins = robot, places, origins
         ends = [name for edge in robot.edges for name in (edge.parent, edge.child)]
         self.names = list(dict.fromkeys([*(link.name for link in robot.links), *ends]))
 
@@ -274,7 +251,6 @@ class _Frames:
             yield "root"
 
     def _chain(self, frame: str) -> tuple[Edge, ...]:
-        """Return the edges from the root to a frame; through those of other nodes where no joint leads on."""
         visited: set[str] = set()
         below: list[Edge] = []
         while frame not in self.robot.link and frame not in visited:
@@ -288,7 +264,6 @@ class _Frames:
         return (*map(self._edge_of_joint, joints), *below)
 
     def _placed(self, frame: str, chain: Sequence[Edge], pose: str) -> Placed:
-        """Return the pose of a frame in the root of its chain, with the joints in a named pose."""
         positions = next((known.positions for known in self.robot.poses if known.name == pose), {})
         root, found = chain[0].parent if chain else frame, Rigid()
         for ends in dict.fromkeys((edge.parent, edge.child) for edge in chain):
@@ -305,7 +280,6 @@ class _Frames:
 
     def _edge_of_joint(self, joint: Joint) -> Edge:
         path = self.places["joint", joint.name]
-        where, stack = self.origins.at(path)
         numbers = list(self._pose(path, joint.origin))
         if path[0] in self.robot.sections.said:  # a section of a plug-in may calculate them from anything
             numbers = [number._replace(origin=None, note=f"of {path[0]}") for number in numbers]
@@ -313,57 +287,53 @@ class _Frames:
             numbers += self._vector((*path, "axis"), joint.axis, "")
         topic = "" if joint.publisher.kind == UNPUBLISHED else "/tf" if joint.moves_on_tf else "/tf_static"
         publisher = "published in turns" if joint.name in self.robot.turns else _in_words(joint.publisher)
-        transform = Transform.of(joint.transform())
         ends = (joint.parent, joint.child, joint.name, joint.type)
-        return Edge(*ends, publisher, topic, "", transform, tuple(numbers), where, stack)
+        transform = Transform.of(joint.transform())
+        return Edge(*ends, publisher, topic, "", transform, tuple(numbers), *self.origins.at(path))
 
     def _edges_to(self, frame: str) -> tuple[Edge, ...]:
-        """Return the edges of other nodes that place a frame."""
         found = []
         for index, edge in enumerate(self.robot.edges):
             if edge.child == frame:
                 path: Path = self.places["joint", edge.joint] if edge.joint else ("edges", index)
-                where, stack = self.origins.at(path)
                 transform = None if edge.pose is None else Transform.of(edge.pose.transform())
                 numbers = () if edge.pose is None else tuple(self._pose(path, edge.pose))
                 ends = (edge.parent, frame, "", "", _in_words(edge.publisher), "/tf" if edge.moving else "/tf_static")
-                found.append(Edge(*ends, edge.when, transform, numbers, where, stack))
+                found.append(Edge(*ends, edge.when, transform, numbers, *self.origins.at(path)))
         return tuple(found)
 
     def _pose(self, path: Path, pose: Pose) -> Iterator[Number]:
-        optical = "not written: an optical frame is turned like this (REP 103)"
         yield from self._vector((*path, "xyz"), pose.xyz, "m")
-        yield from self._vector((*path, "rpy"), pose.rpy, "rad", optical if path[-1] == "optical" else "not written")
+        yield from self._vector((*path, "rpy"), pose.rpy, "rad", _OPTICAL if path[-1] == "optical" else "not written")
 
     def _vector(self, path: Path, values: Vector, unit: str, note: str = "not written") -> Iterator[Number]:
+        names = _AXES.get(path[-1]) or [f"{path[-1]} {axis}" for axis in "xyz"]
         for index, value in enumerate(values):
             origin = self.origins.of((*path, index))
-            name = _AXES[path[-1]][index] if path[-1] in _AXES else f"{path[-1]} {'xyz'[index]}"
-            yield Number(name, value, unit, origin, "" if origin else note)
+            yield Number(names[index], value, unit, origin, "" if origin else note)
 
     def numbers(self, path: Path, joint: Joint | None = None) -> Iterator[Number]:
         """Yield every number below a path, named by the keys that lead to it; ``joint`` determines the units."""
         leader = self.robot.joint.get(joint.mimic.joint) if joint is not None and joint.mimic is not None else None
         slides, leads = (one is not None and one.type in ("prismatic", "planar") for one in (joint, leader))
-        waiting: list[tuple[Path, object]] = [(path, at(self.origins.tree, path))]
-        while waiting:
-            here, value = waiting.pop(0)
+
+        def below(here: Path, value: object) -> Iterator[Number]:
             if isinstance(value, list) and any(isinstance(item, list) for item in value):
-                continue  # the cells of a height map are too many to list
+                return  # the cells of a height map are too many to list
             if isinstance(value, (dict, list)):
-                items = value.items() if isinstance(value, dict) else enumerate(value)
-                waiting = [*(((*here, key), item) for key, item in items), *waiting]
+                for key, item in value.items() if isinstance(value, dict) else enumerate(value):
+                    yield from below((*here, key), item)
             elif isinstance(value, (int, float)) and not isinstance(value, bool):
                 unit = joint_unit(here, slides, leads if leader is not None else None) or ""
                 yield Number(_name_of(here[len(path) - 1 :]), float(value), unit, self.origins.of(here))
 
+        return below(path, at(self.origins.tree, path))
+
     def _entries_naming(self, kind: str, name: str, section: str) -> list[Path]:
-        """Return the entries of a section that refer to a link or a joint."""
         references = SymbolTable(self.origins.tree).references((kind,), section)
         return list(dict.fromkeys(reference.path[:-1] for reference in references if reference.name == name))
 
     def _numbers_of_joint(self, joint: Joint) -> Iterator[Number]:
-        """Yield the limits of a joint, its mimic, its simulation, and the numbers of entries that refer to it."""
         path = self.places["joint", joint.name]
         for key in () if path[0] in self.robot.sections.said else _KEYS_OF_JOINT:
             yield from self.numbers((*path, key), joint)
@@ -375,7 +345,6 @@ class _Frames:
                             yield number._replace(name=f"{node.explained} {number.name}")
 
     def _numbers_of_mass(self, link: Link) -> Iterator[Number]:
-        """Yield the numbers of an inertial, also calculated ones, and what sections add to it."""
         path = self.places["link", link.name]
         before = self.robot.as_said().link.get(link.name)
         inertial = before.inertial if before is not None else None
@@ -399,25 +368,20 @@ class _Frames:
     def _shapes(self, link: Link) -> Iterator[Shape]:
         path = self.places["link", link.name]
         for purpose, shapes in (("collision", link.collision), ("visual", link.visual)):
-            for index, shape in enumerate(shapes):
+            for index in range(len(shapes)):
                 here: Path = (*path, purpose, index)
-                numbers = tuple(_inner(self.numbers(here)))
-                yield Shape(purpose, *_size_in_words(shape.geometry), numbers, self.origins.at(here)[0])
+                yield Shape(purpose, tuple(_inner(self.numbers(here))), self.origins.at(here)[0])
 
 
 def _name_of(steps: Path) -> str:
-    """Return keys as the name of a number: inertia ixx, xyz x, size[0]."""
-    words = ""
-    for step in steps:
-        if isinstance(step, int):
-            axes = _AXES.get(words.rpartition(" ")[2])
-            words += f" {axes[step]}" if axes and step < 3 else f"[{step}]"
-        else:
-            words += f" {step}" if words else step
+    words = str(steps[0])
+    for before, step in pairwise(steps):
+        axes = _AXES.get(before, ()) if isinstance(step, int) else ()
+        words += f" {axes[step]}" if step in range(len(axes)) else f"[{step}]" if isinstance(step, int) else f" {step}"
     return words
 
 
-def _inner(numbers: Iterator[Number]) -> Iterator[Number]:
+def _inner(numbers: Iterable[Number]) -> Iterator[Number]:
     """Yield numbers named without the entry that they are in: "inertial mass" becomes "mass"."""
     return (number._replace(name=number.name.partition(" ")[2]) for number in numbers)
 
@@ -430,18 +394,3 @@ def _in_words(publisher: Publisher) -> str:
     static = "the static_transform_publisher " if publisher.kind == STATIC_TRANSFORM_PUBLISHER else ""
     about = f" ({publisher.about})" if publisher.kind == NODE and publisher.about else ""
     return f"published by {static}{publisher.name}{about}"
-
-
-def _size_in_words(geometry: Geometry) -> tuple[str, str]:
-    """Return the kind of a geometry and its size."""
-    if isinstance(geometry, Box):
-        return "box", " x ".join(exact(round(length, 12)) for length in geometry.size) + " m"
-    if isinstance(geometry, Mesh):
-        return "mesh", geometry.file
-    if isinstance(geometry, HeightMap):
-        rows, columns = len(geometry.heights), len(geometry.heights[0])
-        return "height map", f"{rows} x {columns} cells of {exact(geometry.cell)} m"
-    if isinstance(geometry, Ellipsoid):
-        return "ellipsoid", "radii " + " x ".join(map(exact, geometry.radii)) + " m"
-    sizes = [(name, getattr(geometry, name)) for name in ("radius", "length") if hasattr(geometry, name)]
-    return type(geometry).__name__.lower(), ", ".join(f"{name} {exact(value)} m" for name, value in sizes)

@@ -53,12 +53,11 @@ def lines(found: Explanation | Answer | NamedValue) -> Iterator[str]:
         yield f"Joint {found.chain[-1].joint}:"
         yield from (*_numbers(found.joint, found.chain[-1].stack), "")
     if found.inertial:
-        yield "Mass:"
-        yield from (*_numbers(found.inertial, found.stack), "")
+        yield from ("Mass:", *_numbers(found.inertial, found.stack), "")
     if found.shapes:
         yield "Shapes:"
         for shape in found.shapes:
-            yield f"  {shape.purpose} {shape.kind}, {shape.words}  {_place(shape.where)}"
+            yield f"  {shape.purpose}  {_place(shape.where)}  {shape.where.text}"
             yield from _numbers(shape.numbers, found.stack)
         yield ""
 
@@ -79,23 +78,22 @@ def _edge(edge: Edge) -> Iterator[str]:
 
 
 def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
-    """Yield a line per number, then its origin; what several numbers share follows the last of them.
-
-    The stack ``known`` is not printed again.
-    """
-    rows = [(number, _value(number)) for number in _merge_zeros(numbers)]
+    """Yield a line per number, then its origin; what several numbers share follows the last of them."""
+    rows = []
+    for number in _merge_zeros(numbers):
+        degrees = f" ({fixed(math.degrees(number.value), 6)} deg)" if number.unit == "rad" and number.value else ""
+        rows.append((number, f"{exact(number.value)} {number.unit}".rstrip() + degrees))
     width = max((len(number.name) for number, _ in rows), default=0)
     value_width = max((len(value) for _, value in rows), default=0)
-    for index, (number, value) in enumerate(rows):
-        origin = number.origin
-        if origin is None:
-            yield f"    {number.name:{width}}  {value:{value_width}}  {number.note}".rstrip()
-            continue
-        source = f"{_place(origin.where)}  {origin.where.text}"
-        if origin.parts:
-            source = "of the pose in the part and that of its mount"
+    for (number, value), (follower, _) in zip(rows, [*rows[1:], (None, "")], strict=True):
+        origin, following = number.origin, follower.origin if follower is not None else None
+        source = number.note
+        if origin is not None:
+            combined = "of the pose in the part and that of its mount"
+            source = combined if origin.parts else f"{_place(origin.where)}  {origin.where.text}"
         yield f"    {number.name:{width}}  {value:{value_width}}  {source}".rstrip()
-        following = rows[index + 1][0].origin if index + 1 < len(rows) else None
+        if origin is None:
+            continue
         if following is None or following.parts != origin.parts:
             for part in origin.parts:
                 yield f"        {_place(part.where)}  {part.where.text}"
@@ -109,24 +107,16 @@ def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
 
 
 def _merge_zeros(numbers: Sequence[Number]) -> Iterator[Number]:
-    """Yield numbers, a position or an orientation that is not written as a single line."""
-    index = 0
-    while index < len(numbers):
-        three = numbers[index : index + 3]
+    while numbers:
+        three = numbers[:3]
         names = " ".join(number.name for number in three)
         merge = names in ("x y z", "roll pitch yaw") and all(n.origin is None and n.value == 0 for n in three)
         yield three[0]._replace(name=names) if merge else three[0]
-        index += 3 if merge else 1
+        numbers = numbers[3 if merge else 1 :]
 
 
 def _row(values: Sequence[float]) -> str:
     return "  ".join(fixed(value, _DIGITS) for value in values)
-
-
-def _value(number: Number) -> str:
-    unit = f" {number.unit}" if number.unit else ""
-    degrees = f" ({fixed(math.degrees(number.value), 6)} deg)" if number.unit == "rad" and number.value else ""
-    return f"{exact(number.value)}{unit}{degrees}"
 
 
 def _meanings(names: Sequence[Meaning], indent: int) -> Iterator[str]:

@@ -5,23 +5,100 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from itertools import islice
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Span
+from rosorin_compile.source.diagnostics import Source, Span
+from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.numbers import exact
-from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, locate, maker
+from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, has, locate, maker
 from rosorin_compile.source.units import NUMBER, Quantity, describe
 
 from .expand.expansion import Failed
+from .expand.provenance import scope_of
 from .expand.scope import Scope
 from .expression import ExpressionError, evaluate, parsed, pieces
 from .symbols import MOUNT
-from .written import Piece, Written
 
 MAX_LEVELS = 6
 MAX_NAMES = 40
 _POSE = ("xyz", "rpy")
 _OF_USE = ("name", "frame")  # every part and sensor type has these names
+MAX_TEXT = 80
+
+_Places = dict[tuple[int, int], "Piece"]
+
+
+class Piece(NamedTuple):
+    """A value of a file: its path from the top, the value as read, and the positions of the value and of its key."""
+
+    path: Path
+    value: Any
+    span: Span
+    key: Span | None
+
+
+class Written:
+    """The files that positions are in; each is read once."""
+
+    def __init__(self) -> None:
+        self._files: dict[str, tuple[_Places, _Places]] = {}
+
+    def value(self, span: Span) -> Piece | None:
+        """Return the innermost value that begins at a position."""
+        return self._read(span.source)[0].get((span.line, span.column))
+
+    def entry(self, span: Span) -> Piece | None:
+        """Return the value whose key is at a position."""
+        return self._read(span.source)[1].get((span.line, span.column))
+
+    def text(self, span: Span) -> str:
+        """Return the value written at a position, or behind the key there, on one line and shortened."""
+        if _is_markup(span.source):
+            text = span.source.line(span.line)[span.column - 1 :][: span.length]
+        else:
+            piece = self.entry(span) or self.value(span)
+            text = "" if piece is None else _text(piece.value, piece.span)
+        return text if len(text) <= MAX_TEXT else f"{text[: MAX_TEXT - 3]}..."
+
+    def _read(self, source: Source) -> tuple[_Places, _Places]:
+        if source.path not in self._files:
+            values, keys = self._files.setdefault(source.path, ({}, {}))
+            try:
+                waiting: list[tuple[Path, Any]] = [((), None if _is_markup(source) else parse_yaml(source))]
+            except LoadError:  # artifacts of another tool; descriptions with errors are not explained
+                waiting = []
+            while waiting:
+                path, value = waiting.pop()
+                items = value.items() if isinstance(value, Map) else enumerate(value) if isinstance(value, Seq) else ()
+                for key, item in items:
+                    span, named = value.value_spans[key], value.key_spans[key] if isinstance(value, Map) else None
+                    piece = values[span.line, span.column] = Piece((*path, key), item, span, named)
+                    if named is not None:
+                        keys[named.line, named.column] = piece
+                    waiting.append((piece.path, item))
+        return self._files[source.path]
+
+
+def _is_markup(source: Source) -> bool:
+    return source.text[:200].lstrip("\ufeff \t\r\n").startswith("<")
+
+
+def _text(value: Any, span: Span) -> str:
+    line = span.source.line(span.line)[span.column - 1 :]
+    if isinstance(value, Map):
+        keys = list(islice(value, MAX_TEXT))
+        if line.startswith("{"):
+            keys = [f"{key}: {_text(value[key], value.value_spans[key])}" for key in keys]
+        return f"{{{', '.join(keys)}}}"
+    if isinstance(value, Seq):
+        if not line.startswith("["):
+            return f"[{len(value)} items]"
+        return f"[{', '.join(_text(*item) for item in islice(zip(value, value.value_spans, strict=True), MAX_TEXT))}]"
+    if value is None:
+        return ""
+    one_line = not isinstance(value, str) or span.length >= len(value)
+    return line[: span.length] if one_line else " ".join(value.split())
 
 
 class Where(NamedTuple):
@@ -34,10 +111,7 @@ class Where(NamedTuple):
 
 
 class Meaning(NamedTuple):
-    """The value of a name in an expression, in SI units, and what defined it.
-
-    ``where`` is None for the command line; ``names`` are the names in the defining expression.
-    """
+    """The value of a name in an expression, in SI units, and what defined it."""
 
     name: str
     value: str
@@ -72,10 +146,7 @@ class Origins:
     """Find origins in one tree; ``root`` is the scope of the description, ``arguments`` come from the command line."""
 
     def __init__(self, tree: Map, root: Scope, arguments: Mapping[str, Any]) -> None:
-        self.tree = tree
-        self.root = root
-        self.arguments = arguments
-        self.scopes: dict[int, Scope] = root.expansion.scopes
+        self.tree, self.root, self.arguments = tree, root, arguments
         self.written = Written()
 
     def of(self, path: Path) -> Origin | None:
@@ -83,19 +154,17 @@ class Origins:
         node: Any = self.tree
         spans: list[Span] = []
         for step in path:
-            holder = node
-            if isinstance(node, Map) and step in node:
-                spans.append(node.value_spans[str(step)])
-            elif isinstance(node, Seq) and isinstance(step, int) and step < len(node):
-                spans.append(node.value_spans[step])
-            else:
+            if not has(node, step):
                 return None
-            node = holder[step]
+            spans.append(node.value_spans[step])
+            node = node[step]
         span, place = spans[-1], locate(self.tree, path)
         piece = self.written.value(span)
         if isinstance(piece and piece.value, (Map, Seq)) and not isinstance(node, (Map, Seq)):
             return self._combined_pose(span, place)
-        expressions = [self.where(outer) for outer in spans[:-1] if outer != span and self._is_expression(outer)]
+        outer = [(one, self.written.value(one)) for one in spans[:-1] if one != span]
+        is_text = [(one, at.value) for one, at in outer if at is not None and isinstance(at.value, str)]
+        expressions = [self.where(one) for one, text in is_text if "${" in text]
         names = self._meanings_of(piece, maker(self.tree, path), place.via)
         return Origin(self.where(span), names, tuple(expressions), self._stack(place))
 
@@ -112,10 +181,6 @@ class Origins:
         place = self.root.places.get(name)
         return None if place is None else self._meaning(name, place, self.root, self.root, 0)
 
-    def _is_expression(self, span: Span) -> bool:
-        piece = self.written.value(span)
-        return piece is not None and isinstance(piece.value, str) and "${" in piece.value
-
     def _stack(self, place: Place) -> tuple[Step, ...]:
         steps = []
         for related in place.stack():
@@ -127,13 +192,11 @@ class Origins:
         return tuple(steps)
 
     def _use(self, span: Span) -> Map | None:
-        """Return the entry of ``use`` whose key is at a position."""
         piece = self.written.entry(span)
         is_use = piece is not None and len(piece.path) > 1 and piece.path[-2] == "use" and isinstance(piece.value, Map)
         return piece.value if is_use and piece is not None else None
 
     def _combined_pose(self, span: Span, place: Place) -> Origin:
-        """Return the origin of a calculated pose: that of the entry in its part, then those of the part's mounts."""
         parts = list(self._poses(self.written.value(span), place.via))
         via: Instance | None = place.via
         while via is not None:
@@ -154,36 +217,22 @@ class Origins:
                 yield Origin(where._replace(text=f"{key}: {where.text}"), self._meanings_of(piece, via, via))
 
     def _meanings_of(self, piece: Piece | None, holder: Instance | None, via: Instance | None) -> tuple[Meaning, ...]:
-        """Return the meanings of the names in a value of a file.
-
-        ``holder`` is the instance that what holds the value belongs to, ``via`` that of the value itself.
-        """
+        """Return the meanings of the names in a value of a file."""
         if piece is None:
             return ()
-        scope = self._scope(holder)
-        if scope is None:
-            home = self._scope(via)
-            while home is not None and home.parent is not None:
+        scope = scope_of(self.root, holder)
+        if scope is self.root:  # a named value of a file of parts is evaluated among those of that file
+            home = scope_of(self.root, via)
+            while home.parent is not None:
                 home = home.parent
-            # A named value of a file of parts is evaluated among those of that file.
-            places = home.places.values() if home is not None else ()
-            scope = home if any(place.span.source.path == piece.span.source.path for place in places) else None
-        return tuple(self._names(piece.value, scope or self.root, 0))
-
-    def _scope(self, via: Instance | None) -> Scope | None:
-        """Return the scope of an instance, or of the nearest one around it that has a scope."""
-        while via is not None and id(via) not in self.scopes:
-            via = via.parent
-        return None if via is None else self.scopes[id(via)]
+            is_there = any(place.span.source.path == piece.span.source.path for place in home.places.values())
+            scope = home if is_there else scope
+        return tuple(self._names(piece.value, scope, 0))
 
     def _names(self, value: Any, scope: Scope, level: int) -> Iterator[Meaning]:
-        """Yield the meanings of the names in the expressions of a value, each once."""
         found: dict[str, tuple[Place, Scope]] = {}
         for node, name in _names_used(value):
-            owner: Scope | None = scope
-            while owner is not None and name not in owner.places:
-                owner = owner.parent
-            if owner is not None:
+            if (owner := scope.owner(name)) is not None:
                 entry = _entry_of_table(node, scope)
                 found.setdefault(ast.unparse(node) if entry else name, (entry or owner.places[name], owner))
         for name, (place, owner) in list(found.items())[:MAX_NAMES]:
@@ -202,7 +251,6 @@ class Origins:
         return Meaning(name, value, defined_by, self.where(place.span), names)
 
     def _definition(self, name: str, path: Path, owner: Scope) -> tuple[str, Scope]:
-        """Return what defined a name, in words, and the scope of the defining expression."""
         if name in owner.looped:
             return "loop", owner.parent or self.root
         if path[:1] == ("args",):
@@ -212,17 +260,14 @@ class Origins:
         if len(path) == 1 and name in self.arguments:
             return "argument, set by the file", owner
         if "with" in path:
-            return "given where it is used", self._scope(owner.via.parent if owner.via else None) or self.root
+            return "given where it is used", scope_of(self.root, owner.via.parent if owner.via else None)
         if "params" in path:
             return "default of the part", owner
         return "named value" if "let" in path else "table", owner
 
 
 def _names_used(value: Any) -> Iterator[tuple[ast.expr, str]]:
-    """Yield the names in the expressions of a value, each with the keys that follow it: body, body.length, rows[0].
-
-    Names bound by a list comprehension are left out.
-    """
+    """Yield the names in the expressions of a value, each with the keys that follow it: body, body.length, rows[0]."""
     if isinstance(value, (Map, Seq)):
         for item in value.values() if isinstance(value, Map) else value:
             yield from _names_used(item)
@@ -230,8 +275,9 @@ def _names_used(value: Any) -> Iterator[tuple[ast.expr, str]]:
         if piece.is_expression:
             with suppress(ExpressionError, SyntaxError, ValueError):
                 tree = parsed(piece.text).body
-                names = [node for node in ast.walk(tree) if isinstance(node, ast.Name)]
-                bound = {node.id for node in names if isinstance(node.ctx, ast.Store)}
+                bound = {
+                    one.id for one in ast.walk(tree) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)
+                }
                 yield from ((node, name) for node, name in _chains(tree) if name not in bound)
 
 
@@ -253,15 +299,12 @@ def _entry_of_table(node: ast.expr, scope: Scope) -> Place | None:
     if isinstance(node, (ast.Attribute, ast.Subscript)):
         table = _value(node.value, scope)
         key = node.attr if isinstance(node, ast.Attribute) else _value(node.slice, scope)
-        if isinstance(table, Map) and key in table:
-            return Place(table.value_spans[key], table.via)
-        if isinstance(table, Seq) and isinstance(key, int) and -len(table) <= key < len(table):
+        if isinstance(key, (str, int)) and has(table, key):
             return Place(table.value_spans[key], table.via)
     return None
 
 
 def _value(node: ast.expr, scope: Scope) -> Any:
-    """Return the value of a subexpression, or None if it has none."""
     try:
         return evaluate(ast.unparse(node), scope.lookup)
     except (ExpressionError, Failed, KeyError, ValueError):
@@ -269,7 +312,6 @@ def _value(node: ast.expr, scope: Scope) -> Any:
 
 
 def _shown(value: Any) -> str:
-    """Return a value as short text, a quantity with its SI unit."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, Quantity) and value.dimension != NUMBER:
@@ -280,6 +322,5 @@ def _shown(value: Any) -> str:
     if isinstance(value, dict):
         return f"a table of {len(value)}"
     if isinstance(value, list):
-        numbers = all(isinstance(item, (int, float)) and not isinstance(item, bool) for item in value)
-        return f"[{', '.join(map(exact, value))}]" if numbers and len(value) < 7 else f"a list of {len(value)}"
+        return f"a list of {len(value)}"
     return "" if value is None else str(value)[:60]

@@ -1,20 +1,110 @@
-"""The JSON Schemas of the tool with the sections of plug-ins, and queries for sections, paths and units."""
+"""The JSON Schemas of the tool with the sections of plug-ins, and queries for sections, paths and units.
+
+Sections of plug-ins are entry points of ``rosorin_compile.sections``. They become part of the schema, and with it of
+everything that walks a description by the schema.
+"""
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Collection, Mapping, Sequence
 from functools import cache, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .annotations import WITHIN, Node, annotated_sections, describe_path, own_schema
+from rosorin_compile.model.sections import ENTRIES, ITEMS, Section
+from rosorin_compile.source import files
+from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
+from rosorin_compile.source.plugins import Plugin, broken, load
+from rosorin_compile.source.project import data_folder
+from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, check_texts, find
+from rosorin_compile.source.units import UNITS, parse_unit
+
+from . import annotations
+from .annotations import ANNOTATIONS, GIVES, NAMES, WITHIN, Node, describe_path, kinds_of, own_schema
 from .annotations import Steps as Steps
-from .section_registry import piece, plugged_sections
+from .validator import check_schema
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
 TEMPLATE = "template"  # an output with this key is made by a template, whatever its name
 LAST = ("accept", "outputs")  # the sections at the end of a description, behind those of plug-ins
+_RESERVED = ("parts", "use", "sensor_types", "help")  # sections that the schema of expanded descriptions lacks
+
+
+class Plugged(NamedTuple):
+    """The sections of plug-ins, each with its plug-in, and problems with these plug-ins."""
+
+    sections: tuple[tuple[Plugin, Section[Any]], ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+
+@cache
+def plugged() -> Plugged:
+    """Return the sections of plug-ins that name only kinds of things that some section defines."""
+
+    def is_taken(name: str) -> bool:
+        return name in own_schema()["properties"] or name in _RESERVED or ("-" in name and bool(find([name])))
+
+    loaded, diagnostics = load("sections", Section, _marks, is_taken)
+    known = kinds_of(own_schema(), GIVES) | kinds_of(own_schema(), NAMES) if loaded else set()
+    known |= {kind for _, section in loaded for kind in kinds_of(section.schema, GIVES)}
+    sections, problems = [], [*diagnostics]
+    for plugin, section in loaded:
+        unknown = sorted(kinds_of(section.schema, NAMES) - known)
+        for kind in unknown:
+            guess = did_you_mean(kind, sorted(known))
+            problems.append(broken(plugin, f'has a schema that names "{kind}", of which there is none; {guess}'))
+        if not unknown:
+            sections.append((plugin, section))
+            OF_PLUGINS.update((rule.id, rule) for check in section.checks for rule in check.rules)
+    return Plugged(tuple(sections), tuple(problems))
+
+
+def plugged_sections() -> Mapping[str, Section[Any]]:
+    """Return the sections of plug-ins by name."""
+    return {section.name: section for _, section in plugged().sections}
+
+
+def piece(section: Section[Any]) -> dict[str, Any]:
+    """Return the fragment of the schema of a section, with the annotations that all sections of plug-ins have."""
+    defaults: dict[str, Any] = {"x-reckoned": True, "x-compared": section.schema.get("x-called", section.name)}
+    if section.form in (ENTRIES, ITEMS):
+        defaults["x-merge"] = section.form
+    if section.form == ENTRIES:
+        defaults["x-explained"] = True
+    made: dict[str, Any] = _looked_up({**defaults, **section.schema})
+    key = {ENTRIES: "additionalProperties", ITEMS: "items"}.get(section.form)
+    entry = made if key is None else made[key]
+    # A problem with an entry may be accepted for it and for the links and joints that it names.
+    kinds = ((name, inner.get("x-names", inner.get("x-gives"))) for name, inner in entry.get("properties", {}).items())
+    named = [f"{{{name}}}" for name, kind in kinds if kind in ("link", "joint")]
+    entry = {"x-accepted": ["{1}", *named] if section.form == ENTRIES else named, **entry}
+    return entry if key is None else {**made, key: entry}
+
+
+def _looked_up(fragment: Any) -> Any:
+    if isinstance(fragment, list):
+        return [_looked_up(item) for item in fragment]
+    if not isinstance(fragment, Mapping):
+        return fragment
+    made = {key: _looked_up(item) for key, item in fragment.items()}
+    is_usual = fragment.get("x-names", "link") in ("link", "joint")  # which are looked up there anyway
+    return made if is_usual else {"x-among": annotations.DESCRIPTION, **made}
+
+
+def _marks(section: Section[Any]) -> Collection[str]:
+    section.check()
+    if not all(isinstance(check, Check) for check in section.checks):
+        raise TypeError("its checks are functions under @rule")
+    own = {"type": "object", "properties": {section.name: section.schema}}
+    check_schema(own, {**own_schema(), **own})
+    annotations.check_annotations(piece(section), own_schema())
+    rules = [rule for check in section.checks for rule in check.rules]
+    for rule in rules:
+        check_texts(rule)
+    return [section.name, *(rule.id for rule in rules)]
 
 
 @cache
@@ -51,7 +141,7 @@ def keys_of_xml() -> frozenset[str]:
 @cache
 def sections() -> Mapping[str, Node]:
     """Return the annotations of each section of a description that has any."""
-    return annotated_sections(schema())
+    return annotations.annotated_sections(schema())
 
 
 @cache
@@ -118,11 +208,7 @@ def backend_of(name: str, entry: Mapping[str, Any]) -> str:
 
 
 def subject(path: Steps) -> str:
-    """Return a path in words: ``joint "joint1" limit lower``.
-
-    >>> subject(["joints", "joint1", "xyz", 2])
-    'joint "joint1" xyz[2]'
-    """
+    """Return a path in words: ``joint "joint1" limit lower``."""
     return describe_path(path, schema())
 
 
@@ -143,10 +229,7 @@ def part_at(path: Steps, whole: Mapping[str, Any]) -> tuple[Any, str]:
 
 
 def unit_at(path: Sequence[str | int]) -> str | list[str] | None:
-    """Return the unit (or units) that the schema asks for at a path of a description; "" for a plain number.
-
-    None where the schema has no number at all.
-    """
+    """Return the unit (or units) that the schema asks for at a path of a description; "" for a plain number."""
     node = fragment_at(path)
     if node.get("type") not in ("number", "integer") and "x-unit" not in node:  # a number, or a list of them
         return None
@@ -169,10 +252,7 @@ def joint_unit(path: Sequence[str | int], slides: bool, leader_slides: bool | No
 
 
 def fragment_at(path: Sequence[str | int]) -> Mapping[str, Any]:
-    """Return what the schema says of the value at a path of a description; nothing where it says nothing.
-
-    Of what is said beside a reference and behind it, the nearer one counts.
-    """
+    """Return what the schema says of the value at a path of a description; nothing where it says nothing."""
     # The names of entries and the indices of items make no difference: what is asked for is found once for all.
     steps = [0 if isinstance(step, int) else step for step in path]
     if len(steps) > 1 and has_entries(str(steps[0])):
@@ -196,5 +276,109 @@ def _fragment_at(path: tuple[str | int, ...]) -> Mapping[str, Any]:
 
 def resolve(node: dict[str, Any]) -> dict[str, Any]:
     """Return what a fragment of the schema of descriptions refers to, or the fragment itself."""
-    reference = node.get("$ref")
-    return schema()["$defs"][reference.rsplit("/", 1)[1]] if reference else node
+    return schema()["$defs"][node["$ref"].rsplit("/", 1)[1]] if "$ref" in node else node
+
+
+# --- descriptions as they are written, for editors: docs/make/authoring.py derives the committed schema ---
+
+Schema = dict[str, Any]
+
+_WHOLE = r"^\$\{[\s\S]*\}$"  # text that is one expression, so that it has the type of its value
+_SOME = r"\$\{"  # text with an expression in it
+_NUMBER = r"^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*"
+_INNER = ("items", "additionalProperties", "propertyNames", "not", "if", "then", "else")
+_COPIED = ("description", "title", "default", "const", "minLength", "minItems", "format", "minimum", "maximum")
+_WORDS = {"number": "a number", "integer": "a whole number", "boolean": "true or false", "array": "a list"}
+_WORDS["object"] = "a mapping"
+CONTROLS = {"for": {"$ref": "#/definitions/for"}, "if": {"$ref": "#/definitions/if"}}
+
+
+def authoring_schema() -> str:
+    """Return the schema of the files of a description as text, with the sections of plug-ins."""
+    text = files.read_text(data_folder("schemas") / "authoring.schema.json")
+    if not plugged_sections():
+        return text
+    committed, plain = json.loads(text), schema()
+    properties, definitions = committed["properties"], committed["definitions"]
+    after = {name: properties.pop(name) for name in list(properties)[list(properties).index(LAST[0]) :]}
+    rules = definitions["acceptance"]["properties"]["rule"]["anyOf"][0]["enum"]
+    for name, section in plugged_sections().items():
+        fragment = draft_7(as_written(plain["properties"][name], plain, entry=False))
+        properties[name] = fragment
+        if name in of_parts():
+            definitions["part"]["properties"][name] = fragment
+            definitions["use"]["properties"]["content"]["properties"][name] = fragment
+        rules += [rule.id for check in section.checks for rule in check.rules if rule.accept or rule.mild]
+    properties |= after
+    return json.dumps(committed, indent=1, ensure_ascii=False) + "\n"
+
+
+def as_written(fragment: Schema, plain: Schema, entry: bool = True) -> Schema:
+    """Return a fragment of the plain schema as it may be written; ``entry``: with a loop and a condition."""
+    if "$ref" in fragment or "const" in fragment:
+        return fragment
+    made = {key: fragment[key] for key in _COPIED if key in fragment}
+    if "enum" in fragment:
+        return {**made, "anyOf": [{"enum": fragment["enum"]}, {"type": "string", "pattern": _WHOLE}]}
+    made |= {key: as_written(fragment[key], plain) for key in _INNER if isinstance(fragment.get(key), dict)}
+    for key in ("anyOf", "oneOf", "allOf"):
+        if key in fragment:
+            made[key] = [as_written(item, plain) for item in fragment[key]]
+    made |= {key: fragment[key] for key in ("required", "dependencies") if key in fragment}
+    items = fragment.get("items", {})
+    if "$ref" in items:
+        items = plain["$defs"][items["$ref"].rsplit("/", 1)[1]]
+    if "maxItems" in fragment and "object" not in items.get("type", ()):
+        made["maxItems"] = fragment["maxItems"]  # a list of entries may have a loop in it
+    if fragment.get("additionalProperties") is False:
+        made["additionalProperties"] = False
+        made["patternProperties"] = {_SOME: True}  # a key may be an expression
+    if "properties" in fragment:
+        made["properties"] = {name: as_written(value, plain) for name, value in fragment["properties"].items()}
+    types = [fragment["type"]] if isinstance(fragment.get("type"), str) else list(fragment.get("type", []))
+    if types:
+        made |= _types(types, fragment)
+    if entry and "object" in types:
+        if fragment.get("minProperties") == 1 and "properties" in fragment:  # loops and conditions do not count
+            required = [{"required": [name]} for name in fragment["properties"]]
+            exactly = fragment.get("maxProperties") == 1
+            made["if"], made["then"] = {"type": "object"}, {"oneOf" if exactly else "anyOf": required}
+        made["properties"] = {**made.get("properties", {}), **CONTROLS}
+    return made
+
+
+def _types(types: list[str], fragment: Schema) -> Schema:
+    made: Schema = {"type": types[0] if types == ["string"] else list(dict.fromkeys([*types, "string"]))}
+    if "string" in types:
+        if "pattern" in fragment:
+            made["pattern"] = f"({fragment['pattern']})|{_SOME}".replace('\\"', '"')  # editors allow no idle escape
+        return made
+    units = fragment.get("x-unit", [])
+    units = [units] if isinstance(units, str) else units
+    parsed = {unit: parse_unit(unit) for unit in units}
+    patterns, what = [_WHOLE], f"{_WORDS.get(types[0], types[0])} "
+    if "number" in types and any(parsed.values()):
+        dimensions = {unit[1] for unit in parsed.values() if unit is not None}
+        fitting = "|".join(re.escape(name) for name, (_, dimension) in UNITS.items() if dimension in dimensions)
+        every = "|".join(map(re.escape, UNITS))
+        factor = rf"({every})(\^-?\d)?"
+        compound = rf"{factor}([*/]{factor})+|({every})\^-?\d"
+        patterns.append(rf"{_NUMBER}({'|'.join(filter(None, [fitting, compound]))})$")
+        what = f"a number in {' or '.join(filter(None, units))}, one with a unit, "
+    made["pattern"] = "|".join(patterns)
+    made["patternErrorMessage"] = f"Write {what}or one expression: ${{...}}."  # editors show it for the pattern
+    return made
+
+
+def draft_7(fragment: Any) -> Any:
+    """Return a schema with definitions where draft 7 has them, without annotations for the compiler."""
+    if isinstance(fragment, list):
+        return [draft_7(item) for item in fragment]
+    if not isinstance(fragment, Mapping):
+        return fragment
+    made = {}
+    for key, value in fragment.items():
+        is_annotation = key in ANNOTATIONS or (key == "propertyNames" and value.keys() <= ANNOTATIONS)
+        if not is_annotation:
+            made[key] = value.replace("#/$defs/", "#/definitions/") if key == "$ref" else draft_7(value)
+    return made

@@ -2,28 +2,95 @@
 
 The functions return a help text, or an empty string. ``source.messages`` calls them after the last stage, for as many
 errors as are shown.
+
+The words that URDF, SDF, MJCF and xacro have for a key are next to it in the schema (``x-also``), the fixes for words
+that are not keys next to its keys (``x-instead``). ``schemas/synonyms.json`` has the others: ``keys`` by the kind of
+entry in ``$defs`` of the schema (``top``: the description), ``values`` by the kind of value, the help for ``others``,
+and spellings of ``units``. A meaning without spaces is the word to write, with spaces the fix.
 """
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import cache
 from itertools import pairwise
 from types import NoneType
-from typing import Any, NamedTuple
+from typing import Any
 
 from rosorin_compile.source.diagnostics import did_you_mean, nearest
 from rosorin_compile.source.load import plain_scalar
+from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.tree import Map, Path, Seq, Text, locate, prefix_at
 from rosorin_compile.source.units import UNITS, Dimension, Quantity, parse_unit
 
-from .schema import keys_of_xml, resolve, schema
+from .expression import ExpressionError, compiled
+from .schema import keys_of_xml, of_parts, resolve, schema
 from .symbols import MOUNT
-from .synonyms import of_other_keys, spellings_of_units, synonym, values_of_kinds, way_out, words_for
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 MAX_SHOWN = 60
 SPELLED_OUT = 5  # a word of so many letters is not a symbol of a unit: it may be the name of one, misspelt
+
+# --- synonyms ---
+
+
+@cache
+def _data() -> dict[str, dict[str, Any]]:
+    loaded: dict[str, dict[str, Any]] = json.loads((data_folder("schemas") / "synonyms.json").read_text("utf-8"))
+    return loaded
+
+
+@cache
+def synonyms(table: str, kind: str = "") -> Mapping[str, str]:
+    """Return the meaning of each word of a table of ``synonyms.json``, of one kind of entry or value."""
+    meanings = _data()[table] if table == "units" else _data()[table].get(kind, {})
+    return {word: meaning for meaning, words in meanings.items() for word in words.split()}
+
+
+@cache
+def words_for(kind: str) -> Mapping[str, str]:
+    """Return the meaning of each word in an entry of a kind: the key, or a sentence about what to write instead."""
+    root, definitions = schema()["properties"], schema()["$defs"]
+    if kind in ("top", "part"):
+        known = root if kind == "top" else {section: root[section] for section in of_parts()}
+    elif kind in definitions:
+        known = definitions[kind].get("properties", {})
+    else:  # a section whose entries are defined in place
+        known = dict(_keys_within(root.get(kind, {})))
+    instead = definitions.get(kind, {}).get("x-instead", {})
+    if isinstance(instead, str):  # as for another kind
+        instead = definitions[instead].get("x-instead", {})
+    found = {**synonyms("keys", kind), **{word: way for words, way in instead.items() for word in words.split()}}
+    for key, fragment in known.items():
+        also = f"{fragment.get('x-also', '')} {resolve(dict(fragment)).get('x-also', '')}"
+        found |= dict.fromkeys(also.split(), key)
+    return found
+
+
+def _keys_within(fragment: Any) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    if isinstance(fragment, Mapping):
+        yield from fragment.get("properties", {}).items()
+    for inner in fragment.values() if isinstance(fragment, Mapping) else fragment if isinstance(fragment, list) else ():
+        yield from _keys_within(inner)
+
+
+def plain(word: str) -> str:
+    """Return a word as it is compared: small letters and digits alone."""
+    return re.sub(r"[^a-z0-9]", "", word.casefold())
+
+
+def _synonym(word: str, table: Mapping[str, str], known: Iterable[str]) -> str | None:
+    meaning = table.get(plain(word))
+    return meaning if meaning in set(known) else None
+
+
+def way_out(word: str, table: Mapping[str, str]) -> str:
+    """Return the sentence that a table has for a word; "" if it has none, or another word alone."""
+    meaning = table.get(plain(word), "")
+    return meaning if " " in meaning else ""
+
 
 # --- units ---
 
@@ -31,18 +98,14 @@ _SIGNS = {"\u00b2": "^2", "\u00b3": "^3", "**": "^", "\u00b7": "*", "\u22c5": "*
 
 
 def unit_meant(text: str, wanted: Sequence[str]) -> str:
-    """Return the unit that a text may stand for, one of the kinds of ``wanted`` if possible, or an empty string.
-
-    >>> unit_meant("degrees", []), unit_meant("kgm2", ["kg*m^2"]), unit_meant("KG", ["kg"])
-    ('deg', 'kg*m^2', 'kg')
-    """
-    plain = text.strip()
+    """Return the unit that a text may stand for, one of the kinds of ``wanted`` if possible, or an empty string."""
+    unit = text.strip()
     for sign, written in _SIGNS.items():
-        plain = plain.replace(sign, written)
-    plain = re.sub(r"[-. ]", "*", plain.strip().strip(".()[]"))
-    plain = re.sub(r"\**/\**", "/", re.sub(r"\*+", "*", plain))
-    split = re.sub(r"^(kg|g)(mm|cm|m)(?![a-z])", r"\1*\2", plain)  # kgm2 is kg*m2
-    guesses = [_factors(plain, {}), _factors(plain, {"nm": "Nm", "kg": "kgf"}), _factors(split, {})]
+        unit = unit.replace(sign, written)
+    unit = re.sub(r"[-. ]", "*", unit.strip().strip(".()[]"))
+    unit = re.sub(r"\**/\**", "/", re.sub(r"\*+", "*", unit))
+    split = re.sub(r"^(kg|g)(mm|cm|m)(?![a-z])", r"\1*\2", unit)  # kgm2 is kg*m2
+    guesses = [_factors(unit, {}), _factors(unit, {"nm": "Nm", "kg": "kgf"}), _factors(split, {})]
     known = [guess for guess in guesses if guess and parse_unit(guess) is not None]
     dimensions = [unit[1] for unit in map(parse_unit, wanted) if unit is not None]
     fitting = [guess for guess in known if (parse_unit(guess) or (0, None))[1] in dimensions]
@@ -52,7 +115,7 @@ def unit_meant(text: str, wanted: Sequence[str]) -> str:
 def _factors(unit: str, others: Mapping[str, str]) -> str:
     """Return a unit with each factor as it is called here; ``others`` has names for ambiguous factors."""
     pieces: list[str] = []
-    spellings = spellings_of_units()
+    spellings = synonyms("units")
     for sign, word, power in re.findall(r"([*/]?)([^*/^\d\s]+)\^?(-?\d)?", unit):
         small = word.casefold()
         same = [name for name in UNITS if name.casefold() == small]
@@ -66,7 +129,6 @@ def _factors(unit: str, others: Mapping[str, str]) -> str:
 
 
 def _units_like(wanted: Sequence[str]) -> list[str]:
-    """Return the units of the dimensions that are wanted; all units if none has a name of its own."""
     dimensions: list[Dimension] = [unit[1] for unit in map(parse_unit, wanted) if unit is not None]
     return [name for name, (_, dimension) in UNITS.items() if dimension in dimensions] or list(UNITS)
 
@@ -77,33 +139,31 @@ _UNKNOWN = ("todo", "tbd", "tba", "fixme", "unknown", "?", "??", "???", "n/a", "
 
 
 def number_meant(text: str, wanted: Sequence[str], key: str = "") -> str:
-    """Return the help for a text where a number belongs; ``wanted`` are the units that are valid there.
-
-    Under a ``key`` without any it is a plain number, counted in the unit that the key names.
-    """
-    plain = text.strip()
+    """Return the help for a text where a number belongs; ``wanted`` are the units that are valid there."""
+    number = text.strip()
+    if help := _of_digits(text, number, wanted, key) or _of_reference(number):
+        return help
+    if number.casefold() in _UNKNOWN:
+        return "not known yet? write the best guess, with source: {status: stand_in, note: ...}"
+    if parse_unit(number) or unit_meant(number, wanted) in _units_like(wanted):
+        return "a number is missing before the unit"
+    if number.isidentifier() and number.isascii():
+        return f'write a number, or "${{{number}}}" for a named value'
     quantity = "" if key and not wanted else "a quantity such as 12.5 mm, "
-    help = _of_digits(text, plain, wanted, key) or _of_reference(plain)
-    if not help and plain.casefold() in _UNKNOWN:
-        help = "not known yet? write the best guess, with source: {status: stand_in, note: ...}"
-    if not help and (parse_unit(plain) or unit_meant(plain, wanted) in _units_like(wanted)):
-        help = "a number is missing before the unit"
-    if not help and plain.isidentifier() and plain.isascii():
-        help = f'write a number, or "${{{plain}}}" for a named value'
-    return help or f"write a number, {quantity}or an expression ${{...}}"
+    return f"write a number, {quantity}or an expression ${{...}}"
 
 
-def _of_digits(text: str, plain: str, wanted: Sequence[str], key: str) -> str:
-    if isinstance(text, Text) and _is_number(plain):
-        return f"write it without the quotes: {plain}"
-    tidy = plain.translate({0x2212: "-", 0x2013: "-", 0x2014: "-", 0xA0: " "}).rstrip(",;").strip()
+def _of_digits(text: str, plain_text: str, wanted: Sequence[str], key: str) -> str:
+    if isinstance(text, Text) and _is_number(plain_text):
+        return f"write it without the quotes: {plain_text}"
+    tidy = plain_text.translate({0x2212: "-", 0x2013: "-", 0x2014: "-", 0xA0: " "}).rstrip(",;").strip()
     tidy = re.sub(r"(?<=\d)[_'\u2019 ](?=\d{3}(\D|$))", "", tidy)
-    if tidy != plain and _is_number(tidy):
+    if tidy != plain_text and _is_number(tidy):
         return f"write {tidy}"
-    if comma := re.fullmatch(r"([-+]?\d+),(\d+(?:\s*\D.*)?)", plain):
+    if comma := re.fullmatch(r"([-+]?\d+),(\d+(?:\s*\D.*)?)", plain_text):
         return f"a number has a point, not a comma: {comma[1]}.{comma[2]}"
-    if re.fullmatch(rf"{_NUMBER}\s*%", plain):
-        return f"write {float(plain.rstrip(' %')) / 100:g}"
+    if re.fullmatch(rf"{_NUMBER}\s*%", plain_text):
+        return f"write {float(plain_text.rstrip(' %')) / 100:g}"
     found = re.fullmatch(rf"[~\u2248<>=]*\s*({_NUMBER})\s*(\S.*)?", tidy, re.DOTALL)
     number, rest = (found[1], (found[2] or "").strip()) if found else ("", "")
     if not found or re.match(r"[-+*/(]\s*\d|\d", rest):
@@ -121,33 +181,23 @@ def _of_digits(text: str, plain: str, wanted: Sequence[str], key: str) -> str:
     return ""
 
 
-def plain_number(value: float) -> str:
-    """Return the help for a number with a unit where none may have one."""
-    return f"write {value:g}: a plain number, without a unit"
-
-
-def _of_reference(plain: str) -> str:
-    if found := re.fullmatch(r"(?:\$\(|\$|\{\{?|%\(?|<|@)\s*([A-Za-z_]\w*)\s*(?:\)s?|\}\}?|%|>)?", plain):
+def _of_reference(text: str) -> str:
+    if found := re.fullmatch(r"(?:\$\(|\$|\{\{?|%\(?|<|@)\s*([A-Za-z_]\w*)\s*(?:\)s?|\}\}?|%|>)?", text):
         return f'write "${{{found[1]}}}", with {found[1]} under args or let'
-    sum_of = plain.replace("math.", "").replace("^", "**").replace("M_PI", "pi")
-    inner = re.fullmatch(r"\{(.*)\}", sum_of)
-    sum_of = inner[1] if inner else sum_of
-    fraction = re.fullmatch(rf"({_NUMBER})\s*/\s*({_NUMBER})\s*([A-Za-z].*)", sum_of)
+    formula = text.replace("math.", "").replace("^", "**").replace("M_PI", "pi")
+    inner = re.fullmatch(r"\{(.*)\}", formula)
+    formula = inner[1] if inner else formula
+    fraction = re.fullmatch(rf"({_NUMBER})\s*/\s*({_NUMBER})\s*([A-Za-z].*)", formula)
     if fraction and parse_unit(fraction[3]) and float(fraction[2]):
         return f"write {float(fraction[1]) / float(fraction[2]):g} {fraction[3]}"
-    if len(plain) <= MAX_SHOWN and _is_expression(sum_of):
-        return f'a calculation is an expression: "${{{sum_of}}}"'
-    return ""
-
-
-def _is_expression(text: str) -> bool:
-    from .expression import ExpressionError, compiled
-
-    is_sum = re.search(r"[-+*/(]", text) and re.search(r"\d|pi|\w\s*[-+*/]\s*\w", text)
+    if len(text) > MAX_SHOWN:
+        return ""
+    is_formula = re.search(r"[-+*/(]", formula) and re.search(r"\d|pi|\w\s*[-+*/]\s*\w", formula)
     try:
-        return bool(text in ("pi", "tau") or (is_sum and compiled(text)))
+        is_formula = formula in ("pi", "tau") or (is_formula and compiled(formula))
     except ExpressionError:
-        return False
+        return ""
+    return f'a calculation is an expression: "${{{formula}}}"' if is_formula else ""
 
 
 def _is_number(text: str) -> bool:
@@ -156,11 +206,7 @@ def _is_number(text: str) -> bool:
 
 
 def numbers_in(text: str) -> list[str]:
-    """Return the numbers and quantities that a text lists; none if it contains anything else.
-
-    >>> numbers_in("0 0 20 mm"), numbers_in("(1, 2.5; 3)"), numbers_in("no")
-    (['0', '0', '20 mm'], ['1', '2.5', '3'], [])
-    """
+    """Return the numbers and quantities that a text lists; none if it contains anything else."""
     found: list[str] = []
     for word in re.split(r"[\s,;]+", text.strip("()[]{}<> \t\n")):
         if _is_number(word):
@@ -259,7 +305,6 @@ def mapping_meant(value: Any, path: Sequence[str | int], fragment: Mapping[str, 
 
 
 def _may_be(value: Any, key: str, part: Mapping[str, Any]) -> bool:
-    """Return True if a value fits a key of a mapping, by its fragment of the schema."""
     if value in part.get("enum", ()):
         return True
     kind = "string" if isinstance(value, str) else "array" if isinstance(value, Seq) else "number"
@@ -309,16 +354,12 @@ def _short(value: Any) -> str:
 
 
 def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: Sequence[str | int] = ()) -> str:
-    """Return the help for a key that the entry at a path cannot have.
-
-    ``known`` are the keys that it may have, with their fragments of the schema; ``kind`` is that of the entry.
-    """
-    table = words_for(kind)
+    """Return the help for a key that the entry at a path cannot have."""
+    table, inner = words_for(kind), entry.get(key)
     said, key = key, key.removeprefix("xacro:")
     if help := _of_layout(said, entry, known) or way_out(key, table):
         return help
-    close = synonym(key, table, known)
-    inner = entry.get(said)
+    close = _synonym(key, table, known)
     is_entry = len(path) == 2 and isinstance(inner, Map) and inner and known.keys() >= set(inner)
     if is_entry and not close and nearest(key, known) is None:
         return f'"{said}" has the keys of an entry of {path[0]}: indent it as far as "{path[1]}"'
@@ -327,12 +368,11 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: S
         return f"joints belong in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"
     if help.startswith("did"):
         return f"{help} (legal: {', '.join(sorted(known))})"
-    other = of_other_keys(kind)
+    other = _data()["others"].get(kind)
     return f"{other} ({help})" if other else help
 
 
 def _of_layout(key: str, entry: Map, known: Mapping[str, Any]) -> str:
-    """Return the help for a key that is an entry without a space, half a number, or a line that is not indented."""
     if key[:1] in "\u00a0\u3000\u200b\ufeff" and key[:1]:
         return "it begins with a space that YAML does not know: type the spaces again"
     if (glued := re.match(r"\s*([\w.-]+)\s*[:=]\s*(.*)", key, re.DOTALL)) and glued[1] in known:
@@ -353,32 +393,30 @@ def _of_layout(key: str, entry: Map, known: Mapping[str, Any]) -> str:
     return ""
 
 
-def text_meant_by(key: str, entry: Map) -> str:
-    """Return the help for a key that is the rest of a text, such as the "b" of ``{note: a, b}``, or an empty string.
+def _texts_with_commas(entry: Map) -> list[list[str]]:
+    """Return the keys of each text with a comma: of ``{note: a, b}``, YAML takes "b" for a key without a value."""
+    runs: list[list[str]] = []
+    for before, key in pairwise(entry):
+        if _goes_on(entry, before, key):
+            if runs and runs[-1][-1] == before:
+                runs[-1].append(key)
+            elif type(entry[before]) is str:
+                runs.append([before, key])
+    return runs
 
-    YAML takes what is behind a comma in braces for a key without a value.
-    """
-    keys = list(entry)
-    first = end = keys.index(key) if key in entry else 0
-    while first > 0 and _goes_on(entry, keys[first - 1], keys[first]):
-        first -= 1
-    if first == end or type(entry[keys[first]]) is not str:
-        return ""
-    while end + 1 < len(keys) and _goes_on(entry, keys[end], keys[end + 1]):
-        end += 1
-    text = ", ".join([entry[keys[first]], *keys[first + 1 : end + 1]])
-    return f'a comma ends the text: put it in quotes, {keys[first]}: "{text}"'
+
+def text_meant_by(key: str, entry: Map) -> str:
+    """Return the help for a key that is the rest of a text after a comma, or an empty string."""
+    for first, *rest in _texts_with_commas(entry):
+        if key in rest:
+            text = ", ".join([entry[first], *rest])
+            return f'a comma ends the text: put it in quotes, {first}: "{text}"'
+    return ""
 
 
 def text_tails(entry: Map, unknown: Collection[str]) -> set[str]:
     """Return the unknown keys that are the rest of a text after a comma, and whose beginning is an unknown key."""
-    tails: set[str] = set()
-    in_text = False
-    for before, key in pairwise(entry):
-        in_text = _goes_on(entry, before, key) and (in_text or type(entry[before]) is str)
-        if in_text and before in unknown:
-            tails.add(key)
-    return tails
+    return {key for run in _texts_with_commas(entry) for before, key in pairwise(run) if before in unknown}
 
 
 def _goes_on(entry: Map, before: str, key: str) -> bool:
@@ -395,15 +433,15 @@ def _goes_on(entry: Map, before: str, key: str) -> bool:
 def is_meant(key: str, wanted: str, kind: str, known: Iterable[str]) -> bool:
     """Return True if the help for an unknown key leads to the one that is missing."""
     names, table = list(known), words_for(kind)
-    if synonym(key, table, names) == wanted or f"{wanted}: " in way_out(key, table):
+    if _synonym(key, table, names) == wanted or f"{wanted}: " in way_out(key, table):
         return True
     return re.split(r"[:=]", key)[0].strip() == wanted or nearest(key, names) == wanted
 
 
 def word_meant(word: str, known: Iterable[str], kind: str = "") -> str:
     """Return the help for a word that is not one of ``known``; ``kind`` is that of its synonyms."""
-    table = values_of_kinds().get(kind) or words_for(kind)
-    close = synonym(word, table, known)
+    table = synonyms("values", kind) or words_for(kind)
+    close = _synonym(word, table, known)
     return way_out(word, table) or (f'did you mean "{close}"?' if close else did_you_mean(word, known))
 
 
@@ -426,17 +464,10 @@ def name_meant(tree: Map, path: Path, word: str, known: Iterable[str], more: Seq
     return of_others if of_others.startswith("did") else guess
 
 
-class Fallen(NamedTuple):
-    """The entry that a key belongs to, and whether it is the first key that is not indented below it."""
+def fallen_out(tree: Map, path: Sequence[str | int], fragment: Mapping[str, Any]) -> tuple[str, bool] | None:
+    """Return the entry above that the key at a path belongs to, if the key lacks its indentation.
 
-    owner: str
-    is_first: bool
-
-
-def fallen_out(tree: Map, path: Sequence[str | int], fragment: Mapping[str, Any]) -> Fallen | None:
-    """Return the entry above to which the key at a path belongs, if the key lacks its indentation.
-
-    ``fragment`` is that of the entries in the schema. None if the key is an entry itself.
+    Also return True if it is the first such key. ``fragment`` is that of the entries in the schema.
     """
     section = tree[str(path[0])] if len(path) == 2 else None
     legal = fragment.get("properties", {})
@@ -446,4 +477,4 @@ def fallen_out(tree: Map, path: Sequence[str | int], fragment: Mapping[str, Any]
     index = above = keys.index(str(path[-1]))
     while above >= 0 and keys[above] in legal:
         above -= 1
-    return Fallen(keys[above], above == index - 1) if above >= 0 and section[keys[above]] is None else None
+    return (keys[above], above == index - 1) if above >= 0 and section[keys[above]] is None else None

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Set
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, did_you_mean, error
@@ -15,20 +14,12 @@ from rosorin_compile.source.wording import MAX_LISTED, and_more, quoted
 
 from .annotations import Node, texts
 from .schema import sections
+from .symbols import THINGS, SymbolTable
+from .validate import not_allowed
 
 RULES = (
-    Rule(
-        "accept-unused",
-        "A warning: `accept` names a rule that reports nothing, or a link or joint about which it reports nothing.",
-        "Remove the entry, or correct the name.",
-        OUTPUTS,
-    ),
-    Rule(
-        "accept-refused",
-        "`accept` names a rule whose errors cannot be accepted, or that stays until it is fixed, such as stand-ins.",
-        "Remove the entry.",
-        OUTPUTS,
-    ),
+    Rule("accept-unused", "A warning: `accept` names a rule that reports nothing there.", "Remove the entry.", OUTPUTS),
+    Rule("accept-refused", "`accept` names a rule that cannot be accepted.", "Remove the entry.", OUTPUTS),
 )
 
 # Rules that cannot be accepted, and why.
@@ -48,10 +39,7 @@ class Settled(NamedTuple):
 
 
 def names_at(tree: Map, path: Path) -> tuple[str, ...]:
-    """Return the names under which a problem at a path may be accepted: the link; the joint and its child.
-
-    They are those of the innermost entry on the way for which the schema has ``x-accepted``; else the name there.
-    """
+    """Return the names under which a problem at a path may be accepted: the link; the joint and its child."""
     found: tuple[str, ...] = ()
     node: Node = Node(properties=sections())
     value: Any = tree
@@ -88,8 +76,6 @@ def unknown(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
             continue
         known = OF_PLUGINS.get(rule) or find([rule]).get(rule)
         if known is None:
-            from .validate import not_allowed
-
             diagnostics.append(not_allowed(tree, ["accept", index, "rule"], rule, list(acceptable)))
         elif rule in STAYS or not known.mild:
             why = STAYS.get(rule, "the robot could not be built, or would be built wrongly")
@@ -100,10 +86,7 @@ def unknown(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
 
 
 def settled(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str, Rule]) -> Settled:
-    """Remove accepted warnings and notes, and merge accepted errors to one note a rule.
-
-    ``acceptable`` are the rules whose errors may be accepted, by id.
-    """
+    """Remove accepted warnings and notes, and merge accepted errors to one note a rule."""
     entries = _entries(tree)
     left: list[Diagnostic] = []
     groups: dict[str, list[Diagnostic]] = {}
@@ -138,7 +121,6 @@ def _entries(tree: Map) -> _Entries:
 
 
 def _covering(entries: _Entries, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> list[Entry]:
-    """Return the entries of ``accept`` that cover a diagnostic. An error has to be named, others need not be."""
     rule = diagnostic.rule
     if diagnostic.severity == ERROR and rule not in acceptable:
         return []
@@ -159,31 +141,20 @@ def unused(
         rule = entry["rule"]
         if not idle or _requested(rule, acceptable) not in asked:
             continue
-        place, suggest = locate(tree, ("accept", index, "rule")), None
+        place = locate(tree, ("accept", index, "rule"))
         message, help = f"{rule} is accepted, but has nothing to report", "remove the entry"
         if "of" in entry:
             place = locate(tree, ("accept", index, "of", list(entry["of"]).index(idle[0])))
             message = f"{rule} is accepted of {quoted(idle, MAX_LISTED)}, but has nothing to report about "
             message += "it" if len(idle) == 1 else "them"
             kind = acceptable[rule].accept if rule in acceptable else "part"
-            help = f"remove the entry, or name a {kind} that the rule refuses"
-            suggest = partial(_name_meant, tree, idle[0], help)
-        warning = Diagnostic("accept-unused", WARNING, message, place.span, place.stack(), help, suggest=suggest)
-        diagnostics.append(warning)
+            names = SymbolTable(tree).names().among(THINGS)
+            guess = "" if idle[0] in names else did_you_mean(idle[0], sorted(names))
+            help = guess if guess.startswith("did") else f"remove the entry, or name a {kind} that the rule refuses"
+        diagnostics.append(Diagnostic("accept-unused", WARNING, message, place.span, place.stack(), help))
     return diagnostics
 
 
-def _name_meant(tree: Map, name: str, otherwise: str) -> str:
-    from .symbols import THINGS, SymbolTable
-
-    names = SymbolTable(tree).names().among(THINGS)
-    guess = "" if name in names else did_you_mean(name, sorted(names))
-    return guess if guess.startswith("did") else otherwise
-
-
 def _requested(id: str, acceptable: Mapping[str, Rule]) -> str:
-    """Return what a run has to request to check a rule."""
     rule = acceptable.get(id) or OF_PLUGINS.get(id) or find([id]).get(id)
-    if rule is None:
-        return ""
-    return {PHYSICS: "physics", SIMULATION: "simulation"}.get(rule.topic, rule.asked)
+    return "" if rule is None else {PHYSICS: "physics", SIMULATION: "simulation"}.get(rule.topic, rule.asked)

@@ -107,10 +107,7 @@ class SymbolTable:
                 yield Reference(node.gives, name, path, key)
 
     def references(self, kinds: Collection[str] = (), section: str = "") -> Iterator[Reference]:
-        """Yield the uses of names of some kinds, or of all, in the order of the schema and of the description.
-
-        Uses that have a rule of their own, or none (``x-said`` is false), are left out.
-        """
+        """Yield the uses of names of some kinds, or of all, in the order of the schema and of the description."""
         for node, name, path, key in self._occurrences(kinds, section, rules=True):
             if node.names and node.said is not False and isinstance(name, str) and (not kinds or node.names in kinds):
                 what = node.said.format(*path) if node.said else f"the {path[-1]} of {_entry(path)}"
@@ -133,8 +130,10 @@ class SymbolTable:
             if node.inside:
                 inside = True
                 mounted = mounted or _uses_mount(node.inside, value)
-                for kind, name in _of_elements(node.inside, value):
-                    found.setdefault(kind, set()).add(name)
+                elements = found_in(value) if node.inside in ("mjcf", "mjcf_body") and isinstance(value, str) else ()
+                for one in (one for element in elements for one in given(element, node.inside == "mjcf")):
+                    for kind in (KINDS.get(one.kind, one.kind), _ELEMENT) if one.attribute else ():
+                        found.setdefault(kind, set()).add(one.name)
         for section, node in sections().items():
             entries = self.tree.get(section) if node.keys is not None and node.keys.gives == "joint" else None
             for name, entry in entries.items() if isinstance(entries, Map) else ():
@@ -145,11 +144,7 @@ class SymbolTable:
 
 @dataclass(frozen=True)
 class Names:
-    """The names that a fragment of a description defines, by kind.
-
-    ``mounted``: something in it is attached to the mount, or refers to it; ``inside``: it has values that contain
-    names.
-    """
+    """The names that a fragment of a description defines, by kind."""
 
     of: Mapping[str, frozenset[str]]
     mounted: bool
@@ -172,7 +167,6 @@ class Names:
 
 
 def _entry(path: Path) -> str:
-    """Return an entry in words: battery "main", markers[0], payload."""
     section = sections()[str(path[0])]
     if len(path) > 2 and isinstance(path[1], int):
         return f"{path[0]}[{path[1]}]"
@@ -180,15 +174,7 @@ def _entry(path: Path) -> str:
     return f'{section.called or path[0]} "{path[1]}"' if len(path) > 2 and by_name else section.called or str(path[0])
 
 
-def _of_elements(inside: str, text: Any) -> Iterator[tuple[str, str]]:
-    """Yield the names that elements of MJCF define, by kind and as elements."""
-    if inside in ("mjcf", "mjcf_body") and isinstance(text, str):
-        for one in (one for found in found_in(text) for one in given(found, inside == "mjcf") if one.attribute):
-            yield from ((KINDS.get(one.kind, one.kind), one.name), (_ELEMENT, one.name))
-
-
 def _uses_mount(inside: str, text: Any) -> bool:
-    """Return True if elements of XML refer to the mount."""
     if not isinstance(text, str) or MOUNT not in text:
         return False
     if inside == "urdf":

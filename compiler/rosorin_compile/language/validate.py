@@ -3,36 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.source.diagnostics import Diagnostic, swaps
 from rosorin_compile.source.rule_registry import ARGUMENTS, SHAPE, Rule
-from rosorin_compile.source.tree import Map, Seq, locate
+from rosorin_compile.source.tree import Map, Seq, at, locate
 from rosorin_compile.source.units import Dimension, Quantity, describe, parse_unit
 from rosorin_compile.source.wording import counted, in_words, unseen
 
+from . import suggestions
 from .expand.provenance import problem_at
 from .schema import Steps, backend_of, has_entries, part_at, resolve, sections, subject, unit_at, with_outputs
-from .suggestions import (
-    fallen_out,
-    flag_meant,
-    is_meant,
-    items_meant,
-    key_meant,
-    list_meant,
-    mapping_meant,
-    number_in,
-    number_meant,
-    numbers_in,
-    plain_number,
-    text_meant,
-    text_tails,
-    word_meant,
-)
-from .synonyms import way_out, words_for
 from .validator import Misfit, misfits_of, validator_of
 
 if TYPE_CHECKING:
@@ -41,25 +25,14 @@ if TYPE_CHECKING:
     from .expand.scope import Scope
 
 RULES = (
-    Rule(
-        "bad-name",
-        "A name has a form that it may not have, such as `<` or a quote, or a space at its end.",
-        "Letters, digits and `_` are safe. Spaces within and `/` are allowed; names of values and arguments are plain "
-        "words.",
-        ARGUMENTS,
-    ),
+    Rule("bad-name", "A name has a forbidden form, such as `<`, a quote or a final space.", "Rename it.", ARGUMENTS),
     Rule("unknown-key", "An entry has no such key.", "The message names a similar one, or all that are legal.", SHAPE),
     Rule("missing-key", "An entry lacks a key that it needs.", "Add it.", SHAPE),
     Rule("wrong-type", "A value is of another type: a text in the place of a number.", "See the message.", SHAPE),
     Rule("wrong-value", "A value is not one of those that are allowed.", "Choose one of them.", SHAPE),
     Rule("wrong-length", "A list has too many or too few items.", "Positions have three numbers, pairs two.", SHAPE),
     Rule("empty-text", "A text is empty.", "Write it, or leave the key out.", SHAPE),
-    Rule(
-        "wrong-shape",
-        "A value does not fit the schema in another way.",
-        "Compare it with [the language](language.md#sections-of-a-description).",
-        SHAPE,
-    ),
+    Rule("wrong-shape", "A value does not fit the schema in another way.", "See [the language](language.md).", SHAPE),
     Rule("wrong-unit", "A quantity is of another kind: a mass in the place of a length.", "Correct the unit.", SHAPE),
     Rule("not-finite", "A number is NaN, infinite or beyond 1e150.", "Write a number, or leave the key out.", SHAPE),
 )
@@ -72,7 +45,7 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
 
     ``formats`` are those that outputs may name, ``scope`` defines the names in expressions, if known.
     """
-    walk = _Walk()
+    walk = _Walk(tree, formats)
     walk.through(tree)
     diagnostics = []
     for path, value in walk.not_finite:
@@ -81,14 +54,12 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
             message = f"{subject(path)} is {value:g}, and nothing can be calculated with more than {MOST:g}"
         help = "write a number, or leave the entry out"
         diagnostics.append(problem_at(scope, tree, path, "not-finite", message, help))
-    misfits = [(path, quantity, _dimensions(tuple(path)) or ()) for path, quantity in walk.misfits]
-    misfits += [(path, quantity, (allowed,)) for path, quantity, allowed in _of_options(tree, formats)]
-    reported = {tuple(path) for path, _, _ in misfits} | {tuple(path) for path, _ in walk.not_finite}
-    judge = _judge_of(tree.get("outputs"), formats)
-    for misfit in misfits_of(judge.validator, tree):
+    reported = {tuple(path) for path, *_ in (*walk.misfits, *walk.not_finite)}
+    schema, validator = _schema_and_validator(tree.get("outputs"), formats)
+    for misfit in misfits_of(validator, tree):
         if tuple(misfit.path) not in reported:
-            diagnostics += _Report(tree, misfit, judge.schema, scope).diagnostics()
-    for path, quantity, allowed in misfits:
+            diagnostics += _Report(tree, misfit, schema, scope).diagnostics()
+    for path, quantity, allowed in walk.misfits:
         named = " or ".join(map(describe, allowed)) or "a plain number"
         text = quantity.text or f"{float(quantity):g}"
         message = f"{subject(path)} is {named}, but {text} is {describe(quantity.dimension)}"
@@ -98,68 +69,41 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
     return diagnostics
 
 
-class _Judge(NamedTuple):
-    """The schema of descriptions with certain outputs, and its validator."""
-
-    schema: dict[str, Any]
-    validator: Any
+_known: dict[tuple[Any, ...], tuple[dict[str, Any], Any]] = {}
+_MOST_KNOWN = 100
 
 
-def _judge_of(outputs: Any, formats: Mapping[str, Format]) -> _Judge:
-    """Return the schema and validator for these outputs, cached by their names and formats."""
+def _schema_and_validator(outputs: Any, formats: Mapping[str, Format]) -> tuple[dict[str, Any], Any]:
+    """Return the schema of descriptions with these outputs and its validator, cached by their names and formats."""
     schema = with_outputs(outputs, formats)
     options = schema["properties"]["outputs"].get("properties", {})
     # The options of a format live as long as the program: they are compared by identity.
     key = tuple((name, *map(id, one["properties"].values())) for name, one in options.items())
-    if key not in _judges:
-        if len(_judges) >= _MAX_JUDGES:
-            _judges.clear()
-        _judges[key] = _Judge(schema, validator_of(schema))
-    return _judges[key]
+    if key not in _known:
+        if len(_known) >= _MOST_KNOWN:
+            _known.clear()
+        _known[key] = schema, validator_of(schema)
+    return _known[key]
 
 
-_judges: dict[tuple[Any, ...], _Judge] = {}
-_MAX_JUDGES = 100
-
-
-def _of_options(tree: Map, formats: Mapping[str, Format]) -> Iterator[tuple[Steps, Quantity, Dimension]]:
-    """Yield the quantities among the options of outputs that are of another dimension than their format requires."""
-    outputs = tree.get("outputs")
-    for name, entry in outputs.items() if isinstance(outputs, Map) else ():
-        if not isinstance(entry, Map) or not any(isinstance(value, Quantity) for value in entry.values()):
-            continue
-        named = str(entry.get("backend", backend_of(name, entry)))
-        options = formats[named].options if named in formats else {}
-        for key, value in entry.items():
-            if not isinstance(value, Quantity) or key not in options:
-                continue
-            is_number = options[key].get("type") in ("number", "integer")
-            unit = parse_unit(options[key].get("x-unit", "")) if is_number else None
-            if unit is not None and value.dimension != unit[1]:
-                yield ["outputs", name, key], value, unit[1]
+_Dimensions = tuple[Dimension, ...]
 
 
 class _Walk:
     """Finds what a schema cannot express: quantities of a wrong dimension, NaN, infinity. Visits shared pieces once."""
 
-    def __init__(self) -> None:
+    def __init__(self, tree: Map, formats: Mapping[str, Format]) -> None:
+        self.tree, self.formats = tree, formats
         self.path: Steps = []
         self.done: set[int] = set()
         self.not_finite: list[tuple[Steps, float]] = []
-        self.misfits: list[tuple[Steps, Quantity]] = []
+        self.misfits: list[tuple[Steps, Quantity, _Dimensions]] = []
 
     def through(self, value: Map | Seq) -> None:
         """Walk through a piece of the tree."""
         before = len(self.not_finite) + len(self.misfits)
-        self._walk(value)
-        sound = before == len(self.not_finite) + len(self.misfits)
-        if sound or value.via is None or not value.via.made:  # an error in a part is reported for each instance
-            self.done.add(id(value))
-
-    def _walk(self, value: Map | Seq) -> None:
-        pairs: Any = value.items() if isinstance(value, Map) else enumerate(value)
-        allowed: dict[str | int, tuple[Dimension, ...] | None] = {}
-        for key, item in pairs:
+        allowed: dict[str | int, _Dimensions | None] = {}
+        for key, item in value.items() if isinstance(value, Map) else enumerate(value):
             kind = type(item)
             if kind is str or kind is bool or item is None or (kind is float and -MOST <= item <= MOST):
                 continue
@@ -168,46 +112,48 @@ class _Walk:
                     self.path.append(key)
                     self.through(item)
                     self.path.pop()
-            elif kind is Quantity:
+                continue
+            steps = [*self.path, key]
+            if kind is Quantity:
                 step = 0 if type(key) is int else key  # all items of a list are of the same kind
                 if step not in allowed:
-                    allowed[step] = self._allowed(step)
-                self._quantity(item, key, allowed[step])
-            elif isinstance(item, float):
-                self._number(item, key)
+                    allowed[step] = self._allowed((*self.path, step))
+                dimensions = allowed[step]
+                if dimensions is not None and item.dimension not in dimensions:
+                    self.misfits.append((steps, item, dimensions))
+            if isinstance(item, float) and not -MOST <= item <= MOST and not (math.isfinite(item) and _is_free(steps)):
+                self.not_finite.append((steps, float(item)))
+        sound = before == len(self.not_finite) + len(self.misfits)
+        if sound or value.via is None or not value.via.made:  # an error in a part is reported for each instance
+            self.done.add(id(value))
 
-    def _allowed(self, key: str | int) -> tuple[Dimension, ...] | None:
+    def _allowed(self, path: tuple[str | int, ...]) -> _Dimensions | None:
+        if path[0] == "outputs" and len(path) == 3:
+            entry = self.tree["outputs"][path[1]]
+            format = self.formats.get(str(entry.get("backend", backend_of(str(path[1]), entry))))
+            option = format.options.get(str(path[2]), {}) if format is not None else {}
+            unit = parse_unit(option.get("x-unit", "")) if option.get("type") in ("number", "integer") else None
+            return None if unit is None else (unit[1],)
         # The names of entries and the indices of items make no difference.
-        steps = [0 if type(step) is int else step for step in (*self.path, key)]
+        steps = [0 if type(step) is int else step for step in path]
         if len(steps) > 1 and has_entries(str(steps[0])):
             steps[1] = "*"
         return _dimensions(tuple(steps))
 
-    def _quantity(self, item: Quantity, key: str | int, allowed: tuple[Dimension, ...] | None) -> None:
-        if allowed is not None and item.dimension not in allowed:
-            self.misfits.append(([*self.path, key], item))
-        self._number(float(item), key)
 
-    def _number(self, value: float, key: str | int) -> None:
-        steps = [*self.path, key]
-        if not (-MOST <= value <= MOST or (math.isfinite(value) and not _is_reckoned(steps))):
-            self.not_finite.append((steps, value))
-
-
-def _is_reckoned(steps: Steps) -> bool:
-    """Return True for a number of calculations: limits may be 1.8e308, and masses have rules of their own."""
+def _is_free(steps: Steps) -> bool:
+    """Return True for a number that nothing is calculated with: a limit may be 1.8e308, masses have their own rules."""
     reckoned, node = False, sections().get(str(steps[0]))
     for step in steps[1:]:
         if node is None:
             break
         reckoned = reckoned if node.reckoned is None else node.reckoned
         node = node.below(step)
-    return reckoned if node is None or node.reckoned is None else node.reckoned
+    return not (reckoned if node is None or node.reckoned is None else node.reckoned)
 
 
 @lru_cache(maxsize=2_000)
-def _dimensions(path: tuple[str | int, ...]) -> tuple[Dimension, ...] | None:
-    """Return the dimensions that the schema allows at a path; None where it has no number, which other rules check."""
+def _dimensions(path: tuple[str | int, ...]) -> _Dimensions | None:
     wanted = unit_at(path)
     if wanted is None:
         return None
@@ -218,66 +164,40 @@ def _dimensions(path: tuple[str | int, ...]) -> tuple[Dimension, ...] | None:
 # Sections that expansion removes: the schema of the plain tree lacks them.
 _EXPANDED = ("parts", "sensor_types", "use")
 _SIGNS = {"&": "an anchor", "#": "a comment", "!": "a tag"}
-_LIMITS = {
-    "minimum": "{where} is {value}, less than {limit}",
-    "maximum": "{where} is {value}, more than {limit}",
-    "exclusiveMinimum": "{where} is {value}, and has to be more than {limit}",
-    "exclusiveMaximum": "{where} is {value}, and has to be less than {limit}",
-    "multipleOf": "{where} is {value}, no multiple of {limit}",
-    "maxLength": "{where} is longer than {limit}",
-    "minLength": "{where} is shorter than {limit}",
-    "uniqueItems": "{where} has an item twice",
-}
-_TYPES = {
-    "string": "text",
-    "number": "a number",
-    "integer": "a whole number",
-    "boolean": "true or false",
-    "object": "a mapping",
-    "array": "a list",
-}
+_LIMITS = {"minimum": "{where} is {value}, less than {limit}", "maximum": "{where} is {value}, more than {limit}"}
+_LIMITS |= {"exclusiveMinimum": "{where} is {value}, and has to be more than {limit}"}
+_LIMITS |= {"exclusiveMaximum": "{where} is {value}, and has to be less than {limit}"}
+_LIMITS |= {"multipleOf": "{where} is {value}, no multiple of {limit}", "uniqueItems": "{where} has an item twice"}
+_LIMITS |= {"maxLength": "{where} is longer than {limit}", "minLength": "{where} is shorter than {limit}"}
+_TYPES = {"string": "text", "number": "a number", "integer": "a whole number", "boolean": "true or false"}
+_TYPES |= {"object": "a mapping", "array": "a list"}
 
 
 class _Report:
-    """Makes diagnostics of a misfit of the schema."""
-
     def __init__(self, tree: Map, misfit: Misfit, schema: Mapping[str, Any], scope: Scope | None) -> None:
-        self.tree = tree
-        self.scope = scope
-        self.misfit = misfit
-        self.path = misfit.path
-        self.where = subject(self.path)
+        self.tree, self.misfit, self.scope = tree, misfit, scope
+        self.path, self.where = misfit.path, subject(misfit.path)
         self.keyword = "propertyNames" if "propertyNames" in misfit.schema_path[-2:-1] else misfit.keyword
         self.part, self.defined = part_at(misfit.schema_path[:-1], schema)
         self.kind = (self.defined or str(self.path[0])) if self.path else "top"
         self.meaning = _sentence(str(self.part.get("description", "")))
-        value: Any = tree
-        for step in self.path:
-            value = value[step]
-        self.value = value
+        self.value = at(tree, tuple(self.path))
 
-    def diagnostics(self) -> Iterable[Diagnostic]:
+    def diagnostics(self) -> list[Diagnostic]:
         wanted, where, value = self.misfit.wanted, self.where, self.value
         if self.keyword in ("minItems", "maxItems"):
             count = f"at {'least' if self.keyword == 'minItems' else 'most'} {wanted}"
             count = wanted if self.part.get("minItems") == self.part.get("maxItems") else count
-            help = partial(self._items_help, value)
-            return self._make("wrong-length", f"{where} has {counted(len(value), 'item')}, not {count}", help)
+            message = f"{where} has {counted(len(value), 'item')}, not {count}"
+            return self._make(
+                "wrong-length", message, lambda: suggestions.items_meant(value, self.part) or self.meaning
+            )
         if self.keyword == "minLength" and not value:
             return self._make("empty-text", f"{where} is empty", "write a text, or leave the key out")
         if words := _LIMITS.get(self.keyword):
             limit = counted(wanted, "letter") if self.keyword.endswith("Length") else wanted
             message = words.format(where=where, value=value, limit=limit)
             return self._make("wrong-value", message, "" if self.keyword in ("minimum", "maximum") else self.meaning)
-        keys = ", ".join(self.part.get("properties", {}))
-        if self.keyword == "minProperties":
-            return self._make("missing-key", f"{where} is empty", f"legal keys: {keys}")
-        if self.keyword == "maxProperties":
-            return self._make("wrong-value", f"{where} has more than one key", f"write one of {keys}")
-        if self.keyword == "const":
-            return self._make("wrong-value", f"{where} cannot be {value}", f"this tool knows only {wanted}")
-        if self.keyword == "pattern":
-            return self._make("bad-name", f'{where} cannot be "{value}"', _odd_letter(str(value)) or self.meaning)
         if self.keyword == "propertyNames":
             name = self.misfit.value
             form = "no markup, no quotes; spaces only within" if self.defined else "use letters, digits and _"
@@ -287,41 +207,41 @@ class _Report:
             kind = {"joint": "joint type", "source": "status"}.get(self.kind, "")
             kind = "which gazebo" if self.path[-1] == "gazebo" else kind
             return [not_allowed(self.tree, self.path, value, wanted, kind, self.scope)]
-        if self.keyword in ("required", "dependencies"):
-            return self._missing_key()
-        if self.keyword == "additionalProperties":
-            return self._unknown_keys()
-        if self.keyword == "type":
-            return self._wrong_type()
-        return self._make("wrong-shape", f"{where} does not fit the schema: {self.keyword}", self.meaning)
+        reports = {"required": self._missing_key, "dependencies": self._missing_key, "type": self._wrong_type}
+        if report := {**reports, "additionalProperties": self._unknown_keys}.get(self.keyword):
+            return report()
+        keys = ", ".join(self.part.get("properties", {}))
+        others = {
+            "minProperties": ("missing-key", f"{where} is empty", f"legal keys: {keys}"),
+            "maxProperties": ("wrong-value", f"{where} has more than one key", f"write one of {keys}"),
+            "const": ("wrong-value", f"{where} cannot be {value}", f"this tool knows only {wanted}"),
+            "pattern": ("bad-name", f'{where} cannot be "{value}"', _odd_letter(str(value)) or self.meaning),
+        }
+        unknown = ("wrong-shape", f"{where} does not fit the schema: {self.keyword}", self.meaning)
+        return self._make(*others.get(self.keyword, unknown))
 
     def _make(
         self, rule: str, message: str, help: str | Callable[[], str] = "", path: Steps | None = None, key: bool = False
     ) -> list[Diagnostic]:
-        """Return an error; a help that is a function is called by ``messages``."""
-        path = self.path if path is None else path
-        if isinstance(help, str):
-            return [problem_at(self.scope, self.tree, path, rule, message, help, key=key)]
-        return [replace(problem_at(self.scope, self.tree, path, rule, message, key=key), suggest=help)]
+        problem = problem_at(self.scope, self.tree, path or self.path, rule, message, key=key)
+        return [replace(problem, help=help) if isinstance(help, str) else replace(problem, suggest=help)]
 
-    def _items_help(self, value: Seq) -> str:
-        return items_meant(value, self.part) or self.meaning
-
-    def _unknown_keys(self) -> Iterator[Diagnostic]:
+    def _unknown_keys(self) -> list[Diagnostic]:
         known = self.part.get("properties", {})
         if not self.path:
             known = {**known, **dict.fromkeys(_EXPANDED)}
         unexpected = dict.fromkeys(self.misfit.unexpected())
-        tails = text_tails(self.value, unexpected)
-        for key in unexpected:
-            if key not in tails:
-                help = partial(key_meant, key, self.value, known, self.kind, self.path)
-                yield from self._make("unknown-key", f'{self.where} has no key "{key}"', help, [*self.path, key], True)
+        tails, found = suggestions.text_tails(self.value, unexpected), list[Diagnostic]()
+        for key in (key for key in unexpected if key not in tails):
+            help = partial(suggestions.key_meant, key, self.value, known, self.kind, self.path)
+            found += self._make("unknown-key", f'{self.where} has no key "{key}"', help, [*self.path, key], True)
+        return found
 
     def _missing_key(self) -> list[Diagnostic]:
         key = self.misfit.key
         legal = self.part.get("properties", {})
-        meant = [other for other in self.value if other not in legal and is_meant(other, key, self.kind, legal)]
+        others = [other for other in self.value if other not in legal]
+        meant = [other for other in others if suggestions.is_meant(other, key, self.kind, legal)]
         if key == "inertia" and any("of" in swaps(other) for other in self.value):
             return []  # which is in the place of it, and reported
         if meant and self.path[:1] != ["outputs"]:
@@ -341,18 +261,16 @@ class _Report:
         units = [unit] if isinstance(unit, str) else unit
         wanted = " or ".join(_TYPES[name] for name in types if name != "null")
         wanted += f" ({' or '.join(filter(None, units))})" if units else ""
-        parent: Any = self.tree
-        for step in self.path[:-1]:
-            parent = parent[step]
+        parent = at(self.tree, tuple(self.path[:-1]))
         is_only = isinstance(parent, Seq) and len(parent) == 1 and "number" in types
-        if is_only and isinstance(self.value, str) and len(numbers_in(self.value)) > 1:
+        if is_only and isinstance(self.value, str) and len(suggestions.numbers_in(self.value)) > 1:
             return []  # the length of the list is reported
-        fallen = fallen_out(self.tree, self.path, self.part)
-        if fallen and not (fallen.is_first and "null" in types):
+        fallen = suggestions.fallen_out(self.tree, self.path, self.part)
+        if fallen and not (fallen[1] and "null" in types):
             return []
         help: str | Callable[[], str] = partial(self._type_help, types, units)
         if fallen:
-            help = f'"{self.path[-1]}" is a key of such an entry: indent it deeper than "{fallen.owner}"'
+            help = f'"{self.path[-1]}" is a key of such an entry: indent it deeper than "{fallen[0]}"'
         return self._make("wrong-type", f"{self.where} is {wanted}, not {_found(self.value)}", help)
 
     def _type_help(self, types: list[str], units: list[str]) -> str:
@@ -363,21 +281,22 @@ class _Report:
             if sign in _SIGNS:
                 return f'"{sign}" begins {_SIGNS[sign]} here: put the text in quotes'
         if set(types) & {"number", "integer"} and isinstance(value, str):
-            return number_meant(value, units, key)
+            return suggestions.number_meant(value, units, key)
         if "integer" in types and isinstance(value, Quantity):
-            return plain_number(float(value))
-        if "number" in types and (help := number_in(value, key)):
+            return f"write {float(value):g}: a plain number, without a unit"
+        if "number" in types and (help := suggestions.number_in(value, key)):
             return help
         if "array" in types:
-            return list_meant(value, key, self.part)
+            return suggestions.list_meant(value, key, self.part)
         if "object" in types:
             first = next(iter(value[0]), "") if isinstance(value, Seq) and value and isinstance(value[0], Map) else ""
-            return way_out(first, words_for(self.kind)) or mapping_meant(value, self.path, self.part)
+            way_out = suggestions.way_out(first, suggestions.words_for(self.kind))
+            return way_out or suggestions.mapping_meant(value, self.path, self.part)
         if value is None and "number" in types:
             return "write the number behind the colon, or leave the key out"
         if types == ["boolean"]:
-            return flag_meant(value) or "write true or false"
-        return text_meant(value, key, self.part) if "string" in types else ""
+            return suggestions.flag_meant(value) or "write true or false"
+        return suggestions.text_meant(value, key, self.part) if "string" in types else ""
 
 
 def not_allowed(
@@ -394,9 +313,9 @@ def not_allowed(
     def suggest() -> str:
         if isinstance(value, str) and value in names:  # true is a word of YAML, "true" a text
             return f"write {value} without quotes"
-        help = word_meant(str(value), names, kind)
+        help = suggestions.word_meant(str(value), names, kind)
         if isinstance(value, str) and "true" in names:
-            help = flag_meant(value) or help
+            help = suggestions.flag_meant(value) or help
         return f"{help} (one of {', '.join(names)})" if help.startswith(("did", "write")) else help
 
     error = problem_at(scope, tree, path, "wrong-value", f'{subject(path)} cannot be "{value}"')
@@ -404,7 +323,6 @@ def not_allowed(
 
 
 def _odd_letter(name: str) -> str:
-    """Return the help for a name with an invisible letter, or a space that is not of the space bar."""
     odd = unseen(name) or next((letter for letter in name if letter.isspace() and letter not in " \n\t"), "")
     return f"it contains {in_words(odd)}: type the name again" if odd else ""
 
@@ -416,10 +334,6 @@ def _sentence(text: str) -> str:
 def _found(value: Any) -> str:
     if value is None or isinstance(value, bool):
         return "empty" if value is None else str(value).lower()
-    if isinstance(value, Quantity):
-        return f"the quantity {value.text or float(value)}"
     if isinstance(value, (int, float)):
-        return f"the number {value}"
-    if isinstance(value, str):
-        return f'the text "{value}"'
-    return "a list" if isinstance(value, Seq) else "a mapping"
+        return f"the quantity {value.text or float(value)}" if isinstance(value, Quantity) else f"the number {value}"
+    return f'the text "{value}"' if isinstance(value, str) else "a list" if isinstance(value, Seq) else "a mapping"

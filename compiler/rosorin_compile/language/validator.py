@@ -7,7 +7,7 @@ the words are ours, and references are replaced by their targets first.
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -17,6 +17,7 @@ from .annotations import Steps, describe_path, own_schema
 
 _KINDS = ("null", "boolean", "integer", "number", "string", "array", "object")
 _NAMING = ("required", "dependencies")
+_BESIDE_REFERENCE = r"^(\$ref|description|title|default|examples|x-.*)$"
 
 
 class Misfit(NamedTuple):
@@ -56,10 +57,7 @@ def validator(name: str) -> Any:
 
 
 def inlined(whole: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a schema with each reference replaced by its target; our schemas are not recursive.
-
-    Draft 7 ignores what is next to a reference. Raises ValueError for one without a target.
-    """
+    """Return a schema with each reference replaced by its target; our schemas are not recursive."""
     done: dict[str, Any] = {}
 
     def of(part: Any) -> Any:
@@ -86,7 +84,6 @@ def inlined(whole: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _in_python(pattern: str) -> str:
-    r"""Return a pattern of ECMA 262 for Python, where ``$``, ``\d`` and ``\s`` match more or less."""
     pattern = pattern.replace("\\d", "[0-9]").replace("\\s", r"\s\ufeff")
     return pattern[:-1] + r"(?!\n)$" if pattern.endswith("$") else pattern
 
@@ -123,10 +120,10 @@ def misfits_of(validator: Any, value: Any) -> list[Misfit]:
 
 def misfits(name: str, value: Any) -> list[str]:
     """Return a sentence for each misfit of a JSON value, by the name of one of the schemas that ship with the tool."""
-    return [f"{describe_path(one.path, own_schema())}: {words(one)}" for one in misfits_of(validator(name), value)]
+    return [f"{describe_path(one.path, own_schema())}: {words_of(one)}" for one in misfits_of(validator(name), value)]
 
 
-def words(misfit: Misfit) -> str:
+def words_of(misfit: Misfit) -> str:
     """Return a sentence about a misfit of JSON."""
     if misfit.keyword in _NAMING:
         return f"{_json(misfit.key)} is a required property"
@@ -139,41 +136,20 @@ def _json(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False, separators=(",", ":"))[:200]
 
 
-def check_schema(part: Mapping[str, Any], whole: Mapping[str, Any], *, strict: bool = False) -> None:
+def check_schema(part: Mapping[str, Any], whole: Mapping[str, Any]) -> None:
     """Raise ValueError if a part of a schema is not JSON Schema of draft 7, or has a reference without a target.
 
-    ``strict``: also for an unknown keyword.
+    Keywords that draft 7 ignores are errors: unknown ones (except ``x-...``), and those next to ``$ref``.
     """
     from jsonschema import Draft7Validator, FormatChecker
 
-    judge = Draft7Validator(Draft7Validator.META_SCHEMA, format_checker=FormatChecker(["regex"]))
-    for wrong in misfits_of(judge, dict(part)):
-        raise ValueError(words(wrong))
-    _check_words(part, Draft7Validator.META_SCHEMA["properties"] if strict else None)
+    draft = {key: value for key, value in Draft7Validator.META_SCHEMA.items() if key != "$id"}
+    draft |= {"patternProperties": {"^x-": {}}, "additionalProperties": False}
+    draft |= {"if": {"required": ["$ref"]}, "then": {"propertyNames": {"pattern": _BESIDE_REFERENCE}}}
+    for misfit in misfits_of(Draft7Validator(draft, format_checker=FormatChecker(["regex"])), dict(part)):
+        if misfit.keyword == "additionalProperties":
+            unknown = next(word for word in misfit.unexpected() if not word.startswith("x-"))
+            guess = did_you_mean(unknown, sorted(draft["properties"]))
+            raise ValueError(f"{unknown} is not a keyword of JSON Schema draft 7; {guess}")
+        raise ValueError(words_of(misfit))
     inlined(whole)
-
-
-# Keywords of later drafts, which draft 7 ignores.
-_LATER = (
-    *("prefixItems", "dependentRequired", "dependentSchemas", "unevaluatedItems", "unevaluatedProperties"),
-    *("minContains", "maxContains", "$dynamicRef", "$recursiveRef"),
-)
-_BESIDE = ("$ref", "description", "title", "default", "examples")
-
-
-def _check_words(part: Any, known: Collection[str] | None, is_named: bool = False) -> None:
-    """Raise ValueError if a part of a schema has keywords that draft 7 ignores; ``is_named``: its keys are names."""
-    if isinstance(part, list):
-        for one in part:
-            _check_words(one, known)
-    if not isinstance(part, Mapping):
-        return
-    for word, inner in part.items():
-        if not is_named and word in _LATER:
-            raise ValueError(f"{word} is not a keyword of JSON Schema draft 7")
-        if not is_named and "$ref" in part and word not in _BESIDE and not word.startswith("x-"):
-            raise ValueError(f"{word} has no effect next to $ref, in JSON Schema draft 7")
-        if not is_named and known is not None and word not in known and not word.startswith("x-"):
-            raise ValueError(f"{word} is not a keyword of JSON Schema draft 7; {did_you_mean(word, sorted(known))}")
-        if word not in ("default", "examples", "enum", "const") or is_named:
-            _check_words(inner, known, not is_named and word in ("properties", "patternProperties"))

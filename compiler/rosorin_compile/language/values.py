@@ -1,15 +1,14 @@
 """The symbol table of expressions: arguments, named values, parts and sensor types, and what refers to them.
 
 It covers what is written in the files, whatever the arguments of this run: a branch that is not taken uses its names.
-Warnings about unused names leave out files that another description may include.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Set
 from itertools import chain, islice
-from typing import Any, NamedTuple
+from typing import Any
 
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Span
@@ -23,23 +22,18 @@ from .expand.scope import Scope
 from .expression import all_names, pieces
 
 RULES = (
-    Rule(
-        "unused",
-        "A warning: an argument, a value of `let`, a part, a type of sensors, a publisher or a mode is declared, and "
-        "nothing names it.",
-        "Use it or remove it. What stands in a file that another description includes too is not told.",
-        ARGUMENTS,
-    ),
+    Rule("unused", "A warning: nothing names an argument, value, part, publisher or mode.", "Remove it.", ARGUMENTS),
 )
 
 _WORD = re.compile(r"[^\W\d]\w*")
 _NO_NAMES: frozenset[str] = frozenset()
 # Names that parts and sensor types always have.
-_BUILT_IN = {"parts": frozenset(("name", "mirrored")), "sensor_types": frozenset(("name", "frame", "parent"))}
+_BUILT_IN = {"parts": ("name", "mirrored"), "sensor_types": ("name", "frame", "parent")}
 # Keys below which nothing refers to parts, types or publishers; large robots have many of them.
 _BODIES = ("visual", "collision", "inertial", "limit", "dynamics", "source", "xyz", "rpy", "axis", "mjcf", "help")
 _MAX_FILES = 500
 _Unused = tuple[str, Place, str]
+_Use = tuple[str, Place]  # a name in an expression, and the place of the expression
 
 
 def check_names(root: Map, scope: Scope) -> None:
@@ -70,13 +64,6 @@ def check_names(root: Map, scope: Scope) -> None:
                 scope.expansion.diagnostics.append(warning)
 
 
-class Use(NamedTuple):
-    """A name in an expression, and the place of the expression."""
-
-    name: str
-    place: Place
-
-
 class ValueTable:
     """The arguments and named values of a description, and the expressions that use them."""
 
@@ -86,7 +73,7 @@ class ValueTable:
 
     def uses(self, name: str) -> list[Place]:
         """Return the places of the expressions that use an argument or a named value of the description."""
-        return list(dict.fromkeys(use.place for use in self._outer_uses() if use.name == name))
+        return list(dict.fromkeys(place for used, place in self._outer_uses() if used == name))
 
     def unused(self) -> list[Diagnostic]:
         """Return a warning for each name that is declared and never used."""
@@ -100,12 +87,10 @@ class ValueTable:
                 warnings.append(Diagnostic("unused", WARNING, message, place.span, place.stack(), help))
         return warnings
 
-    def _outer_uses(self) -> Iterator[Use]:
-        """Yield the names in all expressions that may be names of the description: those of parts are left out."""
+    def _outer_uses(self) -> Iterator[_Use]:
         for section, built_in in _BUILT_IN.items():
             for _, body in _entries(self.root, section):
-                own = built_in.union(_places(body.get("params")), _places(body.get("let")))
-                yield from (use for use in self._uses(body, None) if use.name not in own)
+                yield from self._uses(body, None, {*built_in, *_places(body.get("params")), *_places(body.get("let"))})
         for key, value in self.root.items():
             if key not in (*_BUILT_IN, "modes"):
                 yield from self._uses(value, Place(self.root.value_spans[key], self.root.via))
@@ -114,13 +99,13 @@ class ValueTable:
         for value in (*self.reader.offered, *(robot.item for robot in self.reader.robots)):
             yield from self._uses(value, None)
 
-    def _uses(self, value: Any, place: Place | None, bound: frozenset[str] = _NO_NAMES) -> Iterator[Use]:
-        """Yield the names in all expressions of a piece of the tree that no loop around them defines."""
+    def _uses(self, value: Any, place: Place | None, bound: Set[str] = _NO_NAMES) -> Iterator[_Use]:
         if self.is_constant(value):
             return
         if isinstance(value, str):
             at = place or Place(Span(self.root.span.source, 1, 1), None)
-            yield from (Use(name, at) for name in _names_in_text(value) if name not in bound)
+            names = {name for piece in pieces(value) if piece.is_expression for name in all_names(piece.text)}
+            yield from ((name, at) for name in names - bound)
         elif isinstance(value, Seq):
             for item, span in zip(value, value.value_spans, strict=True):
                 yield from self._uses(item, Place(span, value.via), bound)
@@ -135,25 +120,23 @@ class ValueTable:
                     yield from self._uses(item, at, inner)
 
     def _unused_values(self) -> Iterator[_Unused]:
-        """Yield the arguments and named values that no expression uses, also those of parts and sensor types."""
         for section, what in (("parts", "part"), ("sensor_types", "sensor type")):
             for name, body in _entries(self.root, section):
-                names = {use.name for use in self._uses(body, None)}
+                names = {name for name, _ in self._uses(body, None)}
                 for key, kind, whose in (("params", "parameter", "the"), ("let", "value", "its")):
                     for inner, place in _places(body.get(key)).items():
                         if inner.partition("(")[0] not in names:
                             message = f'{what} "{name}" never uses its {kind} "{inner}"'
                             yield message, place, f"write ${{{inner}}} where {whose} value belongs, or remove it"
-        used = {use.name for use in self._outer_uses()}
+        used = {name for name, _ in self._outer_uses()}
         arguments = _places(self.root.get("args"))
-        lets = {name: place for name, _, place, _ in self.reader.lets if name not in arguments}
-        for name, place in (*arguments.items(), *lets.items()):
+        lets = {name: place for name, _, place, _ in self.reader.lets}
+        for name, place in {**lets, **arguments}.items():
             if name.partition("(")[0] not in used:
-                message = f'the value "{name}" of let' if name in lets else f'the argument "{name}"'
-                yield f"nothing uses {message}", place, f"write ${{{name}}} where it belongs, or remove it"
+                what = f'the argument "{name}"' if name in arguments else f'the value "{name}" of let'
+                yield f"nothing uses {what}", place, f"write ${{{name}}} where it belongs, or remove it"
 
     def _unused_parts(self) -> Iterator[_Unused]:
-        """Yield the parts that no ``use`` names, and the types that no sensor has."""
         sections = [*self.root.items(), *(("let", value) for _, value, _, _ in self.reader.lets)]
         for section, key, what, help in (
             ("parts", "part", "nothing uses the part", "write use: {{NAME: {{part: {}}}}}, or remove it"),
@@ -168,7 +151,6 @@ class ValueTable:
                         yield f'{what} "{name}"', place, help.format(name)
 
     def _unused_publishers(self) -> Iterator[_Unused]:
-        """Yield the publishers that publish and stamp nothing, and the modes that no condition names."""
         root, reader = self.root, self.reader
         publishers, modes = _places(root.get("publishers")), _places(root.get("modes"))
         for name, entry in _entries(root, "publishers"):
@@ -182,23 +164,13 @@ class ValueTable:
         for name, place in publishers.items() if not any("$" in owner for owner in owners) else ():
             if name not in owners and "$" not in name:
                 message = f'publisher "{name}" publishes no joint and no edge, and stamps nothing'
-                yield message, place, f"write publisher: {name} where it does{_odometry(root, name)}, or remove it"
-        conditions = _texts_at(values, ("when",)) | set(_all_texts(root.get("outputs")))
+                yield message, place, f"write publisher: {name} where it does, or remove it"
+        conditions = _texts_at(values, ("when",)) | _texts_at(root.get("outputs"))
         named = {word for condition in conditions for word in _WORD.findall(condition)}
         for name, place in modes.items() if not any("$" in condition for condition in conditions) else ():
             if name not in named:
                 help = f"write when: {name} where it matters, or remove it"
                 yield f'no condition names the mode "{name}"', place, help
-
-
-def _odometry(root: Map, publisher: str) -> str:
-    """Return the edge of the odometry as an example, for a base with wheels that has none."""
-    edges = [entry for entry in root.get("edges") or () if isinstance(entry, Map)]
-    if not root.get("drive") or any(entry.get("parent") in ("odom", "map") for entry in edges):
-        return ""
-    children = {entry.get("child") for _, entry in _entries(root, "joints")}
-    base = next((name for name in _places(root.get("links")) if name not in children), "base_link")
-    return f", such as edges: [{{parent: odom, child: {base}, publisher: {publisher}}}]"
 
 
 def _loop_names(entry: Any) -> frozenset[str]:
@@ -209,46 +181,30 @@ def _loop_names(entry: Any) -> frozenset[str]:
     return frozenset(name.strip() for names in loops for name in names.split(","))
 
 
-def _names_in_text(text: str) -> set[str]:
-    return {name for piece in pieces(text) if piece.is_expression for name in all_names(piece.text)}
-
-
-def _texts_at(value: Any, keys: tuple[str, ...]) -> set[str]:
-    """Return the texts at keys anywhere in a value, and those that load a file."""
+def _texts_at(value: Any, keys: tuple[str, ...] = ()) -> set[str]:
     found: set[str] = set()
-    waiting = [value]
+    waiting = [("", value)]
     while waiting:
-        item = waiting.pop()
-        if isinstance(item, Map):
-            waiting += [inner for key, inner in item.items() if isinstance(inner, (Map, Seq)) and key not in _BODIES]
-            texts = ((key, inner) for key, inner in item.items() if isinstance(inner, str))
-            found |= {text for key, text in texts if key in keys or "load(" in text}
+        key, item = waiting.pop()
+        if isinstance(item, str):
+            found |= {item} if not keys or key in keys or "load(" in item else set()
         elif isinstance(item, list):
-            waiting += [inner for inner in item if isinstance(inner, (Map, Seq))]
+            waiting += [("", one) for one in item]
+        elif isinstance(item, Map):
+            waiting += [(inner, one) for inner, one in item.items() if inner not in _BODIES]
     return found
 
 
-def _all_texts(value: Any) -> Iterator[str]:
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, (Map, Seq)):
-        for item in value.values() if isinstance(value, Map) else value:
-            yield from _all_texts(item)
-
-
 def _entries(root: Map, section: str) -> Iterable[tuple[str, Map]]:
-    """Return the entries of a section that are mappings."""
     owner = root.get(section)
     return [item for item in owner.items() if isinstance(item[1], Map)] if isinstance(owner, Map) else []
 
 
 def _places(owner: Any) -> dict[str, Place]:
-    """Return the places of the keys of a mapping; none of any other value."""
     return {key: Place(owner.key_spans[key], owner.via) for key in owner} if isinstance(owner, Map) else {}
 
 
 def _is_shared(span: Span, reader: Reader) -> bool:
-    """Return True if another description may include the file of a place: a file nearby has its name in it."""
     own, file = {files.resolve(path) for path in reader.files}, files.resolve(span.source.path)
     siblings = chain(file.parent.glob("*"), file.parent.parent.glob("*/*"))
     nearby = [path for path in islice(siblings, _MAX_FILES) if path.suffix in ENDINGS]

@@ -12,10 +12,10 @@ import re
 import struct
 from contextlib import suppress
 from dataclasses import replace
-from itertools import islice
 from pathlib import Path
 
 from rosorin_compile.formats.mesh_files import OF_ELEMENT, OF_MESH, Found, NamedFile, Searched, files_diagnostic
+from rosorin_compile.model.geometry import Vector, cross, dot, minus, norm
 from rosorin_compile.model.mesh_triangles import ExtractProblem, TriangleMesh, load_mesh
 from rosorin_compile.model.mesh_vertices import UnreadableMesh, check_content, is_ascii_stl, read_vertices, stl_count
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING
@@ -45,6 +45,7 @@ MAX_BYTES = 500_000_000
 MAX_STL_TRIANGLES = 200_000  # of MuJoCo
 MAX_COORDINATE = 2.0**30  # in the unit of the file; MuJoCo computes no hull beyond it
 MIN_VERTICES = 4  # distinct ones, of MuJoCo
+FLAT = 1e-9  # of its length: a mesh that is thinner has no hull
 _MARK = "made by rosorin-compile of SHA-256 "
 _PNG_START, _PNG_END = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
 _OBJ_FACE = re.compile(rb"(?:^|[\r\n])[ \t]*f[ \t]+([^\r\n]*)")
@@ -73,11 +74,9 @@ def copy_meshes(searched: Searched, outputs: Path) -> Searched:
         converted += [one.named] if is_new else []
     diagnostics = list(searched.diagnostics)
     for (rule, reason, help, kind), many in failed.items():
-        severity, effect = WARNING, "left out of the MJCF"
-        if rule == "extra-missing":
-            severity, effect = ERROR, "not converted for the MJCF"
-        elif kind == OF_ELEMENT:
-            severity, effect = ERROR, "not read"
+        effect = "not converted for the MJCF" if rule == "extra-missing" else "left out of the MJCF"
+        effect = "not read" if kind == OF_ELEMENT else effect
+        severity = WARNING if effect.startswith("left out") else ERROR
         diagnostics.append(files_diagnostic(rule, f"{effect}: {reason}", help, severity, many))
     if converted:
         message = "converted for the MJCF: MuJoCo reads binary STL, OBJ and MSH"
@@ -85,8 +84,11 @@ def copy_meshes(searched: Searched, outputs: Path) -> Searched:
     return searched._replace(missing=frozenset(missing), diagnostics=diagnostics, files=files)
 
 
-def check_for_mujoco(data: bytes, ending: str) -> None:
-    """Raise UnreadableMesh for a file that MuJoCo does not load; ``ending`` is that of its name, such as ".stl"."""
+def check_for_mujoco(data: bytes, ending: str, collides: bool = False) -> None:
+    """Raise UnreadableMesh for a file that MuJoCo does not load.
+
+    ``ending`` is that of its name, such as ".stl". Of a mesh that ``collides`` MuJoCo needs the convex hull.
+    """
     check_content(data)
     if ending == ".png" and not (data.startswith(_PNG_START) and data.endswith(_PNG_END)):
         raise UnreadableMesh("it is no complete PNG", "export it again, as PNG")
@@ -103,12 +105,13 @@ def check_for_mujoco(data: bytes, ending: str) -> None:
     farthest = max(map(abs, coordinates))
     if farthest > MAX_COORDINATE:
         raise UnreadableMesh(f"a coordinate of a vertex is {farthest:g}")
-    vertices = zip(coordinates[::3], coordinates[1::3], coordinates[2::3], strict=True)
-    distinct = set(islice(vertices, 100))
-    distinct |= set(vertices) if len(distinct) < MIN_VERTICES else set()
-    if len(distinct) < MIN_VERTICES:
-        message = f"MuJoCo needs {MIN_VERTICES} different vertices, and it has {len(distinct)}"
+    vertices = list(dict.fromkeys(zip(coordinates[::3], coordinates[1::3], coordinates[2::3], strict=True)))
+    if len(vertices) < MIN_VERTICES:
+        message = f"MuJoCo needs {MIN_VERTICES} different vertices, and it has {len(vertices)}"
         raise UnreadableMesh(message, "name a mesh that has a surface")
+    if collides and _is_flat(vertices[:100]) and _is_flat(vertices):
+        help = "use a thin box in place of the mesh, or the mesh as visual only"
+        raise UnreadableMesh("all its points are in one plane, and MuJoCo computes no hull of it", help)
     if ending == ".obj":
         count = len(coordinates) // 3  # faces count from 1, or backwards from -1
         faces = b"\n".join(_OBJ_FACE.findall(data))
@@ -116,14 +119,29 @@ def check_for_mujoco(data: bytes, ending: str) -> None:
             raise UnreadableMesh("it has a face with a vertex that does not exist")
 
 
+def _is_flat(points: list[Vector]) -> bool:
+    """Return True if points are in one plane: that of the first point, the farthest, and the farthest from both."""
+    rest = [minus(point, points[0]) for point in points]
+    axis = max(rest, key=norm)
+    normal = max((cross(axis, point) for point in rest), key=norm)
+    smallest = FLAT * norm(axis)
+    return norm(normal) <= smallest * norm(axis) or all(
+        abs(dot(normal, point)) <= smallest * norm(normal) for point in rest
+    )
+
+
 def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
     """Return the copies of a file by name, and whether one of them was converted now. Raises UnreadableMesh."""
-    data, source_ending = _read(found.file), found.file.suffix.lower()
+    try:
+        if found.file.stat().st_size > MAX_BYTES:
+            raise UnreadableMesh(f"it is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
+        data, source_ending = read_bytes(found.file), found.file.suffix.lower()
+    except OSError as problem:
+        raise UnreadableMesh(problem.strerror or type(problem).__name__, "check the permissions") from None
     check_content(data)
-    if not found.places or any(
-        path.exists() and path.samefile(found.file) for path in map(outputs.joinpath, found.places)
-    ):
-        check_for_mujoco(data, source_ending)
+    places = [outputs / place for place in found.places]
+    if not places or any(path.exists() and path.samefile(found.file) for path in places):
+        check_for_mujoco(data, source_ending, found.named.collides)
         return dict.fromkeys(found.places, data), False
     copies: dict[str, bytes] = {}
     is_new = False
@@ -137,17 +155,8 @@ def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
                 existing = (outputs / place).read_bytes()
             copies[place] = _binary_stl(data, mark) if ending == ".stl" else _obj(found.file, mark, existing)
             is_new = is_new or copies[place] != existing
-        check_for_mujoco(copies[place], ending)
+        check_for_mujoco(copies[place], ending, found.named.collides)
     return copies, is_new
-
-
-def _read(path: Path) -> bytes:
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise UnreadableMesh(f"it is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
-        return read_bytes(path)
-    except OSError as problem:
-        raise UnreadableMesh(problem.strerror or type(problem).__name__, "check the permissions") from None
 
 
 def _binary_stl(data: bytes, mark: str) -> bytes:

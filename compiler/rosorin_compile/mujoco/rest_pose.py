@@ -1,11 +1,13 @@
-"""The home pose of a robot, and the pose of its root when it stands free on a floor."""
+"""The home pose of a robot, the ranges of its joints, and the pose of its root when it stands free on a floor."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from functools import reduce
+from typing import Any
 
+from rosorin_compile.model import Joint
 from rosorin_compile.model.bounds import Bounds, along
 from rosorin_compile.model.geometry import IDENTITY, Pose, Vector
 from rosorin_compile.model.mesh_vertices import Clouds, no_clouds
@@ -14,30 +16,32 @@ from rosorin_compile.model.shape import Mesh
 
 HOME = "home"
 _DIGITS = 9  # of a height in metres: removes rounding only
-_AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-_BACK: tuple[Vector, ...] = ((-1.0, -0.0, -0.0), (-0.0, -1.0, -0.0), (-0.0, -0.0, -1.0))
 
 
-class Reach(NamedTuple):
-    """The box around shapes (m), or None if there are none, and the number of meshes of unknown size."""
-
-    bounds: Bounds | None
-    meshes: int
+def range_of(joint: Joint) -> tuple[float, float] | None:
+    """Return the range of a joint that moves by itself (rad or m), a turn without limits; None if it has no bounds."""
+    limit = joint.limit
+    if not joint.moves or joint.mimic is not None:
+        return None
+    if joint.type != "continuous" and limit is not None and limit.lower is not None and limit.upper is not None:
+        return limit.lower, limit.upper
+    return None if joint.type == "prismatic" else (-math.pi, math.pi)
 
 
 def home_of(robot: Robot) -> JointPose:
     """Return the pose called home; without one all joints are at zero, or at the limit nearest to it."""
-    for pose in robot.poses:
-        if pose.name == HOME:
-            return pose
-    positions = {}
-    for joint in robot.joints:
-        if not joint.moves or joint.mimic is not None or joint.limit is None or joint.type == "continuous":
-            continue
-        lower, upper = joint.limit.known("lower"), joint.limit.known("upper")
-        if lower is not None and upper is not None and lower < upper and not lower <= 0.0 <= upper:
-            positions[joint.name] = lower if lower > 0.0 else upper
-    return JointPose(HOME, positions)
+    named = next((pose for pose in robot.poses if pose.name == HOME), None)
+    return JointPose(HOME, nearest_to_zero(robot)) if named is None else named
+
+
+def nearest_to_zero(robot: Robot) -> dict[str, float]:
+    """Return the limits (rad or m) that are nearest to zero, of the joints whose limits do not include it.
+
+    Limits that are stand-ins do not count.
+    """
+    measured = [joint for joint in robot.joints if joint.limit and not {"lower", "upper"} & set(joint.limit.stand_ins)]
+    ranges = {joint.name: range_of(joint) or (0.0, 0.0) for joint in measured}
+    return {name: low if low > 0.0 else high for name, (low, high) in ranges.items() if low < high and low * high > 0.0}
 
 
 def stands_at(robot: Robot, pose: JointPose, clouds: Clouds = no_clouds) -> Pose:
@@ -62,30 +66,31 @@ def reach(
     purpose: str = "collision",
     at: Pose = IDENTITY,
     clouds: Clouds = no_clouds,
-) -> Reach:
-    """Return the space that the shapes of a robot take at joint positions (rad or m), with its root ``at`` a pose."""
-    lower, upper, meshes = [math.inf] * 3, [-math.inf] * 3, 0
-    world = at.transform()
+) -> tuple[Bounds | None, int]:
+    """Return the box (m) around the shapes of a robot at joint positions (rad or m), with its root ``at`` a pose.
+
+    It is None without shapes. The second value is the number of meshes of unknown size, which are not in it.
+    """
+    boxes, unknown, root = list[Bounds](), 0, at.transform()
     for name, place in robot.poses_in_root(dict(positions)).items():
-        shapes = getattr(robot.link[name], purpose)
-        there = world.then(place) if shapes else place
-        for shape in shapes:
-            if not isinstance(shape.geometry, Mesh):
+        for shape in getattr(robot.link[name], purpose):
+            there = root.then(place)
+            if isinstance(shape.geometry, Mesh):
+                points, frame = clouds(shape.geometry), there.then(shape.pose.transform())
+                a, b, c = shape.geometry.scale
+                placed = [frame.apply((a * x, b * y, c * z)) for x, y, z in points or ()]
+                unknown += points is None
+                boxes += [Bounds(_each(min, placed), _each(max, placed))] if placed else []
+            else:
                 far = along(shape, there)
-                for axis in range(3):
-                    lower[axis] = min(lower[axis], -far(_BACK[axis]))
-                    upper[axis] = max(upper[axis], far(_AXES[axis]))
-                continue
-            points = clouds(shape.geometry)
-            meshes += points is None
-            if points:
-                frame = there.then(shape.pose.transform())
-                for axis in range(3):
-                    a, b, c = (cell * scale for cell, scale in zip(frame.rows[axis], shape.geometry.scale, strict=True))
-                    values = [a * x + b * y + c * z for x, y, z in points]
-                    lower[axis] = min(lower[axis], frame.xyz[axis] + min(values))
-                    upper[axis] = max(upper[axis], frame.xyz[axis] + max(values))
-    if lower[0] > upper[0]:
-        return Reach(None, meshes)
-    (a, b, c), (d, e, f) = lower, upper
-    return Reach(Bounds((a, b, c), (d, e, f)), meshes)
+                lower, upper = (
+                    (sign * far((sign, 0.0, 0.0)), sign * far((0.0, sign, 0.0)), sign * far((0.0, 0.0, sign)))
+                    for sign in (-1.0, 1.0)
+                )
+                boxes += [Bounds(lower, upper)] if lower[0] <= upper[0] else []
+    return reduce(Bounds.join, boxes) if boxes else None, unknown
+
+
+def _each(function: Any, points: Sequence[Vector]) -> Vector:
+    x, y, z = map(function, zip(*points, strict=True))
+    return x, y, z

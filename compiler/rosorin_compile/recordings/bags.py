@@ -12,7 +12,7 @@ import numpy as np
 
 from rosorin_compile.source.diagnostics import NOTE, WARNING
 from rosorin_compile.source.files import is_file, is_folder
-from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.system import pip_install
 
 from .findings import YEAR, problem, seconds
 from .recording import EdgeKey, Recording, Rows

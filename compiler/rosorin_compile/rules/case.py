@@ -14,9 +14,10 @@ from rosorin_compile.language.suggestions import name_meant
 from rosorin_compile.language.suppressions import names_at
 from rosorin_compile.language.symbols import Reference, SymbolTable
 from rosorin_compile.model import Joint, Link, Output, Robot, Shape
-from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Span, diagnostic, or_else
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Span, diagnostic
 from rosorin_compile.source.rule_registry import DECLARED, Rule
 from rosorin_compile.source.tree import Map, Path, at, exists, follow
+from rosorin_compile.source.wording import or_else
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format

@@ -13,13 +13,13 @@ from rosorin_compile.language.expand.provenance import USED
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.language.lower.links import RULES as LINK_RULES
 from rosorin_compile.language.lower.sections import is_resolved
-from rosorin_compile.language.section_registry import plugged as plugged_sections
+from rosorin_compile.language.schema import plugged as plugged_sections
 from rosorin_compile.language.suppressions import accepted, unused
 from rosorin_compile.language.suppressions import settled as without_accepted
 from rosorin_compile.model import Robot
 from rosorin_compile.model.sections import own_sections
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span
-from rosorin_compile.source.messages import UNNAMED, Offer, offer, placed, told_once, written
+from rosorin_compile.source.messages import UNNAMED, Offer, merge_by_name, offer, placed, written
 from rosorin_compile.source.plugins import Plugin, aside, broken, diagnostic_of, failed, load
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, Rule, check_texts, checks_of, find
@@ -142,7 +142,7 @@ def _of_plugin(plugin: Plugin, check: Check, case: Case) -> Iterator[Diagnostic]
     """Yield the diagnostics of a plug-in's check until it does something wrong, and an error about that."""
     ids = [rule.id for rule in check.rules]
     try:
-        with aside(plugin):
+        with aside():
             for diagnostic in check(case):
                 if not isinstance(diagnostic, Diagnostic) or diagnostic.rule not in ids:
                     what = f"yields {str(diagnostic)[:80]}, no Diagnostic of its rules ({', '.join(ids)})"
@@ -215,7 +215,7 @@ def merge_misspelt(
     _collect_uses(tree, tree.via, (), uses)
     moved = []
     for diagnostic, found in zip(diagnostics, offers, strict=True):
-        moved.append(placed(diagnostic, found) if found else diagnostic)
+        moved.append(placed(diagnostic, found))
         path = next(_definitions(tree, places, found.meant), None) if found else None
         if found and path:
             is_key = path[-1] == found.meant
@@ -225,7 +225,7 @@ def merge_misspelt(
                 moved[-1] = replace(moved[-1], related=(*moved[-1].related, note))
     homes = {note.span for one in moved for note in one.related if note.message.endswith(UNNAMED)}
     # The warning that the letters of such a definition are swapped says the same again.
-    return told_once(one for one in moved if one.severity == ERROR or one.span not in homes)
+    return merge_by_name(one for one in moved if one.severity == ERROR or one.span not in homes)
 
 
 def _home(place: Place, found: Offer) -> Span:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.language.suggestions import word_meant
 from rosorin_compile.model import Output
-from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean, swaps
+from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, swaps
 from rosorin_compile.source.rule_registry import OUTPUTS, rule
 from rosorin_compile.source.tree import Path, exists
 
@@ -44,8 +44,8 @@ def backends(case: Case) -> Iterator[Diagnostic]:
         for option in output.options:
             if option not in format.options:
                 message = f'the backend "{output.backend}" has no option "{option}"'
-                help, known = did_you_mean(option, format.options), f"its options: {', '.join(sorted(format.options))}"
-                help = f"{help} ({known})" if help.startswith("did") else known
+                listed = f"its options: {', '.join(sorted(format.options))}"
+                help = Suggestion(option, format.options, instead=listed)
                 yield case.problem("unknown-option", message, ("outputs", output.name, option), help, key=True)
         if is_placed and format.check is not None and (not case.wanted or output.name in case.wanted):
             yield from format.check(case, output)

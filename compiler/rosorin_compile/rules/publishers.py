@@ -8,8 +8,8 @@ from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
 
+from rosorin_compile.language.arguments import is_listed
 from rosorin_compile.language.expression import ExpressionError, evaluate
-from rosorin_compile.language.requested_outputs import is_listed
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Publisher, Robot
 from rosorin_compile.model.joint import UNPUBLISHED
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, UnknownName, did_you_mean

@@ -16,7 +16,7 @@ from rosorin_compile.language.schema import of_topic
 from rosorin_compile.language.symbols import ENDS, KINDS, Reference
 from rosorin_compile.model import Robot
 from rosorin_compile.model.simulation import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
-from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Suggestion
 from rosorin_compile.source.rule_registry import SIMULATED, rule
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.xml.elements import Found, found_in
@@ -244,7 +244,7 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
             yield at_name(case.problem("unknown-in-mjcf", message, path, help), name, line)
 
 
-def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
+def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, Help] | None:
     """Return the problem of where an element is, and the fix; a body of MuJoCo alone would be in no other file."""
     tag, first = found.tags[-1], found.tags[0]
     is_other = top and (first == "default" or (tag == "joint" and first in ("tendon", "equality")))
@@ -263,7 +263,7 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
     if not top and tag in mujoco.SECTIONS:
         return f"<{tag}> is a section of the MJCF, and is in a link", "write it under mjcf at the top"
     what = "section of an MJCF" if top else "element of a body"
-    return f"<{tag}> is no {what}", did_you_mean(tag, known, "remove it")
+    return f"<{tag}> is no {what}", Suggestion(tag, known, "remove it")
 
 
 # How many sizes a site of a form has; those behind them mean nothing.

@@ -17,7 +17,7 @@ from rosorin_compile.language.element_names import EITHER, FRAME, JOINT, LINK, R
 from rosorin_compile.language.schema import named_as
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Suggestion, did_you_mean, nearest
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Source, Suggestion, nearest
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import NUMBERS, rule
 from rosorin_compile.source.tree import Map, Path, locate
@@ -251,7 +251,7 @@ def misplaced(case: Case) -> Iterator[Diagnostic]:
             yield from _unknown_keys(case, path, entry.get("elements"), "sensor")
 
 
-def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, str] | None:
+def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, Help] | None:
     """Return the problem of an element in these parents, and the fix; None if it is read."""
     *above, parent, tag = tags
     outer = set(tags[:-1])
@@ -276,7 +276,7 @@ def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, 
     known = sdf_elements().get(holder)
     if known is None or tag in known:
         return None
-    return f"SDF has no <{tag}> in <{holder}>", did_you_mean(tag, sorted(known)) or "correct it, or remove it"
+    return f"SDF has no <{tag}> in <{holder}>", Suggestion(tag, known, none="correct it, or remove it")
 
 
 def _unknown_keys(case: Case, path: Path, elements: Any, parent: str) -> Iterator[Diagnostic]:

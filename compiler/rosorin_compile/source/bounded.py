@@ -10,11 +10,12 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from .diagnostics import Source
+
 if TYPE_CHECKING:
     import ast
 
 MAX_DEPTH = 100
-MAX_NODE_DEPTH = 150  # of Python's syntax tree: a call in a list in a call is six nodes
 _TOO_DEEP = f"nested deeper than {MAX_DEPTH} levels"
 _JSON = re.compile(r'(?s)"[^"\\]*(?:\\.[^"\\]*)*"|[\[\]{}]')
 
@@ -40,32 +41,18 @@ def python_of(text: str, expression: bool = False) -> ast.Module | ast.Expressio
     except (RecursionError, MemoryError):
         raise ValueError("nested too deep") from None
     nodes: list[ast.AST] = [tree]
-    for _ in range(MAX_NODE_DEPTH):
+    for _ in range(150):  # a call in a list in a call is six levels of Python's syntax tree
         nodes = [child for node in nodes for child in ast.iter_child_nodes(node)]
-        if not nodes:
-            return tree
-    raise ValueError("nested too deep")
+    if nodes:
+        raise ValueError("nested too deep")
+    return tree
 
 
 def yaml_of(text: str) -> Any:
     """Parse YAML. Raises ValueError with the reason, also if it is nested too deep."""
-    import yaml
+    from .load import LoadError, parse_yaml
 
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-    depth = 0
     try:
-        for event in yaml.parse(text, Loader=loader):
-            depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-            if depth > MAX_DEPTH:
-                raise ValueError(_TOO_DEEP)
-        return yaml.load(text, Loader=loader)  # noqa: S506 - both are safe
-    except yaml.YAMLError as problem:
-        reason = " ".join(str(getattr(problem, "problem", None) or "not YAML").split())
-        raise ValueError(_TOO_DEEP if is_too_deep(problem) else reason) from None
-    except (ValueError, LookupError, TypeError, AttributeError) as problem:  # a value does not fit its tag
-        raise ValueError(_TOO_DEEP if str(problem) == _TOO_DEEP else "not YAML") from None
-
-
-def is_too_deep(problem: Exception) -> bool:
-    """Return True if libyaml gave up because of the nesting, as it does at 1,000 levels."""
-    return "maximum nesting depth" in str(getattr(problem, "problem", None))
+        return parse_yaml(Source("", text))
+    except LoadError as problem:
+        raise ValueError(str(problem)) from None

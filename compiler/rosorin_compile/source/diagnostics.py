@@ -12,48 +12,18 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from . import report
-from .wording import (
-    MAX_LISTED,
-    and_more,
-    counted,
-    did_you_mean,
-    first_of,
-    listed,
-    masked,
-    nearest,
-    or_else,
-    printable,
-    quoted,
-    swaps,
-)
-
-__all__ = ["ERROR", "MAX_LISTED", "NOTE", "TRUSTED", "WARNING", "Diagnostic", "Help", "MadeSpan", "MissingPackages"]
-__all__ += ["Related", "RequestError", "Source", "SourceError", "Span", "Suggestion", "UnknownName", "Use", "and_more"]
-__all__ += ["counted", "diagnostic", "did_you_mean", "error", "first_of", "has_errors", "listed", "masked", "nearest"]
-__all__ += ["or_else", "printable", "quoted", "swaps"]
-
-
-class SourceError(Exception):
-    """A file that cannot be read or parsed; carries the diagnostic."""
-
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
-
-
-class RequestError(ValueError):
-    """An argument of the API, or an option of a command, is invalid; the message has the reason."""
-
-
-class MissingPackages(RequestError, ImportError):
-    """Python packages that an extra brings are not installed; the message has the command that installs them."""
-
-
-class UnknownName(RequestError, KeyError):
-    """An argument names something that the robot does not have; the message has a suggestion."""
-
-    __str__ = Exception.__str__
-
+from .wording import MAX_LISTED as MAX_LISTED
+from .wording import and_more as and_more
+from .wording import counted as counted
+from .wording import did_you_mean as did_you_mean
+from .wording import first_of as first_of
+from .wording import listed as listed
+from .wording import masked as masked
+from .wording import nearest as nearest
+from .wording import printable as printable
+from .wording import quoted as quoted
+from .wording import split_lines
+from .wording import swaps as swaps
 
 ERROR, WARNING, NOTE = "error", "warning", "note"
 
@@ -68,7 +38,6 @@ class Source(NamedTuple):
     text: str
 
     def __repr__(self) -> str:
-        """Return the path without the text."""
         return f"Source({self.path!r}, ...)"
 
     def line(self, number: int) -> str:
@@ -76,18 +45,13 @@ class Source(NamedTuple):
         lines = _lines(self.text)
         return lines[number - 1] if 0 < number <= len(lines) else ""
 
-    def start(self) -> Span:
-        """Return the place of its first character."""
-        return Span(self, 1, 1, 1)
+    def span(self, offset: int = 0, length: int = 1) -> Span:
+        """Return the place of the characters from an offset on."""
+        lines = split_lines(self.text[:offset])
+        return Span(self, len(lines), len(lines[-1]) + 1, max(1, length))
 
 
-@lru_cache(maxsize=16)
-def _lines(text: str) -> list[str]:
-    """Return the lines of a text, as YAML counts them."""
-    text = text.replace("\r\n", "\n")
-    for end in ("\r", "\x85", "\u2028", "\u2029"):
-        text = text.replace(end, "\n")
-    return text.split("\n")
+_lines = lru_cache(maxsize=16)(split_lines)
 
 
 class Span(NamedTuple):
@@ -126,7 +90,6 @@ class MadeSpan(Span):
 
     @property
     def made(self) -> str:
-        """The text that a program made."""
         return self.text
 
 
@@ -157,6 +120,9 @@ class Suggestion:
         return (Related("the suggestion is defined here", span),) if span else ()
 
 
+Help = str | Callable[[], str]
+
+
 @dataclass(frozen=True)
 class Diagnostic:
     """One problem or remark: ``rule`` is its kebab-case id, and ``help`` suggests a fix.
@@ -184,7 +150,6 @@ class Diagnostic:
         return replace(self, help=self.suggest(), suggest=None, related=(*near, *self.related))
 
     def __str__(self) -> str:
-        """Return place, severity, rule and message in one line."""
         return self.as_text().partition("\n")[0]
 
     def as_text(self) -> str:
@@ -192,11 +157,7 @@ class Diagnostic:
         return report.text([self])
 
     def as_object(self) -> dict[str, object]:
-        """Return the diagnostic as a JSON object."""
         return report.as_object(self)
-
-
-Help = str | Callable[[], str]
 
 
 def error(rule: str, message: str, span: Span | None, help: Help = "", related: Iterable[Related] = ()) -> Diagnostic:
@@ -215,3 +176,25 @@ def diagnostic(
 def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
     """Return True if any of the diagnostics is an error."""
     return any(d.severity == ERROR for d in diagnostics)
+
+
+class SourceError(Exception):
+    """A file that cannot be read or parsed; carries the diagnostic."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
+
+
+class RequestError(ValueError):
+    """An argument of the API, or an option of a command, is invalid; the message has the reason."""
+
+
+class MissingPackages(RequestError, ImportError):
+    """Python packages that an extra brings are not installed; the message has the command that installs them."""
+
+
+class UnknownName(RequestError, KeyError):
+    """An argument names something that the robot does not have; the message has a suggestion."""
+
+    __str__ = Exception.__str__

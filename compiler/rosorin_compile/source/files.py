@@ -36,23 +36,19 @@ def recording() -> Iterator[dict[Path, Version]]:
 
 
 def record(path: AnyPath, version: Version) -> None:
-    """Record that a version of a file was read, or that there was none, by code that does not use this module."""
+    """Record that a version of a file was read, or that there was none."""
     for recorder in _recorders.get():
         recorder[Path(path)] = version
 
 
-def version(path: AnyPath) -> Version:
-    """Return the version of a file, empty if it does not exist or cannot be accessed."""
+def version(path: AnyPath | int) -> Version:
+    """Return the version of a file, or of an open one; empty if it does not exist or cannot be accessed."""
     try:
-        return _version(Path(path).stat())
+        status = os.fstat(path) if isinstance(path, int) else Path(path).stat()
     except (OSError, ValueError):
         return ()
-
-
-def _version(status: os.stat_result) -> Version:
-    if stat.S_ISDIR(status.st_mode):
-        return (status.st_ino,)
-    return (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
+    numbers = (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
+    return numbers[:1] if stat.S_ISDIR(status.st_mode) else numbers
 
 
 def read_bytes(path: AnyPath, most: int = -1) -> bytes:
@@ -75,17 +71,14 @@ def open_binary(path: AnyPath) -> BinaryIO:
     except OSError:
         record(path, version(path))
         raise
-    try:
-        status = os.fstat(handle)
-        record(path, _version(status))
-        if stat.S_ISDIR(status.st_mode):
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
-        if not stat.S_ISREG(status.st_mode):
-            raise OSError(errno.EINVAL, "No regular file", os.fspath(path))
+    record(path, version(handle))
+    mode = os.fstat(handle).st_mode
+    if stat.S_ISREG(mode):
         return os.fdopen(handle, "rb")
-    except BaseException:
-        os.close(handle)
-        raise
+    os.close(handle)
+    is_folder = stat.S_ISDIR(mode)
+    reason = "Is a directory" if is_folder else "No regular file"
+    raise OSError(errno.EISDIR if is_folder else errno.EINVAL, reason, os.fspath(path))
 
 
 def exists(path: AnyPath) -> bool:
@@ -94,19 +87,18 @@ def exists(path: AnyPath) -> bool:
 
 
 def is_file(path: AnyPath) -> bool:
-    """Return True for a regular file, following links. Raises OSError if it cannot be accessed."""
+    """Return True for a regular file, following links."""
     return stat.S_ISREG(_mode(path))
 
 
 def is_folder(path: AnyPath) -> bool:
-    """Return True for a folder, following links. Raises OSError if it cannot be accessed."""
+    """Return True for a folder, following links."""
     return stat.S_ISDIR(_mode(path))
 
 
 def is_special(path: AnyPath) -> bool:
     """Return True for a pipe, a device or the like. Raises OSError if it cannot be accessed."""
-    mode = _mode(path)
-    return mode != 0 and not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
+    return exists(path) and not is_file(path) and not is_folder(path)
 
 
 def _mode(path: AnyPath) -> int:

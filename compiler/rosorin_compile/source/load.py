@@ -7,12 +7,10 @@ unit, such as ``12.5 mm``, is a quantity. Quotes make text of anything.
 
 from __future__ import annotations
 
-import ast
 import math
 import os
 import re
 from collections.abc import Iterator
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -21,8 +19,7 @@ import yaml
 from yaml import MappingEndEvent, ScalarEvent, SequenceEndEvent
 
 from . import files
-from .bounded import is_too_deep
-from .diagnostics import Diagnostic, Related, Source, SourceError, Span, error, nearest
+from .diagnostics import Diagnostic, Help, Related, Source, SourceError, Span, Suggestion, error
 from .project import stdin_of
 from .rule_registry import FILES, Rule
 from .tree import Instance, Map, Seq, Text
@@ -43,18 +40,8 @@ RULES = (
     Rule("yaml-too-deep", "Values are nested deeper than any description.", "Flatten the file.", FILES),
     Rule("yaml-too-large", "A file, or its aliases, have too many values.", "Use fewer aliases, or a loop.", FILES),
     Rule("yaml-directive", "`%YAML 1.1` has no effect: in YAML 1.2 `010` is 10.", "Remove the line.", FILES),
-    Rule(
-        "yaml-line-end",
-        "U+2028, U+2029 or U+0085 is outside of quotes. It ends a line for YAML, but not for most editors.",
-        "Remove it, or write an escape in double quotes.",
-        FILES,
-    ),
-    Rule(
-        "bidi-control",
-        "A control character changes the order in which editors show the letters of a line.",
-        'Remove it, or write an escape in double quotes, such as `"\\u202e"`.',
-        FILES,
-    ),
+    Rule("yaml-line-end", "U+2028, U+2029 or U+0085 outside of quotes ends a line for YAML.", "Remove it.", FILES),
+    Rule("bidi-control", "A character changes the order in which editors show the letters.", "Remove it.", FILES),
     Rule("duplicate-key", "A key is repeated in a mapping, by a loop or in two files.", "Rename or remove one.", FILES),
 )
 
@@ -76,19 +63,9 @@ _WORDS |= {word: float("nan") for word in (".nan", ".NaN", ".NAN")}
 # The unit tags of xacro's YAML, which published tables of robots use (https://github.com/ros/xacro/wiki).
 _UNIT_TAGS = {"!degrees": "deg", "!radians": "rad", "!meters": "m"}
 _UNIT_TAGS |= {"!millimeters": "mm", "!foot": "ft", "!inches": "inch"}
-# What a calculation behind such a tag may contain.
-_CALCULATION: tuple[type[ast.AST], ...] = (
-    ast.Expression,
-    ast.BinOp,
-    ast.UnaryOp,
-    ast.Constant,
-    ast.Name,
-    ast.Call,
-    ast.Load,
-)
-_CALCULATION += (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.USub, ast.UAdd)
 _FUNCTIONS = ("pi", "e", "tau", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt", "radians", "degrees")
-
+# A calculation behind such a tag: without powers, which take any time.
+_CALCULATION = re.compile(rf"(?:[-+/(), \d.]|\*(?!\*)|(?<=\d)e(?=[-+\d])|\b(?:{'|'.join(_FUNCTIONS)})\b)+")
 
 LoadError = SourceError
 
@@ -121,16 +98,18 @@ def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
 
     Raises LoadError when it cannot be read, is too large or is not UTF-8 text.
     """
-    help = "descriptions are UTF-8 text files; check the name and the permissions"
-    data = read_input(path, shown, asked, MAX_BYTES, help)
+    return decoded(read_input(path, shown, asked, MAX_BYTES, "check the name and the permissions"), shown)
+
+
+def decoded(data: bytes, shown: str, encoding: str = "utf-8", help: str = "save the file as UTF-8") -> Source:
+    """Return the text of a file. Raises LoadError at the first byte that does not fit the encoding."""
     try:
-        return Source(shown, data.decode().removeprefix("\ufeff"))
+        return Source(shown, data.decode(encoding).removeprefix("\ufeff"))
     except UnicodeDecodeError as problem:
-        source = Source(shown, data.decode("utf-8", "replace"))
-        before = data[: problem.start].decode("utf-8", "replace")
-        span = Span(source, before.count("\n") + 1, len(before) - before.rfind("\n"))
-        message = f"{shown} is not UTF-8 text: byte {data[problem.start]:#04x} at offset {problem.start}"
-        raise LoadError(error("not-utf8", message, span, "save the file as UTF-8")) from None
+        start = len(data[: problem.start].decode(encoding, "replace"))
+        span = Source(shown, data.decode(encoding, "replace")).span(start)
+        message = f"{shown} is not {encoding.upper()} text: byte {data[problem.start]:#04x} at this place"
+        raise LoadError(error("not-utf8", message, span, help)) from None
 
 
 def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instance | None = None) -> Map:
@@ -146,10 +125,9 @@ def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instanc
     else:
         kind = "empty" if tree is None else "a list" if isinstance(tree, Seq) else "not a mapping"
         message = f'{source.path} is {kind}; a description is a mapping such as "robot: my_robot"'
-        help = "start from docs/tutorial.md"
-        if tree is None and stdin_of(path) is not None:
-            help = "the program before the pipe printed nothing"
-    raise LoadError(error("not-a-mapping", message, source.start(), help))
+        is_piped = tree is None and stdin_of(path) is not None
+        help = "the program before the pipe printed nothing" if is_piped else "start from docs/tutorial.md"
+    raise LoadError(error("not-a-mapping", message, source.span(), help))
 
 
 @cache
@@ -164,19 +142,9 @@ def parse_yaml(source: Source, via: Instance | None = None, max_nodes: int = MAX
     try:
         return _Composer(source, via, max_nodes).document()
     except yaml.YAMLError as problem:
-        refused = problem
-    mark = getattr(refused, "problem_mark", None)
-    if is_too_deep(refused) and mark is not None:  # libyaml looks ahead: the level too deep is before its place
-        try:
-            _Composer(Source(source.path, source.text[: mark.index]), None, max_nodes).document()
-        except LoadError as problem:
-            span = problem.diagnostic.span
-            raise LoadError(replace(problem.diagnostic, span=span and span._replace(source=source))) from None
-        except yaml.YAMLError:
-            pass
-    from .yaml_mistakes import explained
+        from .yaml_mistakes import explained
 
-    raise LoadError(explained(source, refused))
+        raise LoadError(explained(source, problem)) from None
 
 
 _BIDI = re.compile("[\u202a-\u202e\u2066-\u2069]")
@@ -187,34 +155,31 @@ _DIRECTIVE = re.compile(r"(?:\s|#.*\n)*(%(?!YAML\s+1\.2\s)\S+.*)\n(?:.*\n)*?---"
 def _check_text(source: Source) -> None:
     """Refuse text that a reviewer reads differently than the parser. Raises LoadError."""
     text = source.text
-
-    def refuse(rule: str, message: str, offset: int, help: str) -> LoadError:
-        lines = re.split("\r\n|[\n\r\x85\u2028\u2029]", text[:offset])  # as YAML counts them
-        return LoadError(error(rule, message, Span(source, len(lines), len(lines[-1]) + 1), help))
-
     if directive := _DIRECTIVE.match(text) if "%" in text[:1_000] else None:
         message = f"{directive[1].split('#')[0].strip()} has no effect: files are read as YAML 1.2"
-        raise refuse("yaml-directive", message, directive.start(1), "remove the line")
+        raise LoadError(error("yaml-directive", message, source.span(directive.start(1)), "remove the line"))
     if text.isascii():
         return
     if found := _BIDI.search(text):
         help = f'remove it, or write the text in double quotes with "\\u{ord(found[0]):04x}"'
         message = f"{in_words(found[0])} changes the order in which editors show this line"
-        raise refuse("bidi-control", message, found.start(), help)
-    quoted: list[tuple[int, int]] = []
-    for found in _LINE_ENDS.finditer(text):
-        quoted = quoted or list(_quoted_texts(text)) or [(0, 0)]
+        raise LoadError(error("bidi-control", message, source.span(found.start()), help))
+    line_ends = list(_LINE_ENDS.finditer(text))
+    quoted = [(token.start_mark.index, token.end_mark.index) for token in quoted_tokens(text)] if line_ends else []
+    for found in line_ends:
         if not any(start <= found.start() < end for start, end in quoted):
             message = f"{in_words(found[0]).removesuffix(', a control character')} ends this line for YAML"
-            raise refuse("yaml-line-end", message, found.start(), "remove it: most editors show it within the line")
+            help = "remove it: most editors show it within the line"
+            raise LoadError(error("yaml-line-end", message, source.span(found.start()), help))
 
 
-def _quoted_texts(text: str) -> Iterator[tuple[int, int]]:
+def quoted_tokens(text: str) -> Iterator[Any]:
+    """Yield the tokens of a text that are in quotes, as far as it is YAML."""
     scanner = getattr(yaml, "CLoader", yaml.Loader)(text)
     try:
         while (token := scanner.get_token()) is not None:
             if isinstance(token, yaml.ScalarToken) and token.style in ("'", '"'):
-                yield token.start_mark.index, token.end_mark.index
+                yield token
     except yaml.YAMLError:  # the parser reports it
         return
 
@@ -252,7 +217,7 @@ class _Composer:
         # As Span(...) does, without a call of Python: of every key and value there is one.
         return _new(Span, (self.source, line + 1, column + 1, length if length > 1 else 1))
 
-    def fail(self, rule: str, message: str, event: Any, help: str) -> LoadError:
+    def fail(self, rule: str, message: str, event: Any, help: Help) -> LoadError:
         return LoadError(error(rule, message, self.span(event), help))
 
     def value(self, event: Any, events: Iterator[Any], depth: int) -> Any:
@@ -264,18 +229,15 @@ class _Composer:
             return Text(event.value) if event.style else plain_scalar(event.value)
         if isinstance(event, yaml.AliasEvent):
             return self.alias(event)
-        is_scalar, before = isinstance(event, yaml.ScalarEvent), self.nodes
-        if event.tag not in (None, "!", "tag:yaml.org,2002:str") and not (is_scalar and event.tag in _UNIT_TAGS):
-            help = "list the file under include" if "include" in event.tag else "write the value without it"
-            raise self.fail("yaml-tag", f"the tag {event.tag} has no meaning here", event, help)
-        if is_scalar and event.tag in _UNIT_TAGS:
-            made: Any = self.tagged(event)
-        elif is_scalar:
-            made = Text(event.value) if event.style or event.tag is not None else plain_scalar(event.value)
-        elif isinstance(event, yaml.MappingStartEvent):
-            made = self.mapping(event, events, depth)
+        tag, is_scalar, before = event.tag, isinstance(event, yaml.ScalarEvent), self.nodes
+        if tag not in (None, "!", "tag:yaml.org,2002:str") and not (is_scalar and tag in _UNIT_TAGS):
+            help = "list the file under include" if "include" in tag else "write the value without it"
+            raise self.fail("yaml-tag", f"the tag {tag} has no meaning here", event, help)
+        if is_scalar:
+            text = Text(event.value) if event.style or tag is not None else plain_scalar(event.value)
+            made: Any = self.tagged(event) if tag in _UNIT_TAGS else text
         else:
-            made = self.sequence(event, events, depth)
+            made = (self.mapping if isinstance(event, yaml.MappingStartEvent) else self.sequence)(event, events, depth)
         if event.anchor:
             self.anchors[event.anchor] = (made, self.nodes - before + 1, self.span(event))
         return made
@@ -283,18 +245,15 @@ class _Composer:
     def count(self, nodes: int, event: Any) -> None:
         self.nodes += nodes
         if self.nodes > self.max_nodes:
-            what = "aliases multiply to more" if isinstance(event, yaml.AliasEvent) else "more"
-            raise self.fail(
-                "yaml-too-large", f"{what} than {self.max_nodes:,} values", event, "split it, or use a loop"
-            )
+            message = f"the file, or its aliases, have more than {self.max_nodes:,} values"
+            raise self.fail("yaml-too-large", message, event, "split it, or use a loop")
 
     def alias(self, event: Any) -> Any:
         if event.anchor not in self.anchors:
-            near = nearest(event.anchor, self.anchors)
-            related = [Related("the suggestion is defined here", self.anchors[near][2])] if near else []
-            help = f'did you mean "*{near}"?' if near else "define it above, or put the text in quotes"
+            spans = {anchor: span for anchor, (_, _, span) in self.anchors.items()}
+            help = Suggestion(event.anchor, spans, none="define it above, or put the text in quotes", places=spans)
             message = f'no anchor "&{event.anchor}" is defined before this alias'
-            raise LoadError(error("yaml-alias", message, self.span(event), help, related))
+            raise self.fail("yaml-alias", message, event, help)
         value, size, _ = self.anchors[event.anchor]
         self.count(size, event)
         return value
@@ -348,16 +307,12 @@ class _Composer:
 
 def _calculated(text: str) -> str:
     """Return the number that a calculation such as ``pi / 2`` results in; other text as it is."""
-    if re.fullmatch(r"[-+.\w]{1,30}", text) and not text.isidentifier():
-        return text
+    names = {name: getattr(math, name) for name in _FUNCTIONS}
     try:
-        tree = ast.parse(text, mode="eval")
-        if all(isinstance(node, _CALCULATION) for node in ast.walk(tree)):
-            names = {name: getattr(math, name) for name in _FUNCTIONS}
-            return repr(float(eval(text, {"__builtins__": {}}, names)))  # noqa: S307 - no other syntax or names
-    except (SyntaxError, NameError, ValueError, TypeError, ArithmeticError, RecursionError, MemoryError):
-        pass
-    return text
+        is_safe = _CALCULATION.fullmatch(text)
+        return repr(float(eval(text, {"__builtins__": {}}, names))) if is_safe else text  # noqa: S307
+    except Exception:
+        return text
 
 
 def plain_scalar(text: str) -> Any:

@@ -31,19 +31,15 @@ _VARYING = re.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
 
 
 def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Merge the diagnostics of one mistake, and order them by file, line and column; those without a place come last.
-
-    Suggestions are computed for the first 200 of them.
-    """
-    causes: dict[tuple[object, ...], list[Diagnostic]] = {}
+    """Merge the diagnostics of one mistake, order them by place, and compute suggestions for the first 200 of them."""
+    causes: dict[object, list[Diagnostic]] = {}
     for diagnostic in map(with_calls, diagnostics):
         span, rule, message = diagnostic.span, diagnostic.rule, diagnostic.message
-        cause: tuple[object, ...] = (rule, message)
         if span is not None:  # without the names of the entries that share the value
             message = _NAME.sub(lambda found: found[0] if found[1] else "", message)
             message = _SUBJECT.sub("", message) if rule in _OF_VALUES else message
-            cause = (rule, message, span.source.path, span.line, span.column)
-        causes.setdefault(cause, []).append(diagnostic)
+        place = span and (span.source.path, span.line, span.column)
+        causes.setdefault((rule, message, place), []).append(diagnostic)
     return worded(sorted(map(_merged, causes.values()), key=order))
 
 
@@ -51,9 +47,9 @@ def worded(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Compute the suggestions of diagnostics, for the first 200 of them."""
     count = 0
     result = []
-    for one in diagnostics:
-        count += one.suggest is not None
-        result.append(one.worded() if count <= MAX_WORDED else replace(one, suggest=None))
+    for diagnostic in diagnostics:
+        count += diagnostic.suggest is not None
+        result.append(diagnostic.worded() if count <= MAX_WORDED else replace(diagnostic, suggest=None))
     return result
 
 
@@ -66,32 +62,29 @@ def order(d: Diagnostic) -> tuple[object, ...]:
 def with_calls(diagnostic: Diagnostic) -> Diagnostic:
     """Add the calls of macros that led to the place of a diagnostic."""
     via = diagnostic.span.via if isinstance(diagnostic.span, MadeSpan) else ()
-    new = [one for one in via if one not in diagnostic.related]
+    new = [call for call in via if call not in diagnostic.related]
     return replace(diagnostic, related=(*diagnostic.related, *new)) if new else diagnostic
 
 
 def _merged(same: list[Diagnostic]) -> Diagnostic:
     """Return the first of several diagnostics of one mistake, with the other uses or the number of other entries."""
     first = same[0]
-    uses: dict[Use, None] = {}
+    uses: dict[Related, None] = {}
     for other in same[1:]:
-        new = (one for one in other.related if isinstance(one, Use) and one not in first.related)
-        uses |= dict.fromkeys([*new][:1])
-    if uses:
-        left = [Related(and_more(len(uses) - _PLACES).strip(), None)] if len(uses) > _PLACES else []
-        return replace(first, related=(*first.related, *[*uses][:_PLACES], *left))
-    others = len({diagnostic.message for diagnostic in same}) - 1
-    if not others:
-        return first
-    more = and_more(others, "entry that uses this value" if others == 1 else "entries that use this value").strip()
-    return replace(first, related=(Related(more, None), *first.related))
+        uses |= dict.fromkeys([use for use in other.related if isinstance(use, Use) and use not in first.related][:1])
+    others = 0 if uses else len({diagnostic.message for diagnostic in same}) - 1
+    more = and_more(others, "entry that uses this value" if others == 1 else "entries that use this value")
+    before = [Related(more.strip(), None)] if more else []
+    left = and_more(len(uses) - _PLACES)
+    after = [*[*uses][:_PLACES], *([Related(left.strip(), None)] if left else [])]
+    return replace(first, related=(*before, *first.related, *after)) if before or after else first
 
 
 def and_here(spans: Sequence[Span]) -> tuple[Related, ...]:
     """Return the first six of further places, and the number of the others."""
-    places = [Related("and here", span) for span in spans[:_PLACES]]
     left = len(spans) - _PLACES
-    return (*places, Related(f"and in {counted(left, 'more place')}", None)) if left > 0 else tuple(places)
+    more = [Related(f"and in {counted(left, 'more place')}", None)] if left > 0 else []
+    return (*(Related("and here", span) for span in spans[:_PLACES]), *more)
 
 
 def gathered(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list[Diagnostic]:
@@ -100,13 +93,13 @@ def gathered(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> li
     Those without a place, or of a severity that is not in ``severities``, stay as they are.
     """
     groups: dict[object, list[Diagnostic]] = {}
-    for index, one in enumerate(diagnostics):
-        is_alone = one.severity not in severities or one.span is None or one.rule in _EACH
-        key = index if is_alone else (one.rule, one.severity, _VARYING.sub("", one.message))
-        groups.setdefault(key, []).append(one)
+    for index, diagnostic in enumerate(diagnostics):
+        is_alone = diagnostic.severity not in severities or diagnostic.span is None or diagnostic.rule in _EACH
+        kind = (diagnostic.rule, diagnostic.severity, _VARYING.sub("", diagnostic.message))
+        groups.setdefault(index if is_alone else kind, []).append(diagnostic)
     result = []
     for first, *others in groups.values():
-        spans = sorted((one.span for one in others if one.span), key=lambda span: (span.source.path, *span[1:3]))
+        spans = sorted((other.span for other in others if other.span), key=lambda span: (span.source.path, *span[1:3]))
         message = f"{first.message},{and_more(len(others), 'of this kind')}"
         related = (*first.related, *and_here(spans))
         result.append(replace(first, message=message, related=related) if others else first)
@@ -148,63 +141,56 @@ def offer(diagnostic: Diagnostic) -> Offer | None:
     return Offer(max(names, key=similarity), meant) if names else None
 
 
-def told_once(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Merge the diagnostics about one unknown name, or about one definition that nothing names, into the first."""
     groups: list[list[Diagnostic]] = []
     known: dict[object, list[Diagnostic]] = {}
     for diagnostic in sorted(diagnostics, key=order):
-        keys = _keys(diagnostic)
+        keys: list[object] = []
+        if diagnostic.span is not None and (offered := offer(diagnostic)):
+            homes = [note.span for note in diagnostic.related if note.message.endswith(UNNAMED)]
+            keys = [offered.name, tuple(sorted(offered)), *((home.source.path, *home[1:3]) for home in homes if home)]
+            steps = [*zip(offered.name.split("."), offered.meant.split("."), strict=False)]
+            differing = [step for step in steps if step[0] != step[1]]
+            keys += differing if len(steps) > 1 and len(differing) == 1 else []  # of a.b and a.c the last
         same = next((known[key] for key in keys if key in known), None)
         if same is None:
             groups.append(same := [])
         same.append(diagnostic)
         for key in keys:
             known.setdefault(key, same)
-    return [one for same in groups for one in _first(same)]
+    return [diagnostic for same in groups for diagnostic in _with_other_places(same)]
 
 
-def _keys(diagnostic: Diagnostic) -> list[object]:
-    offered = offer(diagnostic)
-    if offered is None or diagnostic.span is None:
-        return []
-    homes = [one.span for one in diagnostic.related if one.message.endswith(UNNAMED)]
-    keys: list[object] = [offered.name, tuple(sorted(offered))]
-    keys += [(home.source.path, home.line, home.column) for home in homes if home]
-    steps = zip(offered.name.split("."), offered.meant.split("."), strict=False)
-    group = [pair for pair in steps if pair[0] != pair[1]]
-    return [*keys, *group] if "." in offered.name and len(group) == 1 else keys  # of a.b and a.c the a
-
-
-def _first(same: list[Diagnostic]) -> list[Diagnostic]:
+def _with_other_places(same: list[Diagnostic]) -> list[Diagnostic]:
     """Return the first of several diagnostics with the places of the others.
 
     Those at its own place are of the uses of one part, and stay separate: ``arrange`` merges them.
     """
     first = same[0]
-    separate = [one for one in same[1:] if one.span == first.span and one.rule == first.rule]
-    others = [one for one in same[1:] if one not in separate]
-    shown = [first.span, *(one.span for one in first.related)]
-    notes = [one for other in others for one in other.related if one.message.endswith(UNNAMED)]
-    new = {one.span: one for one in reversed(notes) if one.span not in shown}
-    places = dict.fromkeys(one.span for one in others if one.span is not None and one.span not in (*shown, *new))
+    separate = [other for other in same[1:] if other.span == first.span and other.rule == first.rule]
+    others = [other for other in same[1:] if other not in separate]
+    shown = [first.span, *(related.span for related in first.related)]
+    notes = [note for other in others for note in other.related if note.message.endswith(UNNAMED)]
+    new = {note.span: note for note in reversed(notes) if note.span not in shown}
+    places = dict.fromkeys(other.span for other in others if other.span and other.span not in (*shown, *new))
     return [replace(first, related=(*first.related, *new.values(), *and_here(list(places)))), *separate]
 
 
-def placed(diagnostic: Diagnostic, offered: Offer) -> Diagnostic:
+def placed(diagnostic: Diagnostic, offered: Offer | None) -> Diagnostic:
     """Move an error about an unknown name to the place, among those that led to it, where the name was written."""
     span, related = diagnostic.span, diagnostic.related
-    there = written([span, *(one.span for one in related)], offered.name, offered.meant)
-    if span is None or there is None or there == span:
+    if span is None or offered is None:
         return diagnostic
-    related = (*(one for one in related if one.span != there), Related(USED, span))
-    return replace(diagnostic, span=there, related=related)
+    there = written([span, *(further.span for further in related)], offered.name, offered.meant)
+    if there is None or there == span:
+        return diagnostic
+    return replace(diagnostic, span=there, related=(*(r for r in related if r.span != there), Related(USED, span)))
 
 
 def written(spans: Iterable[Span | None], name: str, other: str) -> Span | None:
     """Return the first place with a word that is in a name, and not in the other name."""
-    for span in spans:
-        if span is None:
-            continue
+    for span in filter(None, spans):
         text = span.source.line(span.line)[span.column - 1 :]
         depth = 0
         for at, letter in enumerate(text):  # of a list or a table the part that is in this line

@@ -19,8 +19,6 @@ METRE_DIGITS = 7
 RADIAN_DIGITS = 8
 
 SHORT = 1e-12  # the largest error of ``short``, relative to a number, or to the largest entry of its vector
-_SHORT_ALREADY = 12  # letters of a number that no shorter one is within 1e-12 of
-_LARGEST = 1e300
 
 
 @lru_cache(maxsize=20_000)
@@ -30,8 +28,7 @@ def exact(value: float) -> str:
     >>> exact(0.1 + 0.2), exact(-0.0), exact(7.5437e-05), exact(3.0)
     ('0.30000000000000004', '0', '7.5437e-05', '3')
     """
-    text = repr(float(value) + 0.0)
-    return text[:-2] if text.endswith(".0") else text
+    return repr(float(value) + 0.0).removesuffix(".0")
 
 
 def six_digits(value: float) -> str:
@@ -63,17 +60,14 @@ def rounded(value: float, largest: float = 0.0) -> float:
     (0.005, 6.1e-17, 0.0, -1e-30)
     """
     bound = SHORT * max(abs(value), largest)
-    if not 0.0 < bound < _LARGEST * SHORT:  # zero, what is next to it, what could not be rounded up, and no number
+    if not 0.0 < bound < 1e300 * SHORT:  # zero, what is next to it, what could not be rounded up, and no number
         return value + 0.0
     if abs(value) <= bound:
         return 0.0
     # With this many decimals at most one number is within the bound; with two more there always is one.
     decimals = -math.floor(math.log10(bound)) - 2
-    for more in range(3):
-        near = round(value, decimals + more)
-        if abs(near - value) <= bound:
-            return near + 0.0
-    return value
+    candidates = (round(value, decimals + more) for more in range(3))
+    return next((near + 0.0 for near in candidates if abs(near - value) <= bound), value)
 
 
 @lru_cache(maxsize=20_000)
@@ -84,7 +78,7 @@ def short(value: float) -> str:
     ('0.005', '0.333333333333', '0', '-1e-30')
     """
     text = exact(value)
-    return text if len(text) <= _SHORT_ALREADY else exact(rounded(value))
+    return text if len(text) <= 12 else exact(rounded(value))  # no number this short has a shorter neighbour
 
 
 @lru_cache(maxsize=20_000)
@@ -94,9 +88,7 @@ def six(value: float) -> str:
     >>> six(-1.5707963267948966), six(7.5437e-05), six(0.0)
     ('-1.570796', '7.5437e-05', '0')
     """
-    short, fixed = f"{value:.6g}", f"{value:.6f}"
-    better = fixed if abs(float(fixed) - value) < abs(float(short) - value) else short
-    return _without_zeros(better)
+    return _without_zeros(min(f"{value:.6g}", f"{value:.6f}", key=lambda text: abs(float(text) - value)))
 
 
 def fixed(value: float, digits: int) -> str:
@@ -110,18 +102,36 @@ def decimal(value: float) -> str:
     >>> decimal(7.5437e-05), decimal(1e21), decimal(-0.0), decimal(3.0)
     ('0.000075437', '1000000000000000000000', '0', '3')
     """
-    text = exact(value)
-    if "e" not in text:
-        return text
     from decimal import Decimal
 
-    return _without_zeros(format(Decimal(text), "f"))
+    text = exact(value)
+    return _without_zeros(format(Decimal(text), "f")) if "e" in text else text
 
 
 def _without_zeros(text: str) -> str:
     if "." in text and "e" not in text:
         text = text.rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
+
+
+def off_by_short(value: float, largest: float = 0.0) -> float:
+    """Return how far a number may be off that is no longer than ``short`` prints it; a longer one is exact."""
+    if float(f"{value:.13g}") != value:
+        return 0.0
+    return (1 + 1e-9) * SHORT * max(abs(value), largest)  # the bound was that of the number before it was rounded
+
+
+@lru_cache(maxsize=20_000)
+def _off_by_six(value: float) -> float:
+    return min(0.5e-6, 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - 5)) if value else 0.0
+
+
+def off_by_six(value: float, largest: float = 0.0) -> float:
+    """Return how far a number may be off where none has more digits than ``six`` prints.
+
+    ``short`` may have printed them as well: what is small beside the largest entry of its vector is 0 then.
+    """
+    return max(_off_by_six(value), off_by_short(value, largest))
 
 
 NUMBER_FORMATS: dict[str, NumberFormat] = {"short": short, "exact": exact, "six": six}
@@ -139,9 +149,7 @@ def numbers(values: Iterable[float], number: NumberFormat) -> str:
 
 def vector(values: Iterable[float], number: NumberFormat) -> str:
     """Return the entries of a vector separated by single spaces, the only separator that urdfdom takes inside one."""
-    if number is short:
-        return " ".join(map(exact, rounded_vector(values)))
-    return " ".join(map(number, values))
+    return numbers(rounded_vector(values), exact) if number is short else numbers(values, number)
 
 
 def rounded_vector(values: Iterable[float]) -> list[float]:

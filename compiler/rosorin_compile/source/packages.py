@@ -40,7 +40,7 @@ class Packages:
     """Finds packages; each is looked for once."""
 
     def __init__(self, given: Mapping[str, Path], environment: Mapping[str, str], source: Path) -> None:
-        self.given = {name: Path(folder) for name, folder in given.items()}
+        self.given = {name: Path(os.path.abspath(folder)) for name, folder in given.items()}
         self.environment = environment
         self.source = Path(os.path.abspath(source))
         self._known: dict[str, Path | None] = {}
@@ -52,13 +52,13 @@ class Packages:
         """Return the folder of a package, in ROS 2 its share folder, or None."""
         if name not in self._known:
             is_name = name not in ("", ".", "..") and not any(letter in name for letter in "/\\\0")
-            self._known[name] = self._find(name) if is_name else None
+            self._known[name] = next(self._candidates(name), None) if is_name else None
         return self._known[name]
 
     def found(self) -> list[tuple[str, Path]]:
         """Return the packages that were looked for and found; of one within another the inner first."""
         known = [(name, Path(os.path.abspath(folder))) for name, folder in self._known.items() if folder is not None]
-        return sorted(known, key=lambda one: -len(one[1].parts))
+        return sorted(known, key=lambda pair: -len(pair[1].parts))
 
     def resolve(self, address: str, folder: Path) -> Path | None:
         """Return the file of an address: package://, file:// or a path, relative to ``folder``.
@@ -74,33 +74,32 @@ class Packages:
             return None if package is None else package / path
         return Path(unquote(rest)) if scheme == "file" else None
 
-    def _find(self, name: str) -> Path | None:
+    def _candidates(self, name: str) -> Iterator[Path]:
+        """Yield the folders of a package, those that take precedence first."""
         if name in self.given:
-            return Path(os.path.abspath(self.given[name]))
+            yield self.given[name]
         for folder in self._entries("ROS_PACKAGE_PATH"):
             if name in (packages := self._below(folder)):
-                return packages[name]
+                yield packages[name]
         places = [prefix / "share" / name for prefix in self._entries("AMENT_PREFIX_PATH")]
         places += [folder / name for variable in OF_GAZEBO for folder in self._entries(variable)]
-        return next(filter(files.is_folder, places), None) or self._around(name)
-
-    def _entries(self, variable: str) -> Iterator[Path]:
-        return map(Path, filter(None, self.environment.get(variable, "").split(os.pathsep)))
-
-    def _around(self, name: str) -> Path | None:
-        """Return a package in a folder around the source, or next to the package that the source is in."""
+        yield from filter(files.is_folder, places)
+        # In a folder around the source, or next to the package that the source is in.
         above = list(self.source.parents)
         own = None
         for folder in above:
             called = package_name(folder)
             if called == name:
-                return folder
+                yield folder
             own = own or (folder if called else None)
         if own is not None and name in (packages := self._below(own.parent)):
-            return packages[name]
+            yield packages[name]
         # Packages are often handed on without their package.xml.
         places = [*(folder for folder in above[:-1] if folder.name == name), *(folder / name for folder in above[:-1])]
-        return next(filter(files.is_folder, places), None)
+        yield from filter(files.is_folder, places)
+
+    def _entries(self, variable: str) -> Iterator[Path]:
+        return map(Path, filter(None, self.environment.get(variable, "").split(os.pathsep)))
 
     def _below(self, top: Path) -> dict[str, Path]:
         """Return the packages in a folder by name; a package does not contain others."""
@@ -121,10 +120,7 @@ class Packages:
                 continue
             if name:
                 found.setdefault(name, folder)
-            waiting += [(path, depth + 1) for path in inner if path.is_dir() and not _is_skipped(path.name)]
+            shown = (path for path in inner if not path.name.startswith(".") and path.name not in _SKIPPED)
+            waiting += [(path, depth + 1) for path in shown if path.is_dir()]
         self._listed[top] = found
         return found
-
-
-def _is_skipped(name: str) -> bool:
-    return name.startswith(".") or name in _SKIPPED

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from contextlib import redirect_stdout, suppress
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TextIO, TypeVar, cast
+from typing import TYPE_CHECKING, NamedTuple, TextIO, TypeVar
 
-from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, error
+from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Span, error
 from .rule_registry import PLUGINS, Rule
 
 if TYPE_CHECKING:
@@ -24,22 +25,11 @@ if TYPE_CHECKING:
     T = TypeVar("T")
 
 RULES = (
-    Rule(
-        "plugin-broken",
-        "An installed plug-in cannot be used: it cannot be imported, is not what its entry point says, or fails.",
-        "Upgrade the package that the message names, or uninstall it.",
-        PLUGINS,
-    ),
-    Rule(
-        "plugin-clash",
-        "An installed plug-in has the name of something that is built in, or that another plug-in has.",
-        "Uninstall the package that the message names; its author has to choose another name.",
-        PLUGINS,
-    ),
+    Rule("plugin-broken", "An installed plug-in cannot be used.", "Upgrade its package, or uninstall it.", PLUGINS),
+    Rule("plugin-clash", "A plug-in has the name of something else.", "Uninstall its package.", PLUGINS),
 )
 
 PREFIX = "rosorin_compile."
-SWITCH = "ROSORIN_COMPILE_PLUGINS"  # off: there are none
 
 
 class Plugin(NamedTuple):
@@ -52,7 +42,6 @@ class Plugin(NamedTuple):
     value: str
 
     def __str__(self) -> str:
-        """Return the words for it in messages."""
         return f"the plug-in {self.distribution} {self.version} ({PREFIX}{self.group}: {self.name} = {self.value})"
 
 
@@ -74,8 +63,7 @@ def load(
     """Return the objects that plug-ins add to a group ("rules"), each with its plug-in, and the errors of the others.
 
     An entry point has to lead to a ``kind``; ``names`` returns the names of one, and ``built_in`` is True for a name
-    that is taken. With ``called`` only the entry points of that name are imported. Never raises for what a plug-in
-    does. Without plug-ins it imports nothing.
+    that is taken. With ``called`` only the entry points of that name are imported.
     """
     loaded: list[tuple[Plugin, T]] = []
     diagnostics: list[Diagnostic] = []
@@ -84,7 +72,7 @@ def load(
         if plugin.group != group or called not in (None, plugin.name):
             continue
         try:
-            with aside(plugin):
+            with aside():
                 made = entry_point.load()
             if not isinstance(made, kind):
                 raise TypeError(f"it is of type {type(made).__name__}, not a {kind.__name__} of rosorin_compile")
@@ -92,18 +80,17 @@ def load(
         except (Exception, SystemExit) as problem:
             diagnostics.append(broken(plugin, f"cannot be loaded: {_reason(problem)}"))
             continue
-        taken = next((name for name in own if name in owners or built_in(name)), None)
-        if taken is not None:
+        if (taken := next((name for name in own if name in owners or built_in(name)), None)) is not None:
             diagnostics.append(clash(plugin, taken, owners.get(taken)))
-            continue
-        owners.update(dict.fromkeys(own, plugin))
-        loaded.append((plugin, made))
+        else:
+            owners.update(dict.fromkeys(own, plugin))
+            loaded.append((plugin, made))
     return tuple(loaded), tuple(diagnostics)
 
 
-def broken(plugin: Plugin, what: str) -> Diagnostic:
+def broken(plugin: Plugin, what: str, rule: str = "plugin-broken") -> Diagnostic:
     """Return an error: a plug-in does not work as it should."""
-    return error("plugin-broken", f"{plugin} {what}", None, f"upgrade it, or pip uninstall {plugin.distribution}")
+    return error(rule, f"{plugin} {what}", None, f"upgrade it, or pip uninstall {plugin.distribution}")
 
 
 def failed(plugin: Plugin, problem: BaseException) -> Diagnostic:
@@ -114,8 +101,7 @@ def failed(plugin: Plugin, problem: BaseException) -> Diagnostic:
 def clash(plugin: Plugin, name: str, other: Plugin | None = None) -> Diagnostic:
     """Return an error: a plug-in uses a name that is built in, or that another plug-in uses."""
     whose = f"which {other} brings, too" if other else "which is built in"
-    help = f"upgrade it, or pip uninstall {plugin.distribution}"
-    return error("plugin-clash", f'{plugin} brings "{name}", {whose}', None, help)
+    return broken(plugin, f'brings "{name}", {whose}', "plugin-clash")
 
 
 def _reason(problem: BaseException) -> str:
@@ -125,50 +111,24 @@ def _reason(problem: BaseException) -> str:
         return type(problem).__name__
 
 
-def aside(plugin: Plugin) -> redirect_stdout[TextIO]:
-    """Send what a plug-in prints to standard error, under its name: standard output is for artifacts."""
-    return redirect_stdout(cast("TextIO", _Named(plugin)))
-
-
-_named: set[Plugin] = set()  # those that have printed
-
-
-class _Named:
-    """Standard error, which first prints, once, whose output follows."""
-
-    def __init__(self, plugin: Plugin) -> None:
-        self.plugin = plugin
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(sys.stderr, name)
-
-    def write(self, text: str) -> int:
-        """Write a text."""
-        if self.plugin not in _named:
-            _named.add(self.plugin)
-            sys.stderr.write(f"{self.plugin} prints what follows; standard output is for artifacts\n")
-        return sys.stderr.write(text)
+def aside() -> redirect_stdout[TextIO]:
+    """Send what a plug-in prints to standard error: standard output is for artifacts."""
+    return redirect_stdout(sys.stderr)
 
 
 def diagnostic_of(value: object) -> Diagnostic:
-    """Return a diagnostic of a plug-in. Raises TypeError or ValueError if it is not a valid one."""
+    """Return a diagnostic of a plug-in. Raises TypeError, ValueError or AttributeError if it is not a valid one."""
     if not isinstance(value, Diagnostic):
         raise TypeError(f"a Diagnostic is expected, not {str(value)[:60]!r}")
     if value.severity not in (ERROR, WARNING, NOTE):
         raise ValueError(f"the severity of {value.rule} is error, warning or note, not {str(value.severity)[:60]!r}")
-    for field in ("rule", "message", "help"):
-        if not isinstance(getattr(value, field), str):
-            raise TypeError(f"{field} of a Diagnostic is a text, not {str(getattr(value, field))[:60]!r}")
-    for field, kind in (("related", Related), ("of", str), ("numbers", tuple)):
-        many = getattr(value, field)
-        if not isinstance(many, tuple) or not all(isinstance(one, kind) for one in many):
-            raise TypeError(f"{field} of a Diagnostic is a tuple of {kind.__name__}, not {str(many)[:60]!r}")
-    if any(len(pair) != 2 for pair in value.numbers):
-        raise TypeError("numbers of a Diagnostic are pairs of a name and a value")
-    for span in filter(None, (value.span, *(one.span for one in value.related))):
-        if not isinstance(span, Span) or not all(type(number) is int and number > 0 for number in span[1:4]):
-            raise TypeError("the place of a Diagnostic is a Span, with a line and a column")
-    return value
+    for field, kind in (("rule", str), ("message", str), ("help", str), ("related", tuple), ("of", tuple)):
+        if not isinstance(getattr(value, field), kind):
+            raise TypeError(f"{field} of a Diagnostic is a {kind.__name__}, not {str(getattr(value, field))[:60]!r}")
+    spans = [value.span, *(related.span for related in value.related)]
+    if not all(isinstance(span, Span) and span.line > 0 and span.column > 0 for span in spans if span is not None):
+        raise TypeError("the place of a Diagnostic is a Span, with a line and a column")
+    return replace(value, numbers=tuple(dict(value.numbers).items()), of=tuple(map(str, value.of)))
 
 
 def installed() -> tuple[Plugin, ...]:
@@ -176,38 +136,23 @@ def installed() -> tuple[Plugin, ...]:
     return tuple(plugin for plugin, _ in _entry_points())
 
 
-def are_installed(group: str) -> bool:
-    """Return True if a distribution has an entry point of a group ("formats")."""
-    return any(plugin.group == group for plugin in installed())
-
-
 def _entry_points() -> tuple[tuple[Plugin, EntryPoint], ...]:
-    return () if os.environ.get(SWITCH, "") == "off" else _on_path(tuple(sys.path))
+    return () if os.environ.get("ROSORIN_COMPILE_PLUGINS") == "off" else _on_path(tuple(sys.path))
 
 
 @lru_cache(maxsize=8)
 def _on_path(path: tuple[str, ...]) -> tuple[tuple[Plugin, EntryPoint], ...]:
-    """Return the entry points for this tool of all distributions on a module search path; of equal names the first."""
+    """Return the entry points of all distributions on a module search path; of equal distributions the first."""
     found: dict[str, list[tuple[Plugin, EntryPoint]]] = {}
-    for metadata in (folder for entry in dict.fromkeys(path) for folder in _with_plugins(Path(entry))):
-        from importlib.metadata import Distribution  # slow: only if there is a plug-in
-
-        name, _, version = metadata.stem.partition("-")
-        points: list[EntryPoint] = []
+    for file in (file for entry in dict.fromkeys(path) for file in sorted(Path(entry).glob("*-info/entry_points.txt"))):
         with suppress(Exception):  # whatever the metadata are like
-            distribution = Distribution.at(metadata)
-            name, version = distribution.metadata["Name"] or name, distribution.metadata["Version"] or version
-        with suppress(Exception):
-            points = [point for point in Distribution.at(metadata).entry_points if point.group.startswith(PREFIX)]
-        plugins = [(Plugin(name, version or "?", p.group[len(PREFIX) :], p.name, p.value), p) for p in points]
-        found.setdefault(name.lower().replace("_", "-").replace(".", "-"), plugins)
+            if f"[{PREFIX}".encode() not in file.read_bytes():
+                continue
+            from importlib.metadata import Distribution  # slow: only if there is a plug-in
+
+            distribution = Distribution.at(file.parent)
+            name, version = distribution.metadata["Name"], distribution.metadata["Version"]
+            points = [point for point in distribution.entry_points if point.group.startswith(PREFIX)]
+            plugins = [(Plugin(name, version, p.group[len(PREFIX) :], p.name, p.value), p) for p in points]
+            found.setdefault(name.lower().replace("_", "-").replace(".", "-"), plugins)
     return tuple(sorted((pair for pairs in found.values() for pair in pairs), key=lambda pair: pair[0]))
-
-
-def _with_plugins(folder: Path) -> Iterator[Path]:
-    """Yield the folders of metadata in a folder of packages that have an entry point for this tool."""
-    with suppress(OSError):
-        for metadata in sorted(one for one in folder.iterdir() if one.suffix in (".dist-info", ".egg-info")):
-            with suppress(OSError):
-                if f"[{PREFIX}".encode() in (metadata / "entry_points.txt").read_bytes():
-                    yield metadata

@@ -13,16 +13,15 @@ from typing import ClassVar, TextIO
 
 from .wording import printable
 
-_EVERY = 0.1  # seconds between two changes of the line
+_DELAY, _INTERVAL = 2.0, 0.1  # seconds before the line is shown, and between two changes of it
 _WIDTH = 30  # of the bar
 
 
 class Progress:
-    """The progress line of this process; ``AFTER`` is the delay (s) before it is shown."""
+    """The progress line of this process."""
 
-    AFTER = 2.0
     _stream: ClassVar[TextIO | None] = None
-    _clock: ClassVar[Callable[[], float]]
+    _clock: ClassVar[Callable[[], float]] = staticmethod(lambda: time.monotonic())
     _topic: ClassVar[str] = ""
     _kind: ClassVar[str] = ""
     _due: ClassVar[float] = 0.0  # nothing is shown before
@@ -30,9 +29,9 @@ class Progress:
     _is_shown: ClassVar[bool] = False
 
     @classmethod
-    def show(cls, stream: TextIO, clock: Callable[[], float] | None = None) -> None:
-        """Show progress from now on, on a stream that is a terminal; ``clock`` gives seconds."""
-        cls._stream, cls._clock, cls._topic = stream, staticmethod(clock or (lambda: time.monotonic())), ""
+    def show(cls, stream: TextIO) -> None:
+        """Show progress from now on, on a stream that is a terminal."""
+        cls._stream, cls._topic = stream, ""
         cls.begin()
 
     @classmethod
@@ -44,10 +43,8 @@ class Progress:
     @classmethod
     def begin(cls) -> None:
         """Restart the delay, as ``watch`` does for each change."""
-        if cls._stream is not None:
-            cls.wipe()
-            cls._due = cls._next = cls._clock() + cls.AFTER
-            cls._kind = ""
+        cls.wipe()
+        cls._due, cls._next, cls._kind = cls._clock() + _DELAY, 0.0, ""
 
     @classmethod
     def about(cls, topic: str) -> None:
@@ -55,34 +52,30 @@ class Progress:
         cls._topic = topic
 
     @classmethod
-    def step(cls, what: str, done: int = 0, total: int = 0, counted: bool = True, more: str = "") -> None:
+    def step(cls, what: str, done: int = 0, total: int = 0, counted: bool = True) -> None:
         """Show that ``done`` of ``total`` (0 if unknown) steps of a kind are done; not ``counted``: as a bar alone.
 
-        The first step of a kind is shown at once, since none may follow for long. ``more`` ends the line.
+        The first step of a kind is shown at once, since none may follow for long.
         """
         if cls._stream is None:
             return
         now, is_new = cls._clock(), what != cls._kind
         cls._kind = what
-        if now < (cls._due if is_new else cls._next):
+        if now < cls._due or (now < cls._next and not is_new):
             return
-        cls._next = now + _EVERY
-        text = " ".join(filter(None, [printable(cls._topic), printable(what)]))
+        cls._next = now + _INTERVAL
+        text = printable(f"{cls._topic} {what}".strip())
         if counted and (done or total):
             text += f" {done:,}" + (f" of {total:,}" if total else "")
         if total:
             share = min(1.0, done / total)  # a recording may contain more than it declares
-            full = int(_WIDTH * share)
-            text += f" [{'#' * full}{'.' * (_WIDTH - full)}] {int(100 * share):3d}%"
+            text += f" [{'#' * int(_WIDTH * share):.<{_WIDTH}}] {int(100 * share):3d}%"
         columns = 80
         with suppress(OSError, ValueError, AttributeError):
             columns = os.get_terminal_size(cls._stream.fileno()).columns or columns
-        text += printable(more)
-        # A letter that is not ASCII may be two columns wide.
-        while sum(1 if letter.isascii() else 2 for letter in text) >= columns:
+        while len(text) + sum(not letter.isascii() for letter in text) >= columns:  # those may be two columns wide
             text = text[:-1]
-        cls._is_shown = True
-        cls._write(f"\r{text}\x1b[K")
+        cls._write(f"\r{text}\x1b[K", True)
 
     @classmethod
     @contextmanager
@@ -95,20 +88,14 @@ class Progress:
             cls._stream = stream
 
     @classmethod
-    def part(cls, what: str, index: int, count: int) -> Callable[[float], None]:
-        """Return a function that takes the share (0 to 1) that is done of one part of several."""
-        return lambda share: cls.step(what, int(1000 * (index + share)), 1000 * count, counted=False)
-
-    @classmethod
     def wipe(cls) -> None:
         """Erase the line, before something else is printed."""
         if cls._is_shown:
-            cls._is_shown = False
-            cls._write("\r\x1b[K")
+            cls._write("\r\x1b[K", False)
 
     @classmethod
-    def _write(cls, text: str) -> None:
-        with suppress(OSError, ValueError):  # a run does not fail because its progress cannot be shown
-            if cls._stream is not None:
-                cls._stream.write(text)
-                cls._stream.flush()
+    def _write(cls, text: str, shown: bool) -> None:
+        cls._is_shown = shown
+        with suppress(OSError, ValueError, AttributeError):  # a run does not fail because nothing can be shown
+            cls._stream.write(text)  # type: ignore[union-attr]
+            cls._stream.flush()  # type: ignore[union-attr]

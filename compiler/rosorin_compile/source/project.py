@@ -13,26 +13,17 @@ from pathlib import Path
 from typing import ClassVar, NamedTuple
 
 from . import files
-from .installing import package_folders
+from .system import package_folders
 from .wording import did_you_mean, nearest
 
 ROOT_FILE = "robot.yaml"
 ENDINGS = (".yaml", ".yml")
 DESCRIPTIONS = "descriptions"
-SCHEMA = Path(".schema", "rosorin-compile.schema.json")  # in the folder of descriptions, as the modeline has it
-STDIN = "-"  # the name of a robot on standard input
-ON_STDIN = Path("<stdin>")  # its file; includes are relative to the current folder
 _on_stdin: list[bytes] = []
 
 
-def give_stdin(data: bytes) -> None:
-    """Use data from standard input as the robot called ``-``."""
-    _on_stdin[:] = [data]
-
-
-def stdin_of(path: Path) -> bytes | None:
-    """Return the data from standard input if a path denotes it, or None."""
-    return _on_stdin[0] if _on_stdin and path == ON_STDIN else None
+class NoDescription(Exception):
+    """There is no description of that name; the message names those that exist."""
 
 
 @dataclass(frozen=True)
@@ -43,13 +34,14 @@ class Description:
     path: Path
     outputs: Path
 
-    STDIN: ClassVar[str] = STDIN
-    ON_STDIN: ClassVar[Path] = ON_STDIN
+    STDIN: ClassVar[str] = "-"  # the name of a robot on standard input
+    ON_STDIN: ClassVar[Path] = Path("<stdin>")  # its file; includes are relative to the current folder
     ENDINGS: ClassVar[tuple[str, ...]] = ENDINGS
     ROOT_FILE: ClassVar[str] = ROOT_FILE
     FOLDER: ClassVar[str] = DESCRIPTIONS
     OUTPUTS: ClassVar[str] = "outputs"
-    SCHEMA: ClassVar[Path] = SCHEMA
+    # In the folder of descriptions, as the modeline has it.
+    SCHEMA: ClassVar[Path] = Path(".schema", "rosorin-compile.schema.json")
 
     @classmethod
     def find(cls, names: list[str], outputs: str | None = None) -> list[Description]:
@@ -62,11 +54,9 @@ class Description:
         paths = [first_file(name) for name in names] or all_here()
         if not paths:
             where = f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here or above"
-            for message, help in (one for folder in _upwards() for one in without_first_file(folder)):
+            for message, help in (problem for folder in _upwards() for problem in without_first_file(folder)):
                 raise NoDescription(f"{where}: {message}; {help}")
-            new = (
-                "rosorin-compile init NAME creates one, rosorin-compile import FILE converts a URDF, xacro, SDF or MJCF"
-            )
+            new = "rosorin-compile init NAME creates one, rosorin-compile import FILE converts a URDF, xacro, SDF, MJCF"
             raise NoDescription(f"{where}; name a description, or go to its project; {new}")
         return [cls.at(path, outputs) for path in paths]
 
@@ -91,7 +81,7 @@ class Description:
     def nearest_file(path: Path) -> Path | None:
         """Return the file in the same folder with a similar name, whatever its ending, or None."""
         try:
-            stems = {one.stem: one for one in files.list_folder(path.parent) if files.is_file(one)}
+            stems = {file.stem: file for file in files.list_folder(path.parent) if files.is_file(file)}
         except (OSError, ValueError):  # no folder, or a name that no file can have
             return None
         close = nearest(path.stem, stems)
@@ -101,13 +91,19 @@ class Description:
     def projects(self) -> tuple[Path, ...]:
         """The folders of the projects that it is in, by ``homes``; without one its own folder."""
         return tuple(
-            next((one.parent for one in (folder, *folder.parents) if one.name == DESCRIPTIONS), folder)
-            for folder in homes(self.path)
+            next((parent.parent for parent in (home, *home.parents) if parent.name == DESCRIPTIONS), home)
+            for home in homes(self.path)
         )
 
 
-class NoDescription(Exception):
-    """There is no description of that name; the message names those that exist."""
+def give_stdin(data: bytes) -> None:
+    """Use data from standard input as the robot called ``-``."""
+    _on_stdin[:] = [data]
+
+
+def stdin_of(path: Path) -> bytes | None:
+    """Return the data from standard input if a path denotes it, or None."""
+    return _on_stdin[0] if _on_stdin and path == Description.ON_STDIN else None
 
 
 def all_here() -> list[Path]:
@@ -127,8 +123,7 @@ def all_with(changed: Iterable[str]) -> list[Path]:
     """
     found: set[Path] = set()
     for file in changed:
-        in_projects = (all_in(folder) for folder in Path(file).parents)
-        found.update(next(filter(None, in_projects), []) or all_here())
+        found.update(next(filter(None, map(all_in, Path(file).parents)), []) or all_here())
     return sorted(found)
 
 
@@ -147,15 +142,11 @@ def without_first_file(project: Path) -> list[tuple[str, str]]:
 
     A folder that a file of another one names has files that several descriptions share.
     """
-    folders = [one for one in _description_folders(project) if one.is_dir() and not one.name.startswith(".")]
-    lacking = [one for one in folders if not _has_first_file(one)]
-    texts = [_beginning(file) for one in folders for file in one.rglob("*.y*ml")] if lacking else []
-    found = []
-    for folder in lacking:
-        misnamed = _misnamed(folder)
-        if misnamed or not any(f"{folder.name}/".encode() in text for text in texts):
-            found.append(_no_first_file(folder, misnamed))
-    return found
+    folders = [folder for folder in _description_folders(project) if folder.is_dir() and folder.name[0] != "."]
+    lacking = [folder for folder in folders if not _has_first_file(folder)]
+    texts = [_beginning(file) for folder in folders for file in folder.rglob("*.y*ml")] if lacking else []
+    named = [folder for folder in lacking if any(f"{folder.name}/".encode() in text for text in texts)]
+    return [_no_first_file(folder) for folder in lacking if folder not in named or _misnamed(folder)]
 
 
 def _description_folders(project: Path) -> list[Path]:
@@ -178,10 +169,9 @@ def _has_first_file(folder: Path) -> bool:
 
 def _misnamed(folder: Path) -> Path | None:
     """Return the file in a folder that looks like its first file, by its name or its content, or None."""
-    inside = [one for one in files.list_folder(folder) if one.suffix.lower() in ENDINGS]
-    named = [one for one in inside if one.stem.lower() == Path(ROOT_FILE).stem]
-    with_robot = (one for one in inside if re.search(rb"^robot:", _beginning(one), re.MULTILINE))
-    return next(iter(named), None) or next(with_robot, None)
+    inside = [file for file in files.list_folder(folder) if file.suffix.lower() in ENDINGS]
+    named = [file for file in inside if file.stem.lower() == Path(ROOT_FILE).stem]
+    return next((f for f in (*named, *inside) if f in named or re.search(rb"^robot:", _beginning(f), re.M)), None)
 
 
 def _beginning(file: Path) -> bytes:
@@ -192,8 +182,8 @@ def _beginning(file: Path) -> bytes:
         return b""
 
 
-def _no_first_file(folder: Path, misnamed: Path | None) -> tuple[str, str]:
-    if misnamed is not None:
+def _no_first_file(folder: Path) -> tuple[str, str]:
+    if (misnamed := _misnamed(folder)) is not None:
         return f"{files.shown(misnamed)} is not compiled: it has to be called {ROOT_FILE}", f"rename it to {ROOT_FILE}"
     return f"{files.shown(folder)} has no {ROOT_FILE}", f"add {ROOT_FILE}, or move the folder out of {DESCRIPTIONS}"
 
@@ -204,14 +194,12 @@ def _upwards() -> Iterator[Path]:
     A folder above that everybody can write into, such as /tmp, is not a project. Raises OSError if this folder was
     removed.
     """
-    above = Path()
     here = Path.cwd()
     try:
-        for folder in (here, *here.parents):
-            if folder != here and folder.stat().st_mode & stat.S_IWOTH:
+        for depth, folder in enumerate((here, *here.parents)):
+            if depth and folder.stat().st_mode & stat.S_IWOTH:
                 return
-            yield above
-            above = above / os.pardir
+            yield Path(*[os.pardir] * depth)
     except OSError:  # a folder above may not be read
         return
 
@@ -231,8 +219,8 @@ def homes(path: Path) -> tuple[Path, ...]:
 
 def first_file(name: str) -> Path:
     """Return the first file of a description given as a file, a folder or a name. Raises NoDescription."""
-    if name == STDIN and _on_stdin:
-        return ON_STDIN
+    if name == Description.STDIN and _on_stdin:
+        return Description.ON_STDIN
     if Path(name).suffix in ENDINGS and _may_be_file(Path(name)):  # without a look at the folders above
         return Path(name)
     places = (Path(name), Path(DESCRIPTIONS, name), Path(Description.around(), DESCRIPTIONS, name))
@@ -240,8 +228,8 @@ def first_file(name: str) -> Path:
         if _may_be_file(path):
             return path
     for path in filter(files.is_folder, places):
-        if (misnamed := _misnamed(path)) or path.parent.name == DESCRIPTIONS:
-            raise NoDescription(f'no description "{name}": {"; ".join(_no_first_file(path, misnamed))}')
+        if _misnamed(path) or path.parent.name == DESCRIPTIONS:
+            raise NoDescription(f'no description "{name}": {"; ".join(_no_first_file(path))}')
     known = [path.parent.name for path in all_here()]
     help = did_you_mean(name, known) or f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here"
     raise NoDescription(f'no description "{name[:200]}": it is no file, no folder with {ROOT_FILE}, no name; {help}')
@@ -282,7 +270,7 @@ class Resolved(NamedTuple):
 
 def resolved(kind: str, name: str, by: Path | str, answer: Path | None) -> Resolved:
     """Return the record of a lookup, with absolute paths."""
-    return Resolved(kind, name, os.path.abspath(by) if by else "", "" if answer is None else os.path.abspath(answer))
+    return Resolved(kind, name, *(os.path.abspath(path) if path else "" for path in (by, answer)))
 
 
 def python_folder(package: str) -> Path | None:
@@ -292,14 +280,8 @@ def python_folder(package: str) -> Path | None:
 
 
 # The data packages, each with its folder at the top of a checkout.
-_DATA = {
-    "bazel": "bazel",
-    "cmake": "cmake",
-    "parts_library": "parts",
-    "schemas": "schemas",
-    "templates": "templates",
-    "viewer": "viewer/built",
-}
+_DATA = {name: name for name in ("bazel", "cmake", "schemas", "templates")}
+_DATA |= {"parts_library": "parts", "viewer": "viewer/built"}
 _CHECKOUT = Path(__file__).parents[3]
 
 

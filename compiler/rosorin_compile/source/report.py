@@ -10,8 +10,8 @@ from .wording import printable
 if TYPE_CHECKING:
     from .diagnostics import Diagnostic, Related, Span
 
-RED, YELLOW, BLUE, BOLD, PLAIN = "\033[31m", "\033[33m", "\033[34m", "\033[1m", "\033[0m"
-_COLOURS = {"error": RED, "warning": YELLOW, "note": BLUE}
+_COLOURS = {"error": "\033[31m", "warning": "\033[33m", "note": "\033[34m"}
+_BOLD, _PLAIN = "\033[1m", "\033[0m"
 MAX_SHOWN = 160  # letters of a line of a file
 
 
@@ -24,7 +24,7 @@ def _text(diagnostic: Diagnostic, colour: bool) -> str:
     head = f"{diagnostic.severity}[{diagnostic.rule}]"
     message, help, span = printable(diagnostic.message), printable(diagnostic.help), diagnostic.span
     if colour:
-        head, message = _COLOURS[diagnostic.severity] + head + PLAIN, BOLD + message + PLAIN
+        head, message = _COLOURS[diagnostic.severity] + head + _PLAIN, _BOLD + message + _PLAIN
     lines = [f"{_place(span)}{head}: {message}"]
     if span and diagnostic.severity != "note":
         # A row of carets under the place; a long line is shown around the place.
@@ -36,8 +36,7 @@ def _text(diagnostic: Diagnostic, colour: bool) -> str:
         lines += [f"{span.line:5} | {shown}".rstrip(), f"{'':5} | {' ' * column}{carets} {help}".rstrip()]
     elif help:
         lines.append(f"    {help}")
-    lines += [f"      {related_text(related)}" for related in diagnostic.related]
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, *(f"      {related_text(related)}" for related in diagnostic.related)]) + "\n"
 
 
 def _place(span: Span | None) -> str:
@@ -54,10 +53,8 @@ def as_object(diagnostic: Diagnostic) -> dict[str, object]:
     diagnostic = diagnostic.worded()
 
     def where(span: Span | None) -> dict[str, object]:
-        if span is None:
-            return {}
-        return {"file": span.source.path, "line": span.line, "column": span.column, "length": span.length}
+        return {"file": span.source.path, **dict(zip(span._fields[1:], span[1:], strict=True))} if span else {}
 
     head = {"rule": diagnostic.rule, "severity": diagnostic.severity, "message": diagnostic.message}
-    related = [{"message": r.message, **where(r.span)} for r in diagnostic.related]
+    related = [{"message": related.message, **where(related.span)} for related in diagnostic.related]
     return {**head, **where(diagnostic.span), "help": diagnostic.help, "related": related}

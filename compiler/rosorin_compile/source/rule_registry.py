@@ -1,21 +1,19 @@
 """The registry of rules: what each id of a diagnostic means.
 
 A rule about the meaning of a robot is a function under ``@rule``; rules of other stages are declared in a tuple
-``RULES`` next to their code. ``find`` and ``every_rule`` read the declarations from the source files, without importing
-them, so also where an extra is not installed: ids and texts of the tool's own rules are plain literals.
+``RULES`` next to their code.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    import ast
-
     from rosorin_compile.rules.case import Case
 
     from .diagnostics import Diagnostic
@@ -144,70 +142,29 @@ def checks_of(module: ModuleType) -> tuple[Check, ...]:
     return tuple(check for check in checks if check.function.__module__ == module.__name__)
 
 
-_PACKAGE = Path(__file__).parents[1]
-
-# The rules of the functions under ``rule`` that were imported, by id.
+# The rules of the functions under ``rule`` that were imported, and those of plug-ins of this run, by id.
 DECLARED: dict[str, Rule] = {}
-# The rules that plug-ins have brought into this run, by id.
 OF_PLUGINS: dict[str, Rule] = {}
 
 
 def find(ids: Collection[str]) -> dict[str, Rule]:
     """Return those of the tool's own rules that have one of the ids, by id."""
     quoted = [f'"{id}"'.encode() for id in ids]
-    rules = (rule for _, text in _declaring() if any(one in text for one in quoted) for rule in declared_in(text))
-    return {rule.id: rule for rule in rules if rule.id in ids}
+    return {rule.id: rule for rule in _declared(lambda text: any(map(text.__contains__, quoted))) if rule.id in ids}
 
 
 def every_rule() -> dict[str, Rule]:
-    """Return the tool's own rules by id. Raises ValueError if two have one id."""
-    found: dict[str, Rule] = {}
-    for path, text in _declaring():
-        for rule in declared_in(text):
-            if rule.id in found:
-                raise ValueError(f"the rule {rule.id} is declared twice, the second time in {path}")
-            found[rule.id] = rule
-    return found
+    """Return the tool's own rules by id."""
+    return {rule.id: rule for rule in _declared(lambda _: True)}
 
 
-def _declaring() -> Iterator[tuple[Path, bytes]]:
-    for path in sorted(_PACKAGE.glob("**/*.py")):
+def _declared(is_wanted: Callable[[bytes], bool]) -> Iterator[Rule]:
+    """Yield the rules that modules of the tool declare; only modules that declare rules are imported."""
+    package = Path(__file__).parents[1]
+    for path in sorted(package.glob("**/*.py")):
         text = path.read_bytes()
-        if b"Rule(" in text or b"@rule(" in text:
-            yield path, text
-
-
-def declared_in(source: bytes | str) -> list[Rule]:
-    """Return the rules that a source declares, in its order."""
-    import ast
-
-    rules = []
-    tree = ast.parse(source)
-    doc_of = {
-        id(call): _first_paragraph(ast.get_docstring(node))
-        for node in ast.walk(tree)
-        if isinstance(node, ast.FunctionDef)
-        for call in node.decorator_list
-    }
-    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)]
-    for call in sorted(calls, key=lambda call: (call.lineno, call.col_offset)):
-        is_rule = isinstance(call.func, ast.Name) and call.func.id in ("Rule", "rule")
-        if is_rule and call.args and isinstance(call.args[0], ast.Constant):
-            rule = _read(call)
-            rules.append(rule if rule.what else replace(rule, what=doc_of.get(id(call), "")))
-    return rules
-
-
-def _read(call: ast.Call) -> Rule:
-    """Return the rule that a call in a source makes; a name in it is that of a topic."""
-    import ast
-
-    def value(node: ast.expr) -> Any:
-        if isinstance(node, (ast.Attribute, ast.Name)):  # a heading, also under a name of the module
-            name = node.attr if isinstance(node, ast.Attribute) else node.id
-            return getattr(Heading, name.strip("_"), None) or globals()[name]
-        return ast.literal_eval(node)
-
-    given = {field.name: value(node) for field, node in zip(fields(Rule), call.args, strict=False)}
-    given |= {str(keyword.arg): value(keyword.value) for keyword in call.keywords}
-    return Rule(**{"what": "", **given})
+        if (b"Rule(" in text or b"@rule(" in text) and is_wanted(text):
+            name = ".".join(path.relative_to(package.parent).with_suffix("").parts).removesuffix(".__init__")
+            module = import_module(name)
+            yield from getattr(module, "RULES", ())
+            yield from (rule for check in checks_of(module) for rule in check.rules)

@@ -1,16 +1,17 @@
-"""Functions that not every system has: owners of files, locks, limits, and flags to open files and folders.
+"""Functions that not every system has, and the packages of Python that are installed.
 
-Windows has none of what POSIX defines for them. There a file is considered this user's, runs go on without a lock, and
-a folder is known by its path alone.
+Windows has none of what POSIX defines for owners, locks and limits. There a file is considered this user's, runs go on
+without a lock, and a folder is known by its path alone.
 """
 
 from __future__ import annotations
 
 import errno
 import os
+import re
+import shlex
 
 AS_FOLDER = getattr(os, "O_DIRECTORY", 0)
-NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 NO_WAIT = getattr(os, "O_NONBLOCK", 0)
 AS_BYTES = getattr(os, "O_BINARY", 0)  # else Windows writes two characters at the end of a line
 
@@ -67,3 +68,38 @@ def link(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None
         os.link(source, target, follow_symlinks=False)
     except (AttributeError, NotImplementedError):
         raise OSError(errno.ENOTSUP, os.strerror(errno.ENOTSUP)) from None
+
+
+def pip_install(extra: str) -> str:
+    """Return the command that installs the packages of an extra.
+
+    No index serves this package, so the command names what the extra requires.
+    """
+    from importlib.metadata import PackageNotFoundError, requires
+
+    words = []
+    try:
+        for requirement in requires("rosorin-compile") or ():
+            what, _, marker = requirement.partition(";")
+            if of := re.search(rf"""(?:\band\s+)?extra\s*==\s*["']{extra}["']\s*$""", marker):
+                rest = marker[: of.start()].strip()  # of the marker, such as python_version
+                words.append(f"{what.strip()}; {rest}" if rest else what.strip())
+    except PackageNotFoundError:  # run from a checkout
+        words = [f"path/to/rosorin-compile[{extra}]"]
+    return f"pip install {' '.join(map(shlex.quote, words))}"
+
+
+def package_folders(name: str) -> list[str]:
+    """Return the folders of an installed package, or the file of a module, without importing it."""
+    from importlib.util import find_spec
+
+    try:
+        spec = find_spec(name)
+    except (ImportError, ValueError, AttributeError):
+        return []
+    return [] if spec is None else list(spec.submodule_search_locations or ()) or [spec.origin or name]
+
+
+def is_installed(name: str) -> bool:
+    """Return True if a package or module can be imported, without importing it."""
+    return bool(package_folders(name))

@@ -66,7 +66,6 @@ class Map(dict[str, "Any"]):
         self.value_spans: dict[str, Span] = {}
 
     def put(self, key: str, value: Any, key_span: Span, value_span: Span) -> None:
-        """Set ``key``, with the places of key and value."""
         self[key] = value
         self.key_spans[key] = key_span
         self.value_spans[key] = value_span
@@ -77,16 +76,11 @@ class Map(dict[str, "Any"]):
             self.put(key, value, span, span)
 
     def locate(self, path: Sequence[str | int], key: bool = False) -> Place:
-        """Return the place of ``path``, as the function ``locate``."""
         return locate(self, path, key)
 
     def calculated(self) -> list[str]:
         """Return the keys whose values contain expressions."""
         return [key for key, value in self.items() if _has_expression(value)]
-
-    def has(self, path: Path) -> bool:
-        """Return True if there is a value at a path."""
-        return exists(self, path)
 
     def copied(self) -> Map:
         """Return a mapping of the same entries, which may grow."""
@@ -120,7 +114,6 @@ class Seq(list["Any"]):
         self.value_spans: list[Span] = []
 
     def put(self, value: Any, span: Span) -> None:
-        """Append ``value``, with its place."""
         self.append(value)
         self.value_spans.append(span)
 
@@ -183,9 +176,8 @@ def nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
 
     A piece without expressions is shared by all instances of a part: only its parent knows the instance.
     """
-    if own is None or outer is None or not outer.made:
-        return own or outer
-    return own if _is_within(own, outer) else outer
+    is_shared = own is not None and outer is not None and outer.made and not _is_within(own, outer)
+    return outer if is_shared else own or outer
 
 
 def _is_within(inner: Instance | None, outer: Instance | None) -> bool:
@@ -196,18 +188,13 @@ def _is_within(inner: Instance | None, outer: Instance | None) -> bool:
 
 def maker(tree: Map, path: Path) -> Instance | None:
     """Return the instance of the parent of the value at an existing path: the scope of its expressions."""
-    node: Any = tree
-    for step in path[:-1]:
-        node = node[step]
-    own: Instance | None = node.via
-    if own is None or not own.made:
-        return own
-    near = locate(tree, path[:-1]).via
+    own: Instance | None = at(tree, path[:-1]).via
+    near = locate(tree, path[:-1]).via if own is not None and own.made else own
     return own if near is not None and _is_within(near, own) else near  # a shared piece knows one of its instances
 
 
 def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
-    """Return the prefix of the part that the value at a path was written in, or an empty string.
+    """Return the prefix of the part that the value at a path was written in, or "".
 
     With ``outside`` that of the part around it.
     """
@@ -215,21 +202,6 @@ def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
     while via is not None and (outside or not via.prefix):
         outside, via = outside and not via.prefix, via.parent
     return via.prefix if via else ""
-
-
-def exists(tree: Map, path: Path) -> bool:
-    """Return True if a tree has a value at a path."""
-    return follow(tree, path) == len(path)
-
-
-def at(tree: Map, path: Path) -> Any:
-    """Return the value at a path, or None."""
-    node: Any = tree
-    for step in path:
-        if not has(node, step):
-            return None
-        node = node[step]
-    return node
 
 
 def written(tree: Map, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
@@ -243,17 +215,27 @@ def written(tree: Map, path: Path, key: bool = False, within: bool = False) -> t
     place = locate(tree, path, key=key or missing or within)
     use: Span | None = None
     node: Any = tree
-    for depth, step in enumerate(path):
+    for depth, step in enumerate(path, 1):
         span, node = node.value_spans[step], node[step]
         if not isinstance(node, (Map, Seq)) or (node.span.source.path, node.span.line) == (span.source.path, span.line):
             continue
-        last = depth == len(path) - 1
-        if last and key and not missing:
-            break
-        use = use or span
-        if last:
-            place = Place(node.span, node.via or place.via)
+        if depth < len(path) or missing or not key:
+            use = use or span
+            place = Place(node.span, node.via or place.via) if depth == len(path) else place
     return place, use
+
+
+def exists(tree: Map, path: Path) -> bool:
+    """Return True if a tree has a value at a path."""
+    return follow(tree, path) == len(path)
+
+
+def at(tree: Map, path: Path) -> Any:
+    """Return the value at a path, or None."""
+    node: Any = tree
+    for step in path:
+        node = node[step] if has(node, step) else None
+    return node
 
 
 def follow(tree: Map, path: Path) -> int:

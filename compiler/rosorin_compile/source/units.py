@@ -18,62 +18,41 @@ LENGTH: Dimension = (1, 0, 0, 0)
 MASS: Dimension = (0, 1, 0, 0)
 TIME: Dimension = (0, 0, 1, 0)
 ANGLE: Dimension = (0, 0, 0, 1)
-FORCE: Dimension = (1, 1, -2, 0)
 TORQUE: Dimension = (2, 1, -2, 0)
 INERTIA: Dimension = (2, 1, 0, 0)
 _UNIT_OF = {LENGTH: "m", ANGLE: "rad", MASS: "kg", TIME: "s", TORQUE: "N*m", INERTIA: "kg*m^2"}
 
-_SPEED: Dimension = (1, 0, -1, 0)
-_TURNING: Dimension = (0, 0, -1, 1)
-_FREQUENCY: Dimension = (0, 0, -1, 0)
-_UNITS: tuple[tuple[Dimension, dict[str, float]], ...] = (
-    (LENGTH, {"m": 1.0, "km": 1e3, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254, "ft": 0.3048}),
-    (MASS, {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "lb": 0.45359237}),
-    (TIME, {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}),
-    (_FREQUENCY, {"Hz": 1.0, "kHz": 1e3}),
-    (ANGLE, {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "arcmin": math.pi / 10800, "rev": 2 * math.pi}),
-    (_TURNING, {"rpm": 2 * math.pi / 60}),
-    (FORCE, {"N": 1.0, "kN": 1e3, "kgf": 9.80665}),
-    (TORQUE, {"Nm": 1.0, "J": 1.0}),
-    ((2, 1, -3, 0), {"W": 1.0}),
-    ((-1, 1, -2, 0), {"Pa": 1.0}),
+# The words for a dimension, with its SI unit; and its units.
+_TABLE: tuple[tuple[str, Dimension, dict[str, float]], ...] = (
+    ("length (m)", LENGTH, {"m": 1.0, "km": 1e3, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254, "ft": 0.3048}),
+    ("mass (kg)", MASS, {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "lb": 0.45359237}),
+    ("time (s)", TIME, {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}),
+    (
+        "angle (rad)",
+        ANGLE,
+        {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "arcmin": math.pi / 10800, "rev": 2 * math.pi},
+    ),
+    ("force (N)", (1, 1, -2, 0), {"N": 1.0, "kN": 1e3, "kgf": 9.80665}),
+    ("torque (N*m)", TORQUE, {"Nm": 1.0, "J": 1.0}),
+    ("moment of inertia (kg*m^2)", INERTIA, {}),
+    ("speed (m/s)", (1, 0, -1, 0), {}),
+    ("angular speed (rad/s)", (0, 0, -1, 1), {"rpm": 2 * math.pi / 60}),
+    ("frequency (Hz)", (0, 0, -1, 0), {"Hz": 1.0, "kHz": 1e3}),
+    ("density (kg/m^3)", (-3, 1, 0, 0), {}),
+    ("area (m^2)", (2, 0, 0, 0), {}),
+    ("volume (m^3)", (3, 0, 0, 0), {}),
+    ("length per angle (m/rad)", (1, 0, 0, -1), {}),
+    ("angle per length (rad/m)", (-1, 0, 0, 1), {}),
+    ("", (2, 1, -3, 0), {"W": 1.0}),
+    ("", (-1, 1, -2, 0), {"Pa": 1.0}),
 )
-UNITS: dict[str, tuple[float, Dimension]] = {
-    name: (value, dimension) for dimension, values in _UNITS for name, value in values.items()
-}
-
+UNITS = {unit: (value, dimension) for _, dimension, units in _TABLE for unit, value in units.items()}
+_NAMES = {dimension: f"a{'n' if words[0] == 'a' else ''} {words}" for words, dimension, _ in _TABLE if words}
+_NAMES[NUMBER] = "a plain number"
 # The dimensions that a parameter can be declared to have, by the word for it.
 DIMENSIONS: dict[str, Dimension] = {
-    "length": LENGTH,
-    "mass": MASS,
-    "time": TIME,
-    "angle": ANGLE,
-    "force": FORCE,
-    "torque": TORQUE,
-    "inertia": INERTIA,
-    "speed": _SPEED,
-    "angular_speed": _TURNING,
-    "frequency": _FREQUENCY,
-    "density": (-3, 1, 0, 0),
-}
-
-_NAMES: dict[Dimension, str] = {
-    NUMBER: "a plain number",
-    LENGTH: "a length (m)",
-    MASS: "a mass (kg)",
-    TIME: "a time (s)",
-    ANGLE: "an angle (rad)",
-    FORCE: "a force (N)",
-    TORQUE: "a torque (N*m)",
-    INERTIA: "a moment of inertia (kg*m^2)",
-    _SPEED: "a speed (m/s)",
-    _TURNING: "an angular speed (rad/s)",
-    _FREQUENCY: "a frequency (Hz)",
-    (2, 0, 0, 0): "an area (m^2)",
-    (3, 0, 0, 0): "a volume (m^3)",
-    (-3, 1, 0, 0): "a density (kg/m^3)",
-    (1, 0, 0, -1): "a length per angle (m/rad)",
-    (-1, 0, 0, 1): "an angle per length (rad/m)",
+    words.partition(" (")[0].removeprefix("moment of ").replace(" ", "_"): dimension
+    for words, dimension, _ in _TABLE[:11]
 }
 
 # No quantity is longer: a text of megabytes is none.
@@ -93,7 +72,6 @@ class Quantity(float):
     text: str
 
     def __new__(cls, value: float, dimension: Dimension, text: str = "") -> Quantity:
-        """Make a quantity of ``value`` (SI) and ``dimension``."""
         made = super().__new__(cls, value)
         made.dimension = dimension
         made.text = text
@@ -105,27 +83,7 @@ class Quantity(float):
         """Return the quantity of a text such as "12.5 mm", or None if it is not a number and a known unit."""
         match = _QUANTITY.match(text) if len(text) <= MAX_LENGTH else None
         unit = parse_unit(match[2]) if match else None
-        if match is None or unit is None:
-            return None
-        factor, dimension = unit
-        return Quantity(_scaled(match[1], factor), dimension, text)
-
-    @classmethod
-    def one(cls, unit: str = "") -> Quantity:
-        """Return one of a unit, such as ``mm``; by default the plain number. Raises ValueError for no unit."""
-        known = parse_unit(unit)
-        if known is None:
-            raise ValueError(f'"{unit}" is no unit')
-        return cls(*known, f"1 {unit}".strip())
-
-    @property
-    def described(self) -> str:
-        """What it is in words, such as "a length (m)"."""
-        return describe(self.dimension)
-
-    def goes_with(self, value: float) -> bool:
-        """Return True for a value of the same dimension, or a bare number."""
-        return dimension_of(value) in (None, self.dimension)
+        return Quantity(_scaled(match[1], unit[0]), unit[1], text) if match and unit else None
 
     @property
     def unit(self) -> str:
@@ -133,7 +91,6 @@ class Quantity(float):
         return _UNIT_OF.get(self.dimension, "")
 
     def __getnewargs__(self) -> tuple[float, Dimension, str]:  # type: ignore[override]
-        """Return what a copy is made of, in this process or another one."""
         return float(self), self.dimension, self.text
 
 
@@ -147,7 +104,7 @@ def in_si(value: float, dimension: Dimension) -> Quantity:
     try:
         number = float(value)
     except OverflowError:  # a whole number may have any number of digits
-        number = math.inf if value > 0 else -math.inf
+        number = math.copysign(math.inf, value > 0 or -1)
     return Quantity(number, dimension, repr(number).removesuffix(".0"))
 
 
@@ -158,10 +115,8 @@ def has_unit(value: object) -> bool:
 
 def describe(dimension: Dimension) -> str:
     """Return a dimension in words, such as "a length (m)"."""
-    if dimension in _NAMES:
-        return _NAMES[dimension]
     parts = [f"{u}^{n}" if n != 1 else u for u, n in zip(("m", "kg", "s", "rad"), dimension, strict=True) if n]
-    return f"a quantity in {'*'.join(parts)}"
+    return _NAMES.get(dimension) or f"a quantity in {'*'.join(parts)}"
 
 
 @lru_cache(maxsize=1_000)
@@ -179,9 +134,8 @@ def parse_unit(text: str) -> tuple[float, Dimension] | None:
         if match.start() != end or name not in UNITS or (end == 0) == bool(operator):
             return None
         exponent = int(power or 1) * (-1 if operator == "/" else 1)
-        unit, unit_dimension = UNITS[name]
-        value *= unit**exponent
-        dimension = add(dimension, unit_dimension, exponent)
+        value *= UNITS[name][0] ** exponent
+        dimension = add(dimension, UNITS[name][1], exponent)
         end = match.end()
     return (value, dimension) if end == len(text) else None
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import json
 import re
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import yaml
 
 from .diagnostics import Diagnostic, Related, Source, Span, error
+from .load import MAX_DEPTH, quoted_tokens
 from .project import data_folder
 from .wording import printable
 
-_CLOSING = {"[": "]", "{": "}"}
 _QUOTE = "put the text in quotes"
+_MERGE = "choose a version, remove the marks"
 _COLON = re.compile(r":(\s|$)")
 _ITEM = re.compile(r" *(- +)*")
 _FOREIGN_COMMENT = re.compile(r" *(//|/\*|<!--|--)")
@@ -40,9 +41,10 @@ _REPORTS = (
 def explained(source: Source, problem: yaml.YAMLError) -> Diagnostic:
     """Return the diagnostic of a text that the parser of YAML refuses."""
     if isinstance(problem, yaml.reader.ReaderError):
-        before = source.text[: problem.position]
-        span = Span(source, before.count("\n") + 1, len(before) - before.rfind("\n"))
-        return error("yaml-syntax", "control characters are not allowed in YAML", span, "remove it")
+        return error("yaml-syntax", "control characters are not allowed", source.span(problem.position), "remove it")
+    if "maximum nesting depth" in str(getattr(problem, "problem", None)):  # as libyaml has it at 1,000 levels
+        span = source.span(problem.problem_mark.index)  # type: ignore[attr-defined]
+        return error("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", span, "flatten the file")
     return _Failure(source, problem).explain()
 
 
@@ -59,6 +61,7 @@ class _Failure:
         self.text = source.line(self.at.line)
         self.before, self.rest = self.text[: self.at.column - 1], self.text[self.at.column - 1 :]
         self.letter = self.rest[:1]
+        self.opened = source.line(self.begun.line)[self.begun.column - 1 :][:1]
 
     def report(
         self, message: str, help: str, place: tuple[int, int] | None = None, length: int = 1, and_here: str = ""
@@ -70,14 +73,12 @@ class _Failure:
 
     def explain(self) -> Diagnostic:
         if mark := _CONFLICT.search(self.source.text):
-            place = (self.source.text.count("\n", 0, mark.start()) + 1, 1)
-            return self.report("a merge conflict is not resolved", "choose a version, remove the marks", place, 7)
+            return self.report("a merge conflict is not resolved", _MERGE, self.source.span(mark.start())[1:3], 7)
         if "\t" in (blank := self.text[: len(self.text) - len(self.text.lstrip())]):
             return self.report("a tab indents this line", "use spaces", (self.at.line, blank.index("\t") + 1))
         if self.before.endswith("$") and self.letter == "{":
-            place = (self.at.line, self.at.column - 1)
             help = 'inside [ ] and { } an expression needs quotes: "${...}"'
-            return self.report("this expression needs quotes", help, place, 2)
+            return self.report("this expression needs quotes", help, (self.at.line, self.at.column - 1), 2)
         for number in range(self.begun.line, self.at.line + 1) if "parsing a flow" in self.what else ():
             if found := _FOREIGN_COMMENT.match(self.source.line(number)):
                 return self.foreign_comment(number, found)
@@ -89,28 +90,18 @@ class _Failure:
         return self.report(message, 'a comment begins with "#"', (line, found.start(1) + 1), len(found[1]))
 
     def quote(self) -> Diagnostic | None:
-        begun: tuple[int, int] = self.begun
-        if "quoted scalar" not in self.what:
-            quoted = self.quoted_before()  # closed only by the next quote, in a later line
-            if quoted is None or quoted.start_mark.line == quoted.end_mark.line:
+        begun = self.begun
+        if "quoted scalar" not in self.what:  # closed only by the next quote, in a later line
+            end, last = (self.at.line - 1, len(self.before.rstrip())), None
+            for token in quoted_tokens(self.source.text):
+                last = token if token.start_mark.line < end[0] else last
+            if last is None or (last.end_mark.line, last.end_mark.column) != end:
                 return None
-            begun = quoted.start_mark.line + 1, quoted.start_mark.column + 1
+            begun = _Place(last.start_mark.line + 1, last.start_mark.column + 1)
         elif "escape" in self.what:
             help = "use single quotes, or write the backslash twice"
             return self.report(f'"{self.rest[:2]}" has no meaning in double quotes', help, length=2)
         return self.report("this quote is not closed", "close it where the text ends", begun)
-
-    def quoted_before(self) -> Any:
-        """Return the token in quotes that ends just before the place, or None."""
-        end, found = (self.at.line - 1, len(self.before.rstrip())), None
-        try:
-            scanner = getattr(yaml, "CLoader", yaml.Loader)(self.source.text)
-            while (token := scanner.get_token()) is not None and token.start_mark.line < self.at.line:
-                if isinstance(token, yaml.ScalarToken) and token.style in ("'", '"'):
-                    found = token
-        except yaml.YAMLError:
-            pass
-        return found if found and (found.end_mark.line, found.end_mark.column) == end else None
 
     def after_a_value(self) -> Diagnostic | None:
         before, rest = self.before.rstrip(), self.rest.strip()
@@ -132,14 +123,16 @@ class _Failure:
             return self.report('this ":" has no value', "write a space and the value behind it")
         if "',' or" not in self.what:
             return None
-        opened = self.source.line(self.begun.line)[self.begun.column - 1 :][:1]
-        closing = _CLOSING.get(opened, "]")
-        if self.letter and self.letter in "]}":
-            message = f'this "{opened}" is not closed before the "{self.letter}"'
-            return self.report(message, f'add "{closing}"', self.begun, and_here=f'the "{self.letter}"')
-        if not self.is_closed():
-            next_entry = "something else begins here" if self.text.strip() else ""
-            return self.report(f'this "{opened}" is not closed', f'add "{closing}"', self.begun, and_here=next_entry)
+        closing, is_other = "}" if self.opened == "{" else "]", self.letter in ("]", "}")
+        depth, is_closed = 0, False
+        rest = "\n".join(self.source.text.splitlines()[self.begun.line - 1 :])[self.begun.column - 1 :]
+        for found in _IN_BRACKETS.finditer(rest):
+            depth += (found[0] in "[{") - (found[0] in "]}")
+            is_closed = is_closed or (depth == 0 and found[0] in "]}")
+        if is_other or not is_closed:
+            here = f'the "{self.letter}"' if is_other else "something else begins here" if self.text.strip() else ""
+            message = f'this "{self.opened}" is not closed' + (f' before the "{self.letter}"' if is_other else "")
+            return self.report(message, f'add "{closing}"', self.begun, and_here=here)
         piece = re.split(r"[,\[\]{}]", self.before)[-1]
         text, start = piece.strip(), len(self.before) - len(piece.lstrip())
         word = text.split()[-1] if text else ""
@@ -152,16 +145,6 @@ class _Failure:
             place = (self.at.line, start + 1 + len(text) - len(value))
             return self.report('a text with ":" needs quotes', _QUOTE, place, len(value) + 1)
         return self.report(f'a "," or the closing "{closing}" is missing here', f"add it, or {_QUOTE}")
-
-    def is_closed(self) -> bool:
-        """Return True if the bracket that was begun is closed anywhere behind it."""
-        lines = self.source.text.splitlines()[self.begun.line - 1 :]
-        rest, depth = "\n".join(lines)[self.begun.column - 1 :], 0
-        for found in _IN_BRACKETS.finditer(rest):
-            depth += (found[0] in "[{") - (found[0] in "]}")
-            if depth == 0 and found[0] in "]}":
-                return True
-        return False
 
     def colon(self) -> Diagnostic | None:
         not_allowed = "mapping values are not allowed" in self.what
@@ -177,19 +160,19 @@ class _Failure:
                 if is_item or not above or not _is_bare(self.source.line(above)):
                     return self.bare_line(number)
                 number = above
-        number = self.line_above(self.at.line)
-        if not_allowed and number and _COLON.search(above_text := self.source.line(number)):
-            name, indent = _name_of(above_text), _key_indent(above_text)
+        above_text = self.source.line(self.line_above(self.at.line))
+        if not_allowed and _COLON.search(above_text):
+            name = printable(_COLON.split(above_text.strip().lstrip("- "))[0].strip()[:40])
             message = f'this line is indented below "{name}", which already has a value'
-            return self.report(message, f'indent it by {indent}, as "{name}"', (self.at.line, _indent(self.text) + 1))
+            help = f'indent it by {_key_indent(above_text)}, as "{name}"'
+            return self.report(message, help, (self.at.line, _indent(self.text) + 1))
         return None
 
     def bare_line(self, number: int) -> Diagnostic:
         """Report a line that has no key, or a sign in the place of the colon."""
         line = self.source.line(number)
         column = _key_indent(line) + 1
-        text = line[column - 1 :].strip()
-        place = (number, column)
+        text, place = line[column - 1 :].strip(), (number, column)
         if found := _FOREIGN_COMMENT.match(line):
             return self.foreign_comment(number, found)
         if text.startswith("<"):
@@ -204,12 +187,11 @@ class _Failure:
         return self.report('a ":" is missing in this line', help, place, len(text))
 
     def indentation(self) -> Diagnostic | None:
-        if "expected key" not in self.what and "'-' indicator" not in self.what:
-            return None
-        if self.before.strip() or not self.text.strip():
+        is_item = "'-' indicator" in self.what
+        if not ("expected key" in self.what or is_item) or self.before.strip() or not self.text.strip():
             return None
         place = (self.at.line, (indent := _indent(self.text)) + 1)
-        if "'-' indicator" in self.what and indent == self.begun.column - 1:
+        if is_item and indent == self.begun.column - 1:
             return self.report('an item of this list has no "- "', "indent it deeper, to belong to the above", place)
         if self.letter == "-":
             return self.report("an item of a list is among keys", "indent it under the key of its list", place)
@@ -220,23 +202,22 @@ class _Failure:
         """Report a value that begins with a character to which YAML gives a meaning."""
         for words, message, help, at_begun in _REPORTS:
             if words in self.what:
-                return self.report(
-                    message.format(letter=printable(self.letter)), help, self.begun if at_begun else self.at
-                )
+                place = self.begun if at_begun else self.at
+                return self.report(message.format(letter=printable(self.letter)), help, place)
         text = self.source.text
-        if "expected node content" in self.what and not self.letter:
-            if (last := max(map(text.rfind, _CLOSING))) >= 0:
-                place = (text.count("\n", 0, last) + 1, last - text.rfind("\n", 0, last))
-                return self.report(f'this "{text[last]}" is not closed', f'add "{_CLOSING[text[last]]}"', place)
-        elif "expected node content" in self.what and self.letter == ",":
-            return self.report('a value is missing before this ","', "write the value, or remove the comma")
-        elif "expected node content" in self.what:
-            return self.report(f'"{self.letter}" closes nothing', "remove it, or open it before")
-        first = self.source.line(self.begun.line)[self.begun.column - 1 :][:1]
-        if first in _BEGINNINGS and self.what.startswith(
-            ("while scanning", "while parsing a node", "while parsing a t")
-        ):
-            return self.report(f'"{first}" begins {_BEGINNINGS[first]} here', _QUOTE, self.begun)
+        if "expected node content" in self.what:
+            if self.letter == ",":
+                return self.report('a value is missing before this ","', "write the value, or remove the comma")
+            if self.letter:
+                return self.report(f'"{self.letter}" closes nothing', "remove it, or open it before")
+            if (last := max(text.rfind("["), text.rfind("{"))) >= 0:
+                closing = {"[": "]", "{": "}"}[text[last]]
+                return self.report(
+                    f'this "{text[last]}" is not closed', f'add "{closing}"', self.source.span(last)[1:3]
+                )
+        is_scanning = self.what.startswith(("while scanning", "while parsing a node", "while parsing a t"))
+        if self.opened in _BEGINNINGS and is_scanning:
+            return self.report(f'"{self.opened}" begins {_BEGINNINGS[self.opened]} here', _QUOTE, self.begun)
         if "<document start>" in self.what:
             if text.startswith("%"):
                 return self.report('a line with "%" is for YAML itself', "remove it", (1, 1))
@@ -246,7 +227,7 @@ class _Failure:
     def line_above(self, line: int) -> int:
         """Return the number of the nearest line above that is neither empty nor a comment, or 0."""
         line -= 1
-        while line and (not self.source.line(line).strip() or self.source.line(line).lstrip().startswith("#")):
+        while line and self.source.line(line).lstrip()[:1] in ("", "#"):
             line -= 1
         return line
 
@@ -270,7 +251,3 @@ def _key_indent(line: str) -> int:
     """Return the indentation of the key of a line, which may be the first one of an item."""
     found = _ITEM.match(line)
     return found.end() if found else 0
-
-
-def _name_of(line: str) -> str:
-    return printable(_COLON.split(line.strip().lstrip("- "))[0].strip()[:40])

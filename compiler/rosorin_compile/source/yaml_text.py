@@ -8,8 +8,6 @@ from typing import Any
 
 from .load import plain_scalar
 
-_INDICATORS = frozenset("-?:,[]{}#&*!|>'\"%@`")
-_FLOW = frozenset(",[]{}")
 _YAML_1_1 = re.compile(
     r"[yYnN]|[yY]es|YES|[nN]o|NO|[oO]n|ON|[oO]ff|OFF|=|<<|"  # https://yaml.org/type/bool.html, value.html, merge.html
     r"[-+]?[0-9][0-9_]*(:[0-5]?[0-9])+(\.[0-9_]*)?|"  # sexagesimal: https://yaml.org/type/int.html
@@ -59,23 +57,18 @@ class Scalar(str):
 
     def _is_plain(self, flow: bool) -> bool:
         """Return True if it needs no quotes, for this reader of YAML and for others."""
-        if not self or self != self.strip(" ") or self[0] in _INDICATORS or not self.is_raw:
+        if not self or self != self.strip(" ") or self[0] in "-?:,[]{}#&*!|>'\"%@`=" or not self.is_raw:
             return False
-        if ": " in self or " #" in self or self.endswith(":") or self.startswith(("...", "=")):
+        if ": " in self or " #" in self or self.endswith(":") or self.startswith("..."):
             return False
-        if flow and not _FLOW.isdisjoint(self):
+        if (flow and any(letter in ",[]{}" for letter in self)) or _YAML_1_1.fullmatch(self):
             return False
-        value = self.value
-        return isinstance(value, str) and value == self and _YAML_1_1.fullmatch(self) is None
+        return isinstance(self.value, str)
 
 
 def _letter(letter: str) -> str:
     """Return a letter inside double quotes (https://yaml.org/spec/1.2.2/#57-escaped-characters)."""
     if letter in _SHORT:
         return f"\\{_SHORT[letter]}"
-    if _RAW.fullmatch(letter):
-        return letter
-    code = ord(letter)
-    if code < 0x100:
-        return f"\\x{code:02x}"
-    return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+    escape = letter.encode("unicode_escape", "surrogatepass").decode("ascii")
+    return letter if _RAW.fullmatch(letter) else escape

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.formats.compiled import Compiled, Variant
-from rosorin_compile.language.api_arguments import from_python
 from rosorin_compile.language.arguments import declared as declared_arguments
+from rosorin_compile.language.arguments import from_python
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, Source, error
 from rosorin_compile.source.tree import Map
@@ -49,7 +49,7 @@ def _variant(entry: Any) -> Variant:
     else:
         name, arguments = entry if isinstance(entry, (tuple, list)) and len(entry) == 2 else ("", entry)
     values, wrong = from_python({} if arguments is None else arguments)
-    tree = Map(Source("variants", "").start())
+    tree = Map(Source("variants", "").span())
     tree.update(values)
     variant = Variant(name if isinstance(name, str) else "", tree)
     return replace(variant, diagnostics=(*wrong, *wrong_name(variant)))

@@ -19,8 +19,8 @@ from rosorin_compile.formats.compiled import Variant
 from rosorin_compile.output import OutputError
 from rosorin_compile.source import system
 from rosorin_compile.source.diagnostics import error
-from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.system import pip_install
 from rosorin_compile.source.version import __version__
 
 _TIMEOUT = 10  # seconds in which a scheduler has to answer

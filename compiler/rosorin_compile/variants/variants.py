@@ -113,7 +113,7 @@ class Variants:
             raise _refused(f"this is not a CSV: {problem}", Span(self._source, first + 1, 1), help) from None
 
     def _wrong_columns(self) -> Iterator[Diagnostic]:
-        cells, places = next(self._rows(), ([], [self._source.start()]))
+        cells, places = next(self._rows(), ([], [self._source.span()]))
         names = [cell.strip() for cell in cells]
         if NAME not in names:
             near = nearest(NAME, names)
@@ -152,7 +152,7 @@ class Variants:
         if not isinstance(tree, (Map, Seq)):
             if tree is not None:
                 raise _refused(
-                    f"{self._source.path} is a text", self._source.start(), "write a list or a mapping", "not-a-mapping"
+                    f"{self._source.path} is a text", self._source.span(), "write a list or a mapping", "not-a-mapping"
                 )
             return
         is_named = isinstance(tree, Map)
@@ -193,7 +193,7 @@ def _read(path: Path) -> Source:
 
 
 def _unread(path: Path) -> Variant:
-    start = Source(files.shown(path), "").start()
+    start = Source(files.shown(path), "").span()
     return Variant(path.stem, Map(start), start)
 
 

@@ -16,8 +16,8 @@ from rosorin_compile.model import Joint
 from rosorin_compile.output.watched_files import WatchedFiles
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
-from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.system import pip_install
 
 from .page import html
 from .server import LOOPBACK, Data, Page, Server, Unknown, bound, is_loopback

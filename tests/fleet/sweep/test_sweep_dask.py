@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.system import pip_install
 from rosorin_compile.variants import pool
 from support.commands import Shown
 from support.paths import data_text

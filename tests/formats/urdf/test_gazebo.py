@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from rosorin_compile.formats.gazebo_sensors import DISTRIBUTIONS
+from rosorin_compile.formats.gazebo_elements import DISTRIBUTIONS
 from rosorin_compile.source.diagnostics import NOTE
 from rosorin_compile.source.report import text as report
 from support import sdformat
@@ -273,28 +273,28 @@ def test_a_contact_names_the_shapes_as_gazebo_does(tmp_path):
 
 UNSEEN = [
     ("elements", EVERY.replace("[inertial, visual, collision]", "[collision]"), 1,
-     'sensors "camera", "depth_camera", "lidar_2d" and 8 more are not seen by Gazebo: '
+     'Gazebo does not see sensors "camera", "depth_camera", "lidar_2d" and 8 more: '
      "it drops links without mass, and no link of this URDF has one"),
     ("no mass", NUMBERS.replace("mass: 1, of: collision", "mass: 1.0e-9, of: collision"), 0, ""),
     ("moves", MERGED.replace("feel: {type: contact, parent: arm, frame: feel, with: {surface: parent}}",
                              "feel: {type: imu, parent: arm, frame: feel}")
      .replace("arm: {inertial: {mass: 1, of: collision}, ", "arm: {"), 1,
-     'sensor "feel" is not seen by Gazebo: it drops link "arm", which has no mass in this URDF'),
+     'Gazebo does not see sensor "feel": it drops link "arm", which has no mass in this URDF'),
     ("no shape", MERGED.replace("{type: contact, parent: base, frame: bump}",
                                 "{type: contact, parent: base, frame: bump, with: {surface: sensor}}"), 1,
-     'sensor "bump" is not seen by Gazebo: link "bump" has no shape in this URDF that could feel'),
+     'Gazebo does not see sensor "bump": link "bump" has no shape in this URDF that could feel'),
     ("not in the urdf", MERGED.replace("{type: contact, parent: base, frame: bump}",
      "{type: contact, parent: base, frame: bump, with: {surface: sensor}, publisher: {none: why}}"), 1,
-     'sensor "bump" is not seen by Gazebo: the URDF has no link "bump"'),
+     'Gazebo does not see sensor "bump": the URDF has no link "bump"'),
     ("nothing on it", EVERY.replace("fixed, parent: force_torque", "fixed, parent: imu"), 1,
-     'sensor "force_torque" is not seen by Gazebo: it drops link "force_torque", which has no mass in this URDF'),
+     'Gazebo does not see sensor "force_torque": it drops link "force_torque", which has no mass in this URDF'),
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("text", "count", "first"), [case[1:] for case in UNSEEN], ids=[case[0] for case in UNSEEN])
 def test_what_gazebo_cannot_see_is_told(tmp_path, text, count, first):
     made, said = urdf(tmp_path, text, quiet=False)
-    said = [one for one in said if "not seen" in one]
+    said = [one for one in said if "does not see" in one]
     assert len(said) == count
     assert not first or said[0] == first
     names = {name for one in said for name in one.split(": ")[0].split('"')[1::2]}

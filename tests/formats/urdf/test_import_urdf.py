@@ -242,11 +242,17 @@ def test_marks_without_declaration(tmp_path):
             "error[wrong-format]: robot.urdf is a pointer of Git LFS, not the file itself",
         ),
         (b'<robot name="\xf6"/>', "error[not-utf8]: robot.urdf is not UTF-8 text: byte 0xf6 at this place"),
-        (b'<?xml version="1.0" encoding="utf-16"?><robot/>', "error[not-utf8]: robot.urdf declares utf-16, but is not"),
-        (b'<?xml version="1.0" encoding="rot13"?><robot/>', 'error[not-utf8]: unknown encoding "rot13"'),
+        (
+            b'<?xml version="1.0" encoding="utf-16"?><robot/>',
+            'error[not-utf8]: robot.urdf declares the encoding "utf-16", which is unknown or not its own',
+        ),
+        (
+            b'<?xml version="1.0" encoding="rot13"?><robot/>',
+            'error[not-utf8]: robot.urdf declares the encoding "rot13", which is unknown or not its own',
+        ),
         (
             b'<?xml version="1.0" encoding="unicode_escape"?><robot/>',
-            'error[not-utf8]: unknown encoding "unicode_escape"',
+            'error[not-utf8]: robot.urdf declares the encoding "unicode_escape", which is unknown or not its own',
         ),
     ],
 )

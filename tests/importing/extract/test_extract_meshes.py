@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.model.mesh_triangles import ExtractProblem, load_mesh
-from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.system import pip_install
 from support.meshes import box
 from support.paths import DATA
 from support.robots import compiled
@@ -223,7 +223,7 @@ def test_what_is_no_file_is_refused_at_once(tmp_path: Path, kind: str) -> None:
         path.symlink_to("/dev/zero")
     with pytest.raises(ExtractProblem) as raised:
         load_mesh(path)
-    assert raised.value.diagnostic.message == f"{path} is no regular file"
+    assert raised.value.diagnostic.rule == "mesh-unreadable"
 
 
 MESH_ROBOT = """robot: r

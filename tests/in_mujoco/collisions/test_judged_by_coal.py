@@ -9,8 +9,7 @@ import pytest
 
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.mesh_files import Places
-from rosorin_compile.mujoco.collisions.contacts import FAR, Contacts
-from rosorin_compile.mujoco.collisions.search import Search, bounds_of
+from rosorin_compile.mujoco.collisions.search import FAR, Contacts, Search
 from rosorin_compile.mujoco.physics.solids import mesh_shapes, read_meshes
 from rosorin_compile.request import Request
 from rosorin_compile.ros.srdf.planning import Planning, urdf_of
@@ -75,7 +74,7 @@ def both(path: Path, outputs: Path) -> tuple[Contacts, Coal, dict[str, tuple[flo
     (text,) = (one.text for one in compile_robot(path).artifacts if one.output == urdf.name)
     for name, file in files.items():
         text = text.replace(f'"{name}"', f'"{file.absolute()}"')
-    return Contacts(planning, meshes), Coal(text), bounds_of(planning)
+    return Contacts(planning, meshes), Coal(text), Search(planning, meshes).bounds
 
 
 def judged(contacts: Contacts, coal: Coal, bounds: dict[str, tuple[float, float]]) -> tuple[int, int]:

@@ -187,8 +187,8 @@ KINDS = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box",
 
 
 def _layered(link: Link, chance: random.Random) -> tuple[Shape, ...]:
-    both = [None, ("default",), ("other",), ("default", "other")]
-    contacts = [Contact(chance.choice(both), chance.choice(both)) if chance.random() < 0.5 else None for _ in "123456"]
+    bits = [{word: chance.choice([None, 1.0, 2.0, 3.0]) for word in ("contype", "conaffinity")} for _ in "123456"]
+    contacts = [Contact(values) if chance.random() < 0.5 else None for values in bits]
     return tuple(replace(shape, contact=chance.choice(contacts)) for shape in link.collision)
 
 

@@ -14,7 +14,7 @@ from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.mujoco.mjcf import process
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf
-from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.system import pip_install
 from support.cases import as_xml_comment, check
 from support.paths import DATA
 

@@ -168,10 +168,9 @@ def test_numbers_that_end_are_told(mujoco: Any) -> None:
         list(world.run(0.1))
     world.reset({})
     world.data.qvel[0] = 1e200
-    with pytest.raises(SimulationDiverged, match="MuJoCo warns: Nan, Inf or huge value in QVEL") as caught:
+    with pytest.raises(SimulationDiverged, match="after 0 s: MuJoCo warns: Nan, Inf or huge value in QVEL"):
         list(world.run(0.1))
-    assert caught.value.time == 0
-    assert hold(world, "home", {}, 0.5).broken is None  # a trial begins anew
+    assert hold(world, "home", {}, 0.5).broken == ""  # a trial begins anew
 
 
 def test_what_mujoco_does_not_take_is_refused(mujoco: Any) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.source.installing import pip_install
+from rosorin_compile.source.system import pip_install
 from rosorin_compile.viewer.picture import draw
 from rosorin_compile.viewer.picture.labels import AXIS_COLOURS, LINE_HEIGHT, place_labels
 from support.drawings import hue_name, pixels, rgba

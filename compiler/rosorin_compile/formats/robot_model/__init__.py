@@ -13,7 +13,7 @@ from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.joint import SEVERAL_COORDINATES
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.bounded import json_of
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, did_you_mean, error
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 from ..format import Format, Opened
@@ -111,13 +111,13 @@ def _requested(robot: Robot, output: Output) -> list[Joint]:
 
 
 def _unknown_names(robot: Robot, options: Mapping[str, Any]) -> Iterator[Diagnostic]:
-    """Yield an error for each name in the options that the robot does not have."""
-    requested: list[tuple[str, Iterable[str], Collection[str]]] = [
-        ("joint", options.get("joints", ()), robot.joint),
-        ("link", options.get("rename", {}), robot.link),
-        ("servo group", [options["servos"]] if "servos" in options else [], {group.name for group in robot.servos}),
-    ]
-    for kind, names, known in requested:
+    servos = [options["servos"]] if "servos" in options else []
+    kinds: dict[str, tuple[Iterable[str], Collection[str]]] = {
+        "joint": (options.get("joints", ()), robot.joint),
+        "link": (options.get("rename", {}), robot.link),
+        "servo group": (servos, {group.name for group in robot.servos}),
+    }
+    for kind, (names, known) in kinds.items():
         for name in names:
             if name not in known:
                 message = f'there is no {kind} "{name}"'
@@ -188,7 +188,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     group, groups = output.options.get("servos"), {group.name for group in case.robot.servos}
     if group is not None and group not in groups:
         message = f'there is no servo group "{group}", asked for by output "{output.name}"'
-        help = did_you_mean(group, groups, "name a group")
+        help = Suggestion(group, groups, "name a group")
         yield case.problem("unknown-servo", message, ("outputs", output.name, "servos"), help)
 
 

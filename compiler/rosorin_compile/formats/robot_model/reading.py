@@ -14,14 +14,15 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.language.schema import subject
-from rosorin_compile.language.validator import misfits_of, validator, words
+from rosorin_compile.language.validator import misfits_of, validator, words_of
 from rosorin_compile.model import Robot
 from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import Source, Span, error
 from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, locate
-from rosorin_compile.source.xml.files import printable_name, read_source
+from rosorin_compile.source.wording import masked
+from rosorin_compile.source.xml.files import read_source
 from rosorin_compile.source.xml.markup import MarkupError
 
 from ..format import Placed
@@ -40,8 +41,8 @@ def read(text: str) -> Robot:
     """Return the robot that a driver's model of ours contains. Raises ValueError if it is damaged."""
     model = json_of(text)
     for misfit in misfits_of(validator("robot_model"), model):
-        if misfit.keyword != "additionalProperties":  # which is reported for the whole artifact
-            raise ValueError(f"not a driver's model: {words(misfit)}")
+        if misfit.keyword not in ("additionalProperties", "enum"):  # which are reported in other ways
+            raise ValueError(f"not a driver's model: {words_of(misfit)}")
     try:
         json.dumps(model, allow_nan=False)
     except ValueError:
@@ -51,7 +52,7 @@ def read(text: str) -> Robot:
 
 def robot_of(model: Mapping[str, Any]) -> Robot:
     """Return the robot of a valid driver's model."""
-    tree = as_tree(_description(model, model["source"]), Source("the driver's model", "").start())
+    tree = as_tree(_description(model, model["source"]), Source("the driver's model", "").span())
     for name, entry in model["joints"].items():
         tree["joints"][name]["axis"] = entry["axis"]  # of fixed joints, too
     for group in (tree.get("servos") or {}).values():
@@ -68,12 +69,12 @@ def read_robot_model(path: Path) -> Imported:
     wrong = []
     for misfit in misfits_of(validator("robot_model"), model):
         where = subject(misfit.path) if misfit.path else "the file"
-        message = f"not a driver's model: {where}: {words(misfit)}"
+        message = f"not a driver's model: {where}: {words_of(misfit)}"
         wrong.append(error("wrong-format", message, locate(model, misfit.path).span, _HELP))
     if wrong:
         return Imported(None, wrong, files=(path,))
     # The format has no word for the limits of effort and velocity that the rules require.
-    note = f"from {printable_name(path)}: {model['source']}".removesuffix(": ")
+    note = f"from {masked(path.name)}: {model['source']}".removesuffix(": ")
     tree, diagnostics = accept(as_tree(_description(model, note, path.stem), model.span), lenient=True)
     return Imported(tree, diagnostics, files=(path,))
 

@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
 from ..distributions import DISTRIBUTIONS
-from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Format, Opened
+from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Format, Opened, xml_syntax
 from ..unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
 from . import write
-from .checks import check
-from .content import frames_of, links_of
+from .content import check, frames_of, links_of
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
@@ -39,35 +38,20 @@ def _read_back(text: str) -> Robot:
     return read(text)
 
 
-def syntax(text: str) -> object:
-    """Return the elements of a text in one spelling."""
-    from rosorin_compile.source.xml.elements import canonical, tree_of
-
-    return canonical(tree_of(text))
-
-
-def _for_simulators(output: Output) -> bool:
-    return frames_of(output) != "published"
-
-
 def _leaves_out(robot: Robot, link: str) -> bool:
     carried = {name for joint in robot.in_urdf() for name in (joint.parent, joint.child)}
     return bool(carried) and link not in carried
 
 
-# urdfdom before version 5 (ROS up to Jazzy) refuses that version.
-_CAPSULES = (
-    "URDF 1.2, for the capsules; ROS up to Jazzy does not read it: without the version, cylinders stand for them"
-)
-
-
 def _asked(tree: Map, version: str, name: str) -> Asked:
     links = (tree.get("links") or {}).values()
     shapes = (shape for link in links if link for key in ("visual", "collision") for shape in link.get(key) or ())
-    capsules = any("capsule" in shape for shape in shapes)
-    wishes = (tree.get("outputs") or {}).get("urdf") or {}  # what an import found words for
-    entry = {"file": f"{name}.urdf", **wishes, **({"version": "1.2"} if version == "1.2" or capsules else {})}
-    return Asked(entry, _CAPSULES if capsules else "")
+    entry = {"file": f"{name}.urdf", **((tree.get("outputs") or {}).get("urdf") or {})}  # what an import found
+    if any("capsule" in shape for shape in shapes):
+        # urdfdom before version 5 (ROS up to Jazzy) refuses that version.
+        remark = "URDF 1.2, for the capsules; ROS up to Jazzy does not read it: without the version,"
+        return Asked({**entry, "version": "1.2"}, f"{remark} cylinders stand for them")
+    return Asked({**entry, **({"version": "1.2"} if version == "1.2" else {})})
 
 
 def _unsupported(output: Output) -> Mapping[str, Unsupported]:
@@ -146,9 +130,9 @@ FORMAT = Format(
     brings=write.added_elements,
     why="a URDF has only what robot_state_publisher publishes",
     meshes=True,
-    syntax=syntax,
+    syntax=xml_syntax,
     feeds=(ROBOT_STATE_PUBLISHER,),
-    withheld=_for_simulators,
+    withheld=lambda output: frames_of(output) != "published",
     folder="urdf",
     deploys=True,
 )

@@ -28,18 +28,36 @@ from rosorin_compile.model import (
 )
 from rosorin_compile.model.bounds import along, radius_about
 from rosorin_compile.model.cached import of_robot
-from rosorin_compile.model.geometry import IDENTITY, norm, plane_axes, pose_of
+from rosorin_compile.model.geometry import IDENTITY, dot, minus, norm, plane_axes, pose_of, unit
 from rosorin_compile.model.joint import Dynamics
+from rosorin_compile.model.mass import together
 from rosorin_compile.model.sections import sections_in_urdf
 from rosorin_compile.model.shape import ROWS, Material, plain
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, error
+from rosorin_compile.rules.case import Case, number
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, error
 from rosorin_compile.source.numbers import number_format
 from rosorin_compile.source.rule_registry import FORMATS, Rule
-from rosorin_compile.source.wording import counted, first_of, plural, quoted
+from rosorin_compile.source.wording import counted, plural, quoted
 
 from ..mesh_files import urdf_file_name
 
 RULES = (
+    Rule(
+        "urdf-without-mass",
+        "A note: `elements` leaves the inertials of links out of the URDF, and no other output is a URDF that has them:"
+        " Gazebo reads it as an empty model, other simulators invent masses.",
+        "[A second URDF for simulators](artifacts.md#a-urdf-for-simulators), or `accept` it with its reason.",
+        FORMATS,
+    ),
+    Rule(
+        "explicit-damping-unstable",
+        "A warning: a joint of a URDF damps so light a part that a simulator with explicit steps of 1/240 s, such as "
+        "PyBullet, throws it out of the world: damping * step > 2 * inertia.",
+        "The damping of a servo belongs to its `actuator`, which no URDF has; else damp less, or correct the mass.",
+        FORMATS,
+        accept="joint",
+        imported="always",
+    ),
     Rule(
         "urdf-cannot-say",
         "A warning: URDF 1.0 has no capsule, cylinders are written. A note: what hangs on links that are not in the "
@@ -50,9 +68,10 @@ RULES = (
     Rule("urdf-mass-sum", "Masses that move to one link of the URDF are together no number.", "Correct them.", FORMATS),
 )
 
-INERTIAL, FROM_COLLISION = "inertial", "from_collision"
+STEP = 1 / 240  # s, that of PyBullet if nobody sets another; Gazebo has 1/1000
+FROM_COLLISION = "from_collision"
 PUBLISHED, ALL, BODIES = "published", "all", "bodies"
-ELEMENTS = (INERTIAL, "visual", "collision", "dynamics", "urdf_elements")
+ELEMENTS = ("inertial", "visual", "collision", "dynamics", "urdf_elements")
 _NO_MASS = Inertial(0.0, IDENTITY, 0.0, 0.0, 0.0)
 
 
@@ -105,25 +124,6 @@ def _links(robot: Robot, frames: str) -> frozenset[str]:
     return frozenset(kept) or frozenset([robot.root])
 
 
-def has_inertials(output: Output) -> bool:
-    """Return True if an output has the inertials of links."""
-    return INERTIAL in output.options.get("elements", (INERTIAL,))
-
-
-@of_robot
-def _inertials(robot: Robot, frames: str) -> Mapping[str, Inertial]:
-    """Return the inertials of the links, with those that each carries. Raises ValueError as ``inertials_at``.
-
-    Where an output is of bodies, a link that only holds others together has a mass of zero, or simulators invent one.
-    """
-    links = _links(robot, frames)
-    found = inertials_at(robot, links)
-    return {**dict.fromkeys(links, _NO_MASS), **found} if frames == BODIES else found
-
-
-# What collides: rollers that are not carried leave a cylinder, or the robot would stand low.
-
-
 def solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> list[Shape]:
     """Return the collision shapes that a link has in a URDF that carries these frames."""
     return [_in_version(shape, output) for shape in collisions(robot, link, carried, output)]
@@ -173,7 +173,11 @@ def _lost(robot: Robot, carried: frozenset[str]) -> Mapping[str, Sequence[tuple[
 
 
 class Content:
-    """What a URDF contains of a robot (``view``), and what it does not (``diagnostics``)."""
+    """What a URDF contains of a robot (``view``), and what it does not (``diagnostics``).
+
+    ``masses`` are the inertials of the links, with those that each carries. In an output of bodies, a link that only
+    holds others together has a mass of zero, or simulators invent one.
+    """
 
     def __init__(self, robot: Robot, output: Output) -> None:
         if output.options.get("visuals") == FROM_COLLISION:
@@ -184,40 +188,36 @@ class Content:
         self.elements = elements_of(output)
         self.carried, self.joints = links_of(robot, output), joints_of(robot, output)
         self.masses: Mapping[str, Inertial] = {}
-        self.sum_problem: list[Diagnostic] = []
-        try:
-            self.masses = _inertials(robot, frames_of(output)) if has_inertials(output) else {}
-        except ValueError as problem:
-            message = f"in the URDF some masses move to one link: {problem}"
-            self.sum_problem = [error("urdf-mass-sum", message, None, "correct them")]
-        self.blocks, self.lost = self._blocks()
+        self.lost: list[Diagnostic] = []
+        if "inertial" in self.elements:
+            try:
+                invented = dict.fromkeys(self.carried, _NO_MASS) if frames_of(output) == BODIES else {}
+                self.masses = {**invented, **inertials_at(robot, self.carried)}
+            except ValueError as problem:
+                message = f"in the URDF some masses move to one link: {problem}"
+                self.lost.append(error("urdf-mass-sum", message, None, "correct them"))
+        self.blocks: list[str] = []  # for Gazebo, and those of sections, such as ros2_control
+        if output.options.get("gazebo"):
+            from .gazebo import gazebo_blocks
+
+            self.blocks, lost = gazebo_blocks(self)
+            self.lost += lost
+        for section in sections_in_urdf(output):
+            if section.urdf is not None:
+                self.blocks += section.urdf(robot, output, number_format(output.options))
         names = [name for group, _ in link_groups(robot, self.joints) for name in group]
-        self.shapes = {name: self._shapes(name) for name in names}
+        boxes, has_visuals = str(output.options.get("height_maps", ROWS)), "visual" in self.elements
+        visuals = {name: shapes_at(robot, name, self.carried, "visual", boxes) if has_visuals else [] for name in names}
+        self.shapes = {name: (visuals[name], self.collisions(name)) for name in names}
         self.view = Robot(
             robot.name,
             tuple(self._link(name) for name in names),
             tuple(map(self._joint, self.joints)),
             materials=tuple(
-                Material(one.name, one.rgba, urdf_file_name(one.texture))
-                for one in robot.materials
-                if "visual" in self.elements
+                Material(one.name, one.rgba, urdf_file_name(one.texture)) for one in robot.materials if has_visuals
             ),
             urdf_elements=(*self._kept(robot.urdf_elements), *self.blocks),
         )
-
-    def _blocks(self) -> tuple[list[str], list[Diagnostic]]:
-        """Return the blocks for Gazebo and those of sections, such as ros2_control, and what Gazebo will not see."""
-        number = number_format(self.output.options)
-        blocks: list[str] = []
-        lost: list[Diagnostic] = []
-        if self.output.options.get("gazebo"):
-            from .gazebo import gazebo_blocks
-
-            blocks, lost = gazebo_blocks(self)
-        for section in sections_in_urdf(self.output):
-            if section.urdf is not None:
-                blocks += section.urdf(self.robot, self.output, number)
-        return blocks, lost
 
     def _kept(self, texts: tuple[str, ...]) -> tuple[str, ...]:
         return texts if "urdf_elements" in self.elements else ()
@@ -225,11 +225,6 @@ class Content:
     def collisions(self, link: str) -> list[Shape]:
         """Return the collision shapes of a link, as the description has them."""
         return collisions(self.robot, link, self.carried, self.output) if "collision" in self.elements else []
-
-    def _shapes(self, link: str) -> tuple[list[Shape], list[Shape]]:
-        boxes = str(self.output.options.get("height_maps", ROWS))
-        visual = shapes_at(self.robot, link, self.carried, "visual", boxes) if "visual" in self.elements else []
-        return visual, self.collisions(link)
 
     def _link(self, name: str) -> Link:
         visual, solid = (
@@ -256,12 +251,11 @@ class Content:
 
     def _joint(self, joint: Joint) -> Joint:
         has_axis = not joint.is_fixed and not joint.is_axleless
-        dynamics = Dynamics()
-        if joint.dynamics is not None and "dynamics" in self.elements:
-            dynamics = Dynamics(joint.dynamics.damping, joint.dynamics.friction)
-        # The nearest type that URDF has to a ball, and robot_state_publisher leaves it alone as well.
+        dynamics = joint.dynamics if joint.dynamics is not None and "dynamics" in self.elements else Dynamics()
+        dynamics = Dynamics(dynamics.damping, dynamics.friction)
         return Joint(
             joint.name,
+            # The nearest type that URDF has to a ball, and robot_state_publisher leaves it alone as well.
             "floating" if joint.type == "ball" else joint.type,
             joint.parent,
             joint.child,
@@ -275,35 +269,40 @@ class Content:
             urdf_elements=self._kept(joint.urdf_elements),
         )
 
-    # What it does not contain
-
     def diagnostics(self) -> Iterator[Diagnostic]:
         """Yield what the URDF does not contain, or contains in another form."""
-        yield from (*self.sum_problem, *self.lost)
+        yield from self.lost
         if version_of(self.output) == "1.0":
             help = 'use a cylinder and spheres, or say version: "1.2" where all readers of the URDF know it'
             yield from self._replaced(Capsule, "URDF 1.0", "cylinder", "full length", help)
         yield from self._replaced(Ellipsoid, "URDF", "box", "extents", "use a sphere, a box or a mesh")
-        balls = [joint.name for joint in self.robot.in_urdf() if joint.type == "ball"]
+        robot, owners = self.robot, carriers(self.robot, self.carried)
+        notes = []
+        balls = [joint.name for joint in robot.in_urdf() if joint.type == "ball"]
         if balls:
-            what = (
-                f"joint {balls[0]} is"
-                if len(balls) == 1
-                else f"{counted(len(balls), 'joint')} ({first_of(balls, 3)}) are"
-            )
-            yield Diagnostic("urdf-cannot-say", NOTE, f"URDF has no ball joint: {what} written as floating")
-        yield from self._left_out()
-        still = []
-        for name, (carrier, _) in carriers(self.robot, self.carried).items() if self.masses else ():
-            heavy = name != carrier and self.robot.link[name].inertial is not None
-            still += [name] if heavy and self.robot.moves_between(name, carrier) else []
+            notes.append((f"URDF has no ball joint: {quoted(balls, 3)} become floating joints", ""))
+        moving = {name for name, (carrier, _) in owners.items() if robot.moves_between(name, carrier)}
+        names = {joint.name for joint in self.joints}
+        lost, still = [], []
+        for link in robot.walk():
+            if link.name not in self.carried and link.name not in robot.simulated_frames:
+                shapes = ("visual", "collision") if link.name in moving else ()
+                what = [purpose for purpose in shapes if purpose in self.elements and getattr(link, purpose)]
+                what += ["urdf_elements"] if self._kept(link.urdf_elements) else []
+                lost += [f"{link.name} ({', '.join(what)})"] if what else []
+            still += [link.name] if link.inertial is not None and link.name in moving and self.masses else []
+        lost += [f"{j.name} (urdf_elements)" for j in robot.joints if j.urdf_elements and j.name not in names]
+        if lost:
+            bodies = frames_of(self.output) == BODIES
+            why = "they have no mass" if bodies else "robot_state_publisher does not publish them"
+            notes.append((f"not in the URDF, because {why}: {', '.join(lost)}", ""))
         if still:
             message = (
-                f"the mass of {'link' if len(still) == 1 else 'links'} {quoted(still, 3)} does not move in the URDF,"
+                f"the mass of {plural('link', len(still))} {quoted(still, 3)} does not move in the URDF, where the"
             )
-            message += " where the joints at zero put it: robot_state_publisher does not publish what moves it"
-            help = '"frames: bodies" has these joints, for simulators'
-            yield Diagnostic("urdf-cannot-say", NOTE, message, help=help)
+            message += " joints at zero put it: robot_state_publisher does not publish what moves it"
+            notes.append((message, '"frames: bodies" has these joints, for simulators'))
+        yield from (Diagnostic("urdf-cannot-say", NOTE, message, help=help) for message, help in notes)
 
     def _replaced(self, kind: type, version: str, other: str, same: str, help: str) -> Iterator[Diagnostic]:
         """Yield the warning about shapes of a kind that others replace, counted by link."""
@@ -318,33 +317,6 @@ class Content:
             message = f"{version} has no {kind.__name__.lower()}: {count} on {where} {become} of the same {same}"
             yield Diagnostic("urdf-cannot-say", WARNING, message, help=help)
 
-    def _left_out(self) -> Iterator[Diagnostic]:
-        """Yield a note on what hangs on links that the URDF does not carry and cannot be moved to one that it does."""
-        robot, ours = self.robot, {joint.name for joint in self.joints}
-        lost = []
-        for link in robot.walk():
-            if link.name in self.carried or link.name in robot.simulated_frames:
-                continue
-            fixed = self._is_fixed_to_carried(link.name)
-            shapes = [p for p in ("visual", "collision") if p in self.elements and getattr(link, p) and not fixed]
-            what = [*shapes, *(["urdf_elements"] if self._kept(link.urdf_elements) else [])]
-            lost += [f"{link.name} ({', '.join(what)})"] if what else []
-        lost += [f"{j.name} (urdf_elements)" for j in robot.joints if j.urdf_elements and j.name not in ours]
-        if lost:
-            bodies = frames_of(self.output) == BODIES
-            why = "they have no mass" if bodies else "robot_state_publisher does not publish them"
-            yield Diagnostic("urdf-cannot-say", NOTE, f"not in the URDF, because {why}: {', '.join(lost)}")
-
-    def _is_fixed_to_carried(self, link: str) -> bool:
-        visited, waiting = {link}, [link]
-        while waiting:
-            neighbours = {name for name, _ in self.robot.fixed_neighbours(waiting.pop())} - visited
-            if neighbours & self.carried:
-                return True
-            visited |= neighbours
-            waiting += neighbours
-        return False
-
 
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
     """Return each joint with the links that it is the first to name; a robot without joints has its root link."""
@@ -357,3 +329,77 @@ def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str]
         visited.update(new)
         groups.append((new, joint))
     return groups
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Validate an output of a URDF and return diagnostics."""
+    others = [one for one in case.robot.outputs if one.backend == output.backend]
+    has_inertials = "inertial" in elements_of(output)
+    heavy = sum(link.inertial is not None and link.inertial.mass > 0 for link in case.robot.links)
+    if heavy and not has_inertials and not any("inertial" in elements_of(one) for one in others):
+        message = f"{output.file} leaves out {counted(heavy, 'inertial')}: Gazebo reads it as an empty model, and other"
+        message += " simulators invent masses"
+        help = "give simulators a second URDF, or accept urdf-without-mass with its reason"
+        yield case.problem("urdf-without-mass", message, ("outputs", output.name, "elements"), help, severity=NOTE)
+    if case.robot.is_tree and has_inertials and "dynamics" in elements_of(output):
+        yield from _damping(case, joints_of(case.robot, output))
+    for section in sections_in_urdf(output):
+        if section.check_urdf is not None:
+            yield from section.check_urdf(case, output)
+
+
+def _damping(case: Case, joints: tuple[Joint, ...]) -> Iterator[Diagnostic]:
+    """Find joints whose damping is unstable in explicit steps, even with all that hangs on them held together.
+
+    A step of ``dt`` takes ``damping * dt / inertia`` of a speed away; if that is more than twice of it, each step is
+    faster than the one before. MuJoCo and Drake damp implicitly: all is stable. A URDF has no inertia of rotors.
+    """
+    places: dict[Span | None, list[tuple[float, Joint, float]]] = {}
+    for joint in joints:
+        damping = joint.dynamics.damping if joint.dynamics is not None and joint.moves else 0.0
+        inertia = _moved_inertia(case.robot).get(joint.child, 0.0) if damping > 0 else 0.0
+        if inertia > 0 and damping * STEP > 2 * inertia:
+            span = case.related("", case.joint(joint, "dynamics", "damping")).span
+            places.setdefault(span, []).append((inertia / damping, joint, inertia))
+    for found in places.values():
+        ratio, joint, inertia = min(found, key=lambda one: one[0])
+        units = ("N*s/m", "kg") if joint.type == "prismatic" else ("N*m*s/rad", "kg*m^2")
+        path = case.joint(joint, "dynamics", "damping")
+        more = f"; so are {counted(len(found) - 1, 'other joint')}" if len(found) > 1 else ""
+        message = f'joint "{joint.name}" has a damping of {number(inertia / ratio)} {units[0]}{case.stands_in(path)} on'
+        message += f" {number(inertia)} {units[1]}: unstable in the explicit steps of PyBullet{more}"
+        help = "give the damping of a servo to its actuator, which no URDF has: actuator: {damping: ...}; it is stable"
+        help += f" up to {number(2 * inertia / STEP)} at 1/240 s"
+        yield case.problem("explicit-damping-unstable", message, path, help, severity=WARNING)
+
+
+@of_robot
+def _moved_inertia(robot: Robot) -> Mapping[str, float]:
+    """Return the inertia of what each joint moves with all that hangs on it, by child, where joints are at zero.
+
+    For a joint that turns, the inertia about its axis (kg*m^2); for one that slides, the mass (kg).
+    """
+    found: dict[str, float] = {}
+    below: dict[str, list[tuple[Inertial, Transform]]] = {}
+    try:
+        poses = robot.poses_in_root({}) if robot.mimics_resolve else {}
+    except ValueError:  # a joint without an axis: reported where it is written
+        poses = {}
+    for link in reversed(list(robot.walk())) if poses else ():
+        parts, joint, pose = below.pop(link.name, []), robot.joint_to.get(link.name), poses[link.name]
+        parts += [(link.inertial, pose)] if link.inertial is not None else []
+        if not parts or joint is None:
+            continue
+        try:
+            i = together(parts)  # along the axes of the root
+        except ValueError:  # no mass: reported where it is written
+            continue
+        below.setdefault(joint.parent, []).append((i, Transform()))
+        if joint.moves:
+            axis, place = pose.rotate(unit(joint.axis)), i.pose.transform()
+            x, y, z = place.inverse().rotate(axis)
+            about = i.ixx * x * x + i.iyy * y * y + i.izz * z * z + 2 * (i.ixy * x * y + i.ixz * x * z + i.iyz * y * z)
+            way = minus(place.xyz, pose.xyz)
+            about += i.mass * max(0.0, dot(way, way) - dot(axis, way) ** 2)
+            found[link.name] = i.mass if joint.type == "prismatic" else about
+    return found

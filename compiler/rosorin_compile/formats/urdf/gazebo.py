@@ -7,19 +7,19 @@ into one link (a sensor moves along, its reference stays good), and names collis
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
-from rosorin_compile.model import Joint, Pose, Sensor
+from rosorin_compile.model import Pose, Sensor
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.simulation import CLASSIC, GazeboSensor
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.numbers import number_format, vector
 from rosorin_compile.source.rule_registry import FORMATS, Rule
-from rosorin_compile.source.wording import quoted
+from rosorin_compile.source.wording import plural, quoted
 from rosorin_compile.source.xml.elements import tree_of
 
-from ..gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines
+from ..gazebo_elements import DISTRIBUTIONS, distribution, sensor_lines
 from ..templating import attributes
 
 if TYPE_CHECKING:
@@ -39,16 +39,15 @@ _KEEPING = ("preserveFixedJoint", "disableFixedJointLumping")
 
 
 def gazebo_blocks(content: Content) -> tuple[list[str], list[Diagnostic]]:
-    """Return the <gazebo> blocks of an output, and the sensors that this Gazebo ignores."""
-    writer = _Writer(content)
-    blocks = [
-        block for sensor in content.robot.sensors for one in sensor.gazebo for block in writer.sensor(sensor, one)
-    ]
+    """Return the <gazebo> blocks of an output, and what this Gazebo ignores."""
+    writer = _SensorWriter(content)
+    pairs = [(sensor, one) for sensor in content.robot.sensors for one in sensor.gazebo]
+    blocks = [block for sensor, one in pairs if (block := writer.sensor(sensor, one))]
     lost = []
     for (why, way), names in writer.unseen.items():
-        which = f"{'sensors' if len(names) > 1 else 'sensor'} {quoted(names, 3)} {'are' if len(names) > 1 else 'is'}"
+        message = f"Gazebo does not see {plural('sensor', len(names))} {quoted(names, 3)}: {why}"
         help = f"{way}; or leave the sensor out: gazebo: []"
-        lost.append(Diagnostic("gazebo-cannot-see", WARNING, f"{which} not seen by Gazebo: {why}", help=help))
+        lost.append(Diagnostic("gazebo-cannot-see", WARNING, message, help=help))
     physics, lost_physics = _physics(content)
     return [*blocks, *physics], [*lost, *lost_physics]
 
@@ -72,17 +71,15 @@ def _physics(content: Content) -> tuple[list[str], list[Diagnostic]]:
     for link in robot.links:
         shapes = content.collisions(link.name) if link.name in content.carried else ()
         coefficients = {shape.contact.sliding_friction if shape.contact else None for shape in shapes}
-        given = [one for one in coefficients if one is not None]
-        if given and not {(link.name, "mu1"), (link.name, "mu2")} & own:
-            values[link.name] = {"mu1": min(given), "mu2": min(given)}
+        known = [one for one in coefficients if one is not None]
+        if known and not {(link.name, "mu1"), (link.name, "mu2")} & own:
+            values[link.name] = {"mu1": min(known), "mu2": min(known)}
             mixed += [link.name] if len(coefficients) > 1 else []
     for joint in content.joints if "dynamics" in content.elements else ():
         spring = joint.dynamics
-        if spring is None or not spring.stiffness:
-            continue
-        if not joint.moves:
+        if spring is not None and spring.stiffness and not joint.moves:
             balls.append(joint.name)
-        elif (joint.name, "springStiffness") not in own:
+        elif spring is not None and spring.stiffness and (joint.name, "springStiffness") not in own:
             values[joint.name] = {"springReference": spring.spring_reference, "springStiffness": spring.stiffness}
     blocks = []
     for name, numbers in values.items():
@@ -105,28 +102,25 @@ class _Merged:
     """
 
     def __init__(self, content: Content, kept: set[str]) -> None:
-        self.content, self.kept = content, kept
+        self.content = content
         self.above = {joint.child: joint for joint in content.joints}
-        self.below: dict[str, list[Joint]] = {}
+        self.merging = {joint.child for joint in content.joints if joint.is_fixed and joint.name not in kept}
+        self.below: dict[str, list[str]] = {}
         for joint in sorted(content.joints, key=lambda joint: joint.name):  # urdfdom has them by name
-            self.below.setdefault(joint.parent, []).append(joint)
-
-    def _merges(self, joint: Joint) -> bool:
-        return joint.is_fixed and joint.name not in self.kept
+            if joint.child in self.merging:
+                self.below.setdefault(joint.parent, []).append(joint.child)
 
     def top(self, link: str) -> str:
         """Return the link of Gazebo that a link becomes a piece of."""
-        while link in self.above and self._merges(self.above[link]):
+        while link in self.merging:
             link = self.above[link].parent
         return link
 
     def pieces(self, top: str) -> Iterator[str]:
         """Yield the links that one of Gazebo is made of, in the order of their collisions in it."""
-        waiting = [top]
-        while waiting:
-            link = waiting.pop()
-            yield link
-            waiting += [joint.child for joint in reversed(self.below.get(link, ())) if self._merges(joint)]
+        yield top
+        for child in self.below.get(top, ()):
+            yield from self.pieces(child)
 
     def dropped(self, link: str) -> str:
         """Return the link without mass that Gazebo drops with all below it, this link among them; empty if none."""
@@ -150,57 +144,59 @@ class _Merged:
         return found
 
 
-class _Writer:
+class _SensorWriter:
     """Writes the sensors of a URDF; ``unseen`` has the names of those that Gazebo drops, by why and what to do."""
 
     def __init__(self, content: Content) -> None:
         self.content, self.robot = content, content.robot
-        asked = distribution(content.output.options["gazebo"])
-        self.frame_id, self.classic = DISTRIBUTIONS[asked], asked == CLASSIC
+        name = distribution(content.output.options["gazebo"])
+        self.frame_id, self.classic = DISTRIBUTIONS[name], name == CLASSIC
         self.number = number_format(content.output.options)
         elements = self.robot.urdf_elements if "urdf_elements" in content.elements else ()
-        self.own_kept = {
+        self.kept = {
             block.get("reference", "")
             for block in _blocks_in(text for text in elements if any(word in text for word in _KEEPING))
             if any(block.findtext(word, "").strip() in ("true", "1") for word in _KEEPING)
         }
         # Fixed joints that sensors measure at are not merged, where both ends have mass: that comes before all else.
         joints = {joint.name for joint in content.joints}
-        self.measured = set()
-        for one in (one for sensor in self.robot.sensors for one in sensor.gazebo if one.at_joint):
-            if one.link in joints:
-                trial = _Merged(content, {*self.own_kept, one.link})
-                self.measured |= set() if trial.dropped(self.robot.joint[one.link].child) else {one.link}
-        self.merged = _Merged(content, self.own_kept | self.measured)
+        at_joints = {one.link for sensor in self.robot.sensors for one in sensor.gazebo if one.at_joint} & joints
+        ends = {name: self.robot.joint[name].child for name in at_joints}
+        self.measured = {name for name, end in ends.items() if not _Merged(content, {*self.kept, name}).dropped(end)}
+        self.merged = _Merged(content, self.kept | self.measured)
         self.unseen: dict[tuple[str, str], list[str]] = {}
 
-    def sensor(self, sensor: Sensor, one: GazeboSensor) -> Iterator[str]:
-        """Yield the block of a sensor, or take down why Gazebo cannot have it."""
-        link, pose, names = one.link, IDENTITY, list[str]()
-        reason: tuple[str, str] | None = None
+    def sensor(self, sensor: Sensor, one: GazeboSensor) -> str:
+        """Return the block of a sensor, or "" after noting why Gazebo cannot have it."""
+        link, pose, names, lost, reason = one.link, IDENTITY, list[str](), "", ("", "")
         if one.at_joint:
-            if one.link not in self.measured:
-                reason = self._reason(sensor.frame)
+            lost = "" if one.link in self.measured else sensor.frame
         else:
-            link, pose = self._carrier(one.feels or one.link, IDENTITY if one.feels else one.pose)
-            if not link or (one.feels and link != one.feels):
-                reason = self._reason(one.feels or one.link)
-            elif top := self.merged.dropped(link):
-                reason = self._reason(top)
-            elif one.feels and not (names := self.merged.collisions(link)):
+            frame, pose = (one.feels, IDENTITY) if one.feels else (one.link, one.pose)
+            link, pose = self._carrier(frame, pose)
+            lost = frame if not link or (one.feels and link != frame) else self.merged.dropped(link)
+            names = self.merged.collisions(link) if one.feels and not lost else []
+            if one.feels and not lost and not names:
                 reason = f'link "{link}" has no shape in this URDF that could feel', "give it a collision"
-        if reason is None:
-            yield self._block(one, link, pose, names)
-        elif sensor.name not in self.unseen.setdefault(reason, []):
-            self.unseen[reason].append(sensor.name)
-
-    def _reason(self, link: str) -> tuple[str, str]:
-        """Return why a sensor on a link is not seen, and what to do."""
-        if link not in self.content.carried:
-            return f'the URDF has no link "{link}"', "let robot_state_publisher publish it"
-        if "inertial" not in self.content.elements:
-            return "it drops links without mass, and no link of this URDF has one", "add inertial to elements"
-        return f'it drops link "{link}", which has no mass in this URDF', "give it an inertial, or what is fixed to it"
+        if lost and lost not in self.content.carried:
+            reason = f'the URDF has no link "{lost}"', "let robot_state_publisher publish it"
+        elif lost and "inertial" not in self.content.elements:
+            reason = "it drops links without mass, and no link of this URDF has one", "add inertial to elements"
+        elif lost:
+            way = "give it an inertial, or what is fixed to it"
+            reason = f'it drops link "{lost}", which has no mass in this URDF', way
+        if reason[0]:
+            unseen = self.unseen.setdefault(reason, [])
+            unseen += [] if sensor.name in unseen else [sensor.name]
+            return ""
+        lines = [f"  <gazebo{attributes(reference=link)}>"]
+        if one.at_joint and self.robot.joint[one.link].is_fixed and one.link not in self.kept:
+            lines.append("    <preserveFixedJoint>true</preserveFixedJoint>")
+        numbers = f"{vector(pose.xyz, self.number)} {vector(pose.rpy, self.number)}"
+        place = "" if pose == IDENTITY else f"<pose>{numbers}</pose>"
+        written = one.in_classic() if self.classic else one
+        lines += sensor_lines(written, self.frame_id, self.number, "    ", place, names)
+        return "\n".join([*lines, "  </gazebo>"])
 
     def _carrier(self, link: str, pose: Pose) -> tuple[str, Pose]:
         """Return the link of the URDF that carries a frame, empty if no fixed joint leads there, and the pose in it."""
@@ -212,13 +208,3 @@ class _Writer:
             transform = above.origin.transform().then(transform)
             link, pose = above.parent, pose_of(transform)
         return link, pose
-
-    def _block(self, one: GazeboSensor, reference: str, pose: Pose, collisions: Sequence[str]) -> str:
-        lines = [f"  <gazebo{attributes(reference=reference)}>"]
-        if one.at_joint and self.robot.joint[one.link].is_fixed and one.link not in self.own_kept:
-            lines.append("    <preserveFixedJoint>true</preserveFixedJoint>")
-        numbers = f"{vector(pose.xyz, self.number)} {vector(pose.rpy, self.number)}"
-        place = "" if pose == IDENTITY else f"<pose>{numbers}</pose>"
-        written = one.in_classic() if self.classic else one
-        lines += sensor_lines(written, self.frame_id, self.number, "    ", place, collisions)
-        return "\n".join([*lines, "  </gazebo>"])

@@ -15,18 +15,15 @@ from pathlib import Path
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Publisher, Robot, Transform
 from rosorin_compile.model.link import NO_SOURCE
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, Span, did_you_mean, has_errors
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, Span, Suggestion, has_errors
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
-from rosorin_compile.source.wording import and_more, listed
-from rosorin_compile.source.xml.describing import named, shortened
-from rosorin_compile.source.xml.files import printable_name
-from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
+from rosorin_compile.source.wording import and_more, listed, masked
+from rosorin_compile.source.xml.markup import Document, Element, MarkupError, named, parse
 
-from ..comments import comments_of
-from ..imported import Imported, ReadOptions
+from ..imported import Imported, ReadOptions, comments_of
 from ..reading import accept, lower_artifact
 from .reading import ANGLES, LENGTHS, NAME, PLAIN, Reading, lacks, numbers, put
 
@@ -150,7 +147,7 @@ class _Reader(Reading):
         tree, source = Map(root.span), Map(root.span)
         self._robot_name(root, path, tree)
         put(source, "status", "imported", root)
-        put(source, "note", f"from {printable_name(path)}", root)
+        put(source, "note", f"from {masked(path.name)}", root)
         put(tree, "source", source, root)
         self.paths[id(root)] = ("robot",)
         self._materials(root, tree)
@@ -169,7 +166,7 @@ class _Reader(Reading):
         values = (value for one in elements for value in one.attributes.values())
         found = next((value for value in values if "${" in value.raw or "$(" in value.raw), None)
         if found is not None:
-            message, help = f"{shortened(found.raw)} looks like xacro that was not expanded", "name the file NAME.xacro"
+            message, help = f'"{found.raw[:40]}" looks like xacro that was not expanded', "name the file NAME.xacro"
             self.diagnostics.append(Diagnostic("not-expanded", WARNING, message, found.span, (), help))
         if "links" not in tree and not has_errors(self.diagnostics):
             self.error("no-links", f'the robot "{tree.get("robot")}" has no links', root.span, 'add <link name="..."/>')
@@ -200,7 +197,15 @@ class _Reader(Reading):
         """Set a key to a required attribute and return it."""
         value = self.attribute(element, name)
         if value is not None:
-            entry.put(key, value, element.attributes[name].name_span, element.attributes[name].span)
+            span = element.attributes[name].span
+            entry.put(key, value, element.attributes[name].name_span, span)
+            if not value.strip():
+                self.error(
+                    "missing-attribute",
+                    f"{name} of {named(element)} is empty",
+                    span,
+                    f"name a {name.removesuffix('name')}",
+                )
         return value
 
     def _robot_name(self, root: Element, path: Path, tree: Map) -> None:
@@ -230,7 +235,6 @@ class _Reader(Reading):
         return name
 
     def _section(self, root: Element, tag: str, read: Callable[[Element, TreePath], Map], tree: Map) -> None:
-        """Set the section of links or of joints, if there are any."""
         for number, element in enumerate(root.children):
             Progress.step(f"reading {tag}s", number, len(root.children))
             if element.tag != tag:
@@ -267,20 +271,20 @@ class _Reader(Reading):
         """
         entry, before = Map(element.span), len(self.diagnostics)
         self.paths[id(element)] = path
-        mass, inertia = (self.single(element, tag) for tag in ("mass", "inertia"))
-        for tag, part in (("mass", mass), ("inertia", inertia)):
-            if part is not None:
-                self.paths[id(part)] = (*path, tag)
-            else:
+        for tag in ("mass", "inertia"):
+            part = self.single(element, tag)
+            if part is None:
                 help = f"add <{tag}>, or remove <inertial> of a frame without mass"
                 self.error("missing-element", f"{named(element)} lacks <{tag}>", element.span, help)
-        if mass is not None:
-            self.check_element(mass)
-            self.need(mass, "value")
-            self.put_numbers(entry, mass, keys={"value": "mass"})
-        self._origin(entry, element, path)
-        if inertia is not None:
-            put(entry, "inertia", self._inertia(inertia), inertia)
+                continue
+            self.paths[id(part)] = (*path, tag)
+            if tag == "inertia":
+                put(entry, "inertia", self._inertia(part), part)
+            else:
+                self.check_element(part)
+                self.need(part, "value")
+                self.put_numbers(entry, part, keys={"value": "mass"})
+                self._origin(entry, element, path)
         self.check_element(element)
         if not self.spoilt(element, "the inertial", before):
             put(link, "inertial", entry, element)
@@ -318,7 +322,7 @@ class _Reader(Reading):
         if name is not None and NAME.match(name.value):
             entry.put("name", name.value, name.name_span, name.span)
         elif name is not None and name.value:
-            self.cannot_carry(f"the name {shortened(name.value)} of <{element.tag}>", name.span)
+            self.cannot_carry(f'the name "{name.value[:40]}" of <{element.tag}>', name.span)
         link.setdefault_at(element.tag, Seq(element.span), element.span)
         own = (*path, element.tag, len(link[element.tag]))
         self.paths[id(element)] = own
@@ -350,10 +354,7 @@ class _Reader(Reading):
         shape, made = shapes[0], Map(shapes[0].span)
         self.check_element(shape)
         if shape.tag == "mesh":
-            file = self._put_text(made, "file", shape, "filename")
-            if file is not None and not file.strip():
-                span = shape.attributes["filename"].span
-                self.error("missing-attribute", f"filename of {named(shape)} is empty", span, "name a mesh")
+            self._put_text(made, "file", shape, "filename")
         else:
             self.need(shape, *NUMBERS[shape.tag])
         self.put_numbers(made, shape)
@@ -361,7 +362,6 @@ class _Reader(Reading):
         return shape
 
     def _origin(self, entry: Map, element: Element, path: TreePath) -> None:
-        """Set ``xyz`` and ``rpy`` of an entry from the <origin> in an element."""
         origin = self.single(element, "origin")
         if origin is None:
             return
@@ -393,11 +393,11 @@ class _Reader(Reading):
     def _joint(self, element: Element, path: TreePath) -> Map:
         entry = Map(element.span)
         kind = self._put_text(entry, "type", element, "type") or ""
-        if "type" in element.attributes and kind not in TYPES:
+        if kind.strip() and kind not in TYPES:
             message = f'{named(element)} is of type "{kind}", which URDF does not have'
-            help = did_you_mean(kind, TYPES).replace("known:", "it has")
-            self.error("joint-type", message, element.attributes["type"].span, help)
-            kind = entry.pop("type") and ""
+            self.error("joint-type", message, element.attributes["type"].span, Suggestion(kind, TYPES))
+            entry.pop("type")
+        kind = kind if kind in TYPES else ""
         self.joint_types.add(kind)
         for end in ("parent", "child"):
             inner = self.single(element, end)
@@ -407,7 +407,7 @@ class _Reader(Reading):
                 continue
             self.check_element(inner)
             self.paths[id(inner)] = (*path, end)
-            self._reference(inner, "link", entry, end)
+            self._put_text(entry, end, inner, "link")
         self._origin(entry, element, path)
         for tag in JOINT_PARTS:
             part = self.single(element, tag)
@@ -426,14 +426,6 @@ class _Reader(Reading):
         self.check_element(element, entry)
         return entry
 
-    def _reference(self, element: Element, name: str, entry: Map, key: str) -> str | None:
-        """Set a key to the link or the joint that an attribute names, and return it."""
-        value = self._put_text(entry, key, element, name)
-        if value == "":
-            message = f"{name} of {named(element)} is empty"
-            self.error("missing-attribute", message, element.attributes[name].span, f"name a {name}")
-        return value
-
     def _joint_part(self, element: Element, joint: Map, position: str) -> None:
         """Set the key of a joint for one of its elements; ``position`` is the unit of the joint's position."""
         tag, entry = element.tag, Map(element.span)
@@ -449,7 +441,7 @@ class _Reader(Reading):
             if leader and leader not in self.joints and self.options.lenient:
                 self.cannot_carry(named(element), element.span, "the joint that it follows is not there")
                 return
-            if self._reference(element, "joint", entry, "joint") is None:
+            if self._put_text(entry, "joint", element, "joint") is None:
                 return
         for name in ("lower", "upper") if position and tag == "limit" else ():
             if name not in element.attributes:
@@ -476,7 +468,6 @@ class _Reader(Reading):
     # Materials
 
     def _materials(self, robot: Element, tree: Map) -> None:
-        """Set the section of materials, if <robot> has some."""
         for element in robot.children:
             name = self._material_name(element) if element.tag == "material" else None
             if name == "":
@@ -506,7 +497,6 @@ class _Reader(Reading):
         return clean
 
     def _look(self, entry: Map, element: Element) -> None:
-        """Set rgba and texture of an entry."""
         color, texture = self.single(element, "color"), self.single(element, "texture")
         if color is not None:
             self.check_element(color)
@@ -545,8 +535,7 @@ class _Reader(Reading):
                     del visual["material"]
         if others:
             message = f"{others[0][0]} looks otherwise than the first of that name, which ROS takes for all: it keeps"
-            message += " its look and loses the name"
-            message += f",{and_more(len(others) - 1, 'of this kind')}" if len(others) > 1 else ""
+            message += f" its look and loses the name{f',{and_more(len(others) - 1)}' if len(others) > 1 else ''}"
             self.note("import-changed", message, others[0][1])
 
 

@@ -19,8 +19,8 @@ from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Path, Seq
 from rosorin_compile.source.units import ANGLE, LENGTH, Quantity
 from rosorin_compile.source.wording import and_more, counted, plural, quoted
-from rosorin_compile.source.xml.describing import correction, equal, kept, named, shortened
-from rosorin_compile.source.xml.markup import Element, Word
+from rosorin_compile.source.xml.elements import canonical, kept, tree_of
+from rosorin_compile.source.xml.markup import Element, Word, correction, named
 
 from ..format import Placed, cannot_carry
 from ..imported import ReadOptions
@@ -41,6 +41,7 @@ UNITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}  # the dimension, a
 NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")
 NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}\Z")
+_NAME_IN_TAG = re.compile(r'(<[^\s>]+) name="[^"]*">')  # see ``named``
 # The elements of which a second one that differs is an error: readers would see another robot.
 _DECIDING = ("origin", "pose", "parent", "child", "axis", "xyz", "limit", "mimic", "geometry", "mass", "inertia")
 _GATHERED = ("import-cannot-carry", "import-ignored")
@@ -117,13 +118,12 @@ class Reading:
 
     def all_diagnostics(self) -> list[Diagnostic]:
         """Return all diagnostics, with those of one kind about what is left out or has no effect as one."""
-        by_help: dict[str, list[Diagnostic]] = {}
-        for one in self.diagnostics:
-            by_help.setdefault(one.help if one.rule in _GATHERED else one.rule, []).append(one)
-        of_one_kind = (
-            gathered(some, (WARNING, NOTE) if some[0].rule in _GATHERED else ()) for some in by_help.values()
-        )
-        return [*(one for some in of_one_kind for one in some), *self._other_units()]
+        groups: dict[object, list[Diagnostic]] = {}
+        for index, one in enumerate(self.diagnostics):
+            kind = (_NAME_IN_TAG.sub(r"\1>", one.message), one.help) if one.rule in _GATHERED else index
+            groups.setdefault(kind, []).append(one)
+        one_by_kind = [gathered(some, (WARNING, NOTE))[0] for some in groups.values()]
+        return [*one_by_kind, *self._other_units()]
 
     # Elements and attributes
 
@@ -131,7 +131,7 @@ class Reading:
         """Return the only child of a tag, or None; a second one is an error if it decides on motion and differs."""
         children = [child for child in element.children if child.tag == tag]
         for again in children[1:]:
-            if equal(children[0], again):
+            if canonical(tree_of(children[0].verbatim)) == canonical(tree_of(again.verbatim)):
                 self.ignored(f"a second <{tag}>, the same as the first, has no effect", again.span)
             elif tag in _DECIDING and not self.options.lenient:
                 message = f"{named(element)} has a second <{tag}>; readers differ in which of them they take"
@@ -231,7 +231,7 @@ class Reading:
         text = word.text
         if not NUMBER.match(text) or not math.isfinite(float(text)):
             wrong = "too large for a number" if NUMBER.match(text) else "not a number"
-            self.error("not-a-number", f"{what}: {shortened(text)} is {wrong}", word.span, _advice(text))
+            self.error("not-a-number", f'{what}: "{text[:40]}" is {wrong}', word.span, _advice(text))
             return None
         value: float = int(text) if _INTEGER.match(text) else float(text)
         if unit not in UNITS:
@@ -245,29 +245,15 @@ class Reading:
     def _other_units(self) -> Iterator[Diagnostic]:
         """Yield warnings about numbers in degrees and in millimetres.
 
-        A large number alone proves nothing: wrists turn by 400 degrees, and "no limit" is written as 999999. Degrees
-        are round numbers, as are the other limits of such a robot; in a drawing in millimetres most lengths are large.
+        A large number alone proves nothing: wrists turn by 400 degrees, and "no limit" is written as 999999. In a
+        drawing in millimetres most lengths are large. What does not move is a room or a plane.
         """
         angles, lengths = self._sizes.values()
-        limits = {one.value for one in angles if one.tag != "origin"}
-        in_degrees = len(limits) > 1 and all(size >= 5 and _is_multiple(size, 0.5) for size in limits)
-        in_degrees &= any(
-            _is_round(size) and not math.isclose(math.log10(size) % 1, 0, abs_tol=1e-9) for size in limits
-        )
-
-        def is_degrees(one: _Size) -> bool:
-            if one.tag == "origin":
-                return _is_round(one.value)
-            # 20 rad is the largest limit in 600 public robots that does not stand for many turns.
-            is_large = one.value > 31 and not _means_many_turns(one.value)
-            return in_degrees or (one.value < 360.06 and (is_large or _is_multiple(one.value, 45)))
-
-        degrees = [one for one in angles if FULL_TURN < one.value < 721 and is_degrees(one)]
+        degrees = [one for one in angles if FULL_TURN < one.value < 721 and _is_degrees(one)]
         sizes = sorted(one.value for one in lengths if one.tag != "limit")
+        in_millimetres = self.joint_types - {"fixed"} and sizes and sizes[len(sizes) // 2] > 1
         far = [one for one in lengths if one.value > FAR]
-        # What does not move is a room or a plane; what has no joint at all can be anything.
-        if not (self.joint_types - {"fixed"} and sizes and sizes[len(sizes) // 2] > 1):
-            far = [one for one in far if one.tag == "origin" and self.joint_types]
+        far = far if in_millimetres else [one for one in far if one.tag == "origin" and self.joint_types]
         for rule, found, limit, other, unit in (
             ("angle-looks-like-degrees", degrees, "more than a full turn", "degrees", ANGLES),
             ("length-looks-like-millimetres", far, "larger than any robot", "millimetres", LENGTHS),
@@ -279,18 +265,18 @@ class Reading:
                 yield Diagnostic(rule, WARNING, message, found[0].span, (), help)
 
 
-def _is_round(degrees: float) -> bool:
-    return 14.94 < degrees < 721 and _is_multiple(degrees, 5)
+def _is_degrees(size: _Size) -> bool:
+    """Return True for round angles of origins, and for limits that are not a number of turns (rad)."""
 
+    def is_multiple(step: float) -> bool:
+        return abs(size.value - round(size.value / step) * step) < 0.06  # 89.95 is 1.57 rad
 
-def _means_many_turns(limit: float) -> bool:
-    """Return True for 1, 2 or 5 times a power of ten, and for full turns (rad)."""
-    digits = limit / 10 ** math.floor(math.log10(limit))
-    return any(math.isclose(digits, one) for one in (1, 2, 5)) or abs(math.remainder(limit, math.tau)) < 0.06
-
-
-def _is_multiple(value: float, step: float) -> bool:
-    return abs(value - round(value / step) * step) < 0.06  # 89.95 is 1.57 rad
+    if size.tag == "origin":
+        return size.value > 14.94 and is_multiple(5)
+    digits = size.value / 10 ** math.floor(math.log10(size.value))
+    many_turns = any(math.isclose(digits, one) for one in (1, 2, 5)) or is_multiple(math.tau)
+    # 20 rad is the largest limit in 600 public robots that does not mean many turns.
+    return size.value < 360.06 and ((size.value > 31 and not many_turns) or is_multiple(45))
 
 
 def _advice(text: str) -> str:

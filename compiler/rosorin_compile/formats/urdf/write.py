@@ -11,11 +11,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from markupsafe import Markup
+
 from rosorin_compile.model import Box, Capsule, Cylinder, Inertial, Joint, Mesh, Output, Pose, Robot, Shape, Sphere
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.xml.elements import indented
-from rosorin_compile.source.xml.escaping import Markup
 
 from ..mesh_files import urdf_file_name
 from ..templating import Templates, attribute, attributes, comment

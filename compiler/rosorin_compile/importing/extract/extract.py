@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 DEFAULT_CELL = 0.01
 MAX_DIGITS = 9
-_FITTING = 0.6  # fraction of the time that fitting takes; the rest is measuring
 
 
 @dataclass(frozen=True)
@@ -143,9 +142,8 @@ def extract_boxes(
         parts = source.file_parts(diagnostics) if source.are_files else source.link_parts(diagnostics)
         fitted = []
         for index, part in enumerate(parts):
-            progress = Progress.part("fitting", index, len(parts))
+            Progress.step("fitting", index, len(parts))
             fits = fit_shapes(part.triangles, digits, stack, axis)
-            progress(_FITTING)
             gauge = FitGauge(part.triangles)
             fitted.append(results.FittedPart(part, fits, {kind: gauge.measure(fit) for kind, fit in fits.items()}))
         text = _first_line(source, "boxes") + results.boxes_yaml(fitted, shape)

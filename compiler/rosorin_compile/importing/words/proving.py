@@ -11,13 +11,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.element_meanings import Context, context_of, element_differences
+from rosorin_compile.formats.gazebo_elements import Context, context_of, element_differences
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import violations
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.expand.expansion import Expansion
+from rosorin_compile.language.expand.parts import apply_types
 from rosorin_compile.language.expand.scope import Scope
-from rosorin_compile.language.expand.sensor_types import apply_types
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot, Sensor

@@ -36,13 +36,12 @@ from rosorin_compile.source.diagnostics import (
     error,
 )
 from rosorin_compile.source.files import record, shown
-from rosorin_compile.source.installing import pip_install
 from rosorin_compile.source.messages import with_calls
 from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.system import pip_install
 from rosorin_compile.source.wording import and_more, counted
-from rosorin_compile.source.xml.describing import named
 from rosorin_compile.source.xml.files import read_source
-from rosorin_compile.source.xml.markup import Document, Element, MarkupError, parse
+from rosorin_compile.source.xml.markup import Document, Element, MarkupError, named, parse
 
 from .child import out_of_time
 

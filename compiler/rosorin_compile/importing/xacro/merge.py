@@ -81,7 +81,7 @@ def with_more(record: str, before: str, after: str) -> str:
 def _parsed(text: str) -> Map:
     """Return a file as a mapping. Raises LoadError."""
     tree = parse_yaml(Source("", text))
-    return tree if isinstance(tree, Map) else Map(Source("", text).start())
+    return tree if isinstance(tree, Map) else Map(Source("", text).span())
 
 
 def _differences(one: Map, other: Map, keep: bool) -> Iterator[Merged]:

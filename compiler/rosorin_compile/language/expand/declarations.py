@@ -1,13 +1,10 @@
 """Declarations: parameters (``args``, ``params``) with their checks, and the keys of parts, sensor types and ``use``.
 
-A parameter is a mapping with ``type``, ``default``, ``one_of``, ``min``, ``max`` and ``help``, all optional; anything
-that is no mapping is its default. The sections of a description are validated by the schema after the expansion, which
-does not see what is around them in parts: those keys and kinds are checked here.
+The schema validates sections after the expansion, and does not see what is around them in parts.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -18,35 +15,23 @@ from rosorin_compile.source.units import ANGLE, DIMENSIONS, LENGTH, NUMBER, Dime
 from rosorin_compile.source.wording import in_words, quoted, unseen
 
 from ..annotations import ENTRIES, ITEMS
-from ..expression import CHOICES, pieces
+from ..expression import CHOICES
 from ..expression.functions import kind_of
 from ..schema import merged, of_parts, of_types, resolve, schema
 from ..suggestions import flag_meant, number_meant, text_meant_by, text_tails, word_meant
 from .expansion import Failed
-from .placing import AXES, is_number
+from .placing import AXES, is_number, is_vector
 from .scope import Scope, key_place, value_place
 
 RULES = (
     Rule("unknown-argument", "An argument is given that does not exist.", "Correct or declare it.", ARGUMENTS),
-    Rule(
-        "missing-argument",
-        "An argument without a default is not given.",
-        "Write `-a NAME=VALUE`, or `with`.",
-        ARGUMENTS,
-    ),
+    Rule("missing-argument", "An argument without a default is missing.", "Use `-a NAME=VALUE`, or `with`.", ARGUMENTS),
     Rule("bad-argument", "An argument has a value that its declaration excludes.", "Correct the value.", ARGUMENTS),
 )
 
 KEYS = ("type", "default", "one_of", "help")
-TYPES: dict[str, tuple[type, ...]] = {
-    "any": (object,),
-    "text": (str,),
-    "boolean": (bool,),
-    "integer": (int,),
-    "number": (int, float),
-    "list": (list,),
-    "table": (dict,),
-}
+TYPES: dict[str, tuple[type, ...]] = {"any": (object,), "text": (str,), "boolean": (bool,), "integer": (int,)}
+TYPES |= {"number": (int, float), "list": (list,), "table": (dict,)}
 # A unit of each dimension that has one, to suggest what a text may mean.
 _SI = {"length": ["m"], "mass": ["kg"], "time": ["s"], "angle": ["rad"], "force": ["N"], "torque": ["N*m"]}
 _SI |= {"inertia": ["kg*m^2"], "speed": ["m/s"], "angular_speed": ["rad/s"], "frequency": ["Hz"], "density": ["kg/m^3"]}
@@ -76,10 +61,7 @@ class Parameter(NamedTuple):
     sound: bool = True
 
     def accepts(self, value: Any) -> bool:
-        """Return True if a value is of the requested kind: that of the type, or of the default.
-
-        False for a list or a table: no kind is requested for what is in it.
-        """
+        """Return True if a value is of the requested kind: that of the type, or of the default."""
         if isinstance(value, (list, dict)):
             return False
         if self.type not in ("", "any"):
@@ -132,22 +114,18 @@ def given_places(given: Map, declared: Any) -> dict[str, Place]:
 
 
 def _report_missing(scope: Scope, missing: list[Parameter], owner: str, user: Place | None) -> None:
-    way = "with: {{{}: VALUE}}" if user else "-a {}=VALUE"
-    names = [parameter.name for parameter in missing]
-    if len(missing) == 1:
-        explained = f"; {missing[0].help}" if missing[0].help else ""
-        what, help = f'argument "{names[0]}"', f"give it: {way.format(names[0])}{explained}"
-    else:
-        what, help = f"arguments {quoted(names)}", f"give them: {way.format(': VALUE, '.join(names))}"
-    place = user or missing[0].place
+    way, names, first = "with: {{{}: VALUE}}" if user else "-a {}=VALUE", [one.name for one in missing], missing[0]
+    what = f'argument "{names[0]}"' if len(names) == 1 else f"arguments {quoted(names)}"
+    help = f"give {'it' if len(names) == 1 else 'them'}: {way.format(': VALUE, '.join(names))}"
+    help += f"; {first.help}" if first.help and len(names) == 1 else ""
+    place = user or first.place
     stack = [note for note in (scope.via.stack() if scope.via else place.stack()) if note.span != place.span]
-    related = [Related("declared here", missing[0].place.span)] if user else []
+    related = [Related("declared here", first.place.span)] if user else []
     message = f"{owner} needs the {what}"
     scope.expansion.diagnostics.append(error("missing-argument", message, place.span, help, [*related, *stack]))
 
 
 def _parameters(scope: Scope, declared: Any) -> dict[str, Parameter]:
-    """Return the declared parameters by name, read once for each declaration."""
     known: dict[str, Parameter] = scope.expansion.parameters.setdefault(id(declared), {})
     if not known and isinstance(declared, Map):
         known.update((name, _parameter(scope, name, entry, declared)) for name, entry in declared.items())
@@ -174,7 +152,6 @@ def _parameter(scope: Scope, name: str, entry: Any, declared: Map) -> Parameter:
 
 
 def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None:
-    """Check the value of a parameter: its type, its allowed values, its bounds."""
     name, wanted, low, high = parameter.name, parameter.type, parameter.low, parameter.high
     if not wanted and parameter.one_of is None and low is None and high is None:
         return
@@ -187,25 +164,33 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         return
     near: list[Related] = []
     limited = isinstance(allowed, list)
-    explained = f"; {parameter.help}" if parameter.help else ""
     if wanted and not _fits(value, wanted):
         shown = f'the text "{value}"' if isinstance(value, str) else kind_of(value)
-        message = f'"{name}" of {owner} is {_article(wanted)}, not {shown}'
-        help = parameter.help or _suggestion(value, wanted)
+        article = "" if wanted in ("text", "any") else "an " if wanted[0] in "aeiou" else "a "
+        message = f'"{name}" of {owner} is {article}{wanted.replace("_", " ")}, not {shown}'
+        help = parameter.help
+        if not help and wanted == "boolean":
+            help = flag_meant(value) or "write true or false"
+        elif not help and isinstance(value, str) and (wanted in DIMENSIONS or wanted in ("integer", "number")):
+            help = number_meant(value, _SI.get(wanted, ()))
     elif limited and value not in allowed:
         shown = f'"{value}"' if isinstance(value, (str, int, float)) else kind_of(value)
         message = f'{shown} is not a value of the argument "{name}"'
-        help = f"allowed: {', '.join(map(str, allowed))}{explained}"
+        help = "; ".join(filter(None, [f"allowed: {', '.join(map(str, allowed))}", parameter.help]))
         meant = nearest(value, [one for one in allowed if isinstance(one, str)]) if isinstance(value, str) else None
         if meant and isinstance(allowed, Seq):
             help = f'did you mean "{meant}"? ({help})'
             near = [Related("the suggestion is defined here", allowed.value_spans[allowed.index(meant)])]
     elif is_number(value) and not ((low is None or value >= low) and (high is None or value <= high)):
-        range_ = f"from {_shown(low)} to {_shown(high)}" if low is not None and high is not None else ""
-        range_ = range_ or (f"at least {_shown(low)}" if high is None else f"at most {_shown(high)}")
-        message, help = f'"{name}" of {owner} is {range_}, not {_shown(value)}', parameter.help
+        least, most, shown = (
+            getattr(one, "text", "") or f"{one:g}" if one is not None else "" for one in (low, high, value)
+        )
+        bounds = f"from {least} to {most}" if least and most else f"at least {least}" if least else f"at most {most}"
+        message, help = f'"{name}" of {owner} is {bounds}, not {shown}', parameter.help
     else:
-        scope.values[name] = _of_type(value, wanted)
+        if wanted in DIMENSIONS and not isinstance(value, Quantity):
+            value = in_si(value, DIMENSIONS[wanted])
+        scope.values[name] = float(value) if wanted == "number" and isinstance(value, Quantity) else value
         if limited:
             scope.values[name + CHOICES] = allowed
         return
@@ -222,33 +207,6 @@ def _fits(value: Any, wanted: str) -> bool:
             return value.dimension == NUMBER
         return isinstance(value, TYPES[wanted])
     return is_number(value) and (not isinstance(value, Quantity) or value.dimension == DIMENSIONS.get(wanted))
-
-
-def _of_type(value: Any, wanted: str) -> Any:
-    """Return a value of a type: a bare number as a quantity in SI units, a plain one as a float."""
-    if wanted in DIMENSIONS and not isinstance(value, Quantity):
-        return in_si(value, DIMENSIONS[wanted])
-    return float(value) if wanted == "number" and isinstance(value, Quantity) else value
-
-
-def _suggestion(value: Any, wanted: str) -> str:
-    """Return what to write for a value of another type than its parameter has."""
-    if wanted == "boolean":
-        return flag_meant(value) or "write true or false"
-    if isinstance(value, str) and (wanted in DIMENSIONS or wanted in ("number", "integer")):
-        return number_meant(value, _SI.get(wanted, ()))
-    return ""
-
-
-def _article(wanted: str) -> str:
-    if wanted in ("text", "any"):
-        return wanted
-    return f"{'an' if wanted[0] in 'aeiou' else 'a'} {wanted.replace('_', ' ')}"
-
-
-def _shown(value: Any) -> str:
-    """Return a number as it was written."""
-    return getattr(value, "text", "") or f"{value:g}"
 
 
 def check_file(file: str, tree: Map, scope: Scope) -> None:
@@ -305,10 +263,7 @@ def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
 
 
 def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope) -> bool:
-    """Report a loop or a condition beside the entries of a section; return True if there is none.
-
-    An entry may be named like a control: its value tells them apart.
-    """
+    """Report a loop or a condition beside the entries of a section; return True if there is none."""
     good = True
     for section in sections:
         entries = tree.get(section)
@@ -347,9 +302,8 @@ def _is_control(section: str, control: str, value: Any) -> bool:
 def check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool = True) -> bool:
     """Report sections of the wrong kind; return True if there is none. Before evaluation, expressions are allowed."""
     lists = merged(ITEMS, in_parts=True)
-    kinds = {key: Seq if key in lists else Map for key in of_parts()}
-    if not evaluated:
-        kinds = {key: kind for key, kind in kinds.items() if not _is_expression(tree.get(key))}
+    texts = () if evaluated else [key for key, value in tree.items() if isinstance(value, str) and "$" in value]
+    kinds = {key: Seq if key in lists else Map for key in of_parts() if key not in texts}
     return check_entry(owner, tree, scope, None, kinds)
 
 
@@ -377,29 +331,22 @@ def check_entry(
 
 
 def _check_vector(owner: str, tree: Map, key: str, dimension: Dimension, scope: Scope) -> bool:
-    value = tree.get(key)
-    if value is None:
+    value, where, place = tree.get(key), f"{owner} {key}", place_of(tree, key, scope)
+    if is_vector(value, dimension):
         return True
-    where, place = f"{owner} {key}", place_of(tree, key, scope)
-    if not isinstance(value, list) or len(value) != 3:
-        scope.report("wrong-type", f"{where} is a list of three numbers, not {_kind(value)}", place)
-        return False
-    wrong = [v for v in value if not is_number(v, dimension)]
+    wrong = (
+        [one for one in value if not is_number(one, dimension)] if isinstance(value, list) and len(value) == 3 else []
+    )
     if wrong and isinstance(wrong[0], Quantity):
         number = wrong[0].text or float(wrong[0])
         message = f"{where} is {describe(dimension)}, but {number} is {_kind(wrong[0])}"
         scope.report("wrong-unit", message, place, "correct the unit; a bare number is in SI units")
-    elif wrong:
-        scope.report("wrong-type", f"{where} is a list of three numbers, not of {_kind(wrong[0])}", place)
-    elif not all(map(math.isfinite, value)):
+    elif isinstance(value, list) and len(value) == 3 and not wrong:
         scope.report("not-finite", f"{where} is not finite", place, "write numbers, or leave the key out")
     else:
-        return True
+        found = f"of {_kind(wrong[0])}" if wrong else _kind(value)
+        scope.report("wrong-type", f"{where} is a list of three numbers, not {found}", place)
     return False
-
-
-def _is_expression(value: Any) -> bool:
-    return isinstance(value, str) and any(piece.is_expression for piece in pieces(value))
 
 
 def place_of(entry: Map, key: str, scope: Scope) -> Place:

@@ -1,7 +1,4 @@
-"""Dropped entries: names that an ``if`` or a loop without rounds has removed are reported as that, once.
-
-Errors in a dropped entry are not reported.
-"""
+"""Dropped entries: names that an ``if`` or a loop without rounds has removed are reported as that, once."""
 
 from __future__ import annotations
 
@@ -12,87 +9,81 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Related, Span
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Related
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.tree import Map, Place, Seq
+from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import and_more
 
 from ..expression import pieces
 from ..symbols import SymbolTable
 from .expansion import Disabled, Failed
-from .parts import prefix_of
 from .scope import Scope
 
 _QUOTED = re.compile(r'"([^"]+)"')
-_WILD = "\ue000"  # stands for any text
 MAX_ROUNDS = 100
 MAX_SHOWN = 6
 
 
 class _Dropped:
-    """A dropped entry, a pattern of the names that it would define, and what all of these begin with.
+    """A dropped entry, and a pattern of its names, or of what all names of its part begin with.
 
-    It is evaluated as if it were not dropped; the names of a loop without rounds are ``wild``.
+    Names are evaluated as if it were not dropped; with ``wild``, an expression in them stands for any text.
     """
 
     def __init__(self, entry: Disabled, wild: bool) -> None:
-        self.entry, self.begin = entry, ""
-        item, expansion = entry.item, entry.scope.expansion
-        scope, place = Scope(expansion, entry.scope), Place(item.span, entry.scope.via)
-        for name in ",".join(item["for"]).split(",") if wild and isinstance(item.get("for"), Map) else ():
-            scope.bind(name.strip(), _WILD, place)
-        name, names = entry.key, set[str]()
-        reported = len(expansion.diagnostics)
-        with expansion.unlimited(), suppress(Failed):
-            name = scope.name(name, *place) if "$" in name else name
-            if entry.is_use:
-                self.begin = scope.prefix + scope.name(prefix_of(name, item), *place)
-            body = scope.resolve(expansion.body(item), place)
-            if entry.is_use and expansion.instantiate is not None:
-                names = _names(expansion.instantiate(name, body, scope, place))
-            else:
-                names = {name, *_frames(body)}
-        del expansion.diagnostics[reported:]
-        self.name = entry.key if wild else name
-        self.begin = self.begin if _WILD not in self.begin else ""
-        own = "|".join(re.escape(name).replace(_WILD, ".+") for name in sorted(names) if name.strip(_WILD))
+        self.entry, self.scope, self.wild = entry, entry.scope, wild
+        key, item = entry.key, entry.item
+        patterns = [self._pattern(text) for text in (key, *_frames(item)) if text]
+        if entry.is_use:
+            prefix = item.get("prefix", f"{key}_")
+            patterns = [self._pattern(prefix)] if isinstance(prefix, str) and prefix else []
         # In its own part, a name has no prefix.
-        self.pattern = re.compile(f"(?:{re.escape(scope.prefix)})?(?:{own or '(?!)'})")
+        self.pattern = f"(?:{re.escape(self.scope.prefix)})?(?:{'|'.join(patterns) or '(?!)'})"
+
+    def _pattern(self, text: str) -> str:
+        if self.wild:
+            return "".join(".+?" if piece.is_expression else re.escape(piece.text) for piece in pieces(text))
+        expansion, reported = self.scope.expansion, len(self.scope.expansion.diagnostics)
+        with expansion.unlimited(), suppress(Failed):
+            return re.escape(self.scope.name(text, self.entry.item.span, self.scope.via))
+        del expansion.diagnostics[reported:]
+        return "(?!)"
 
     def would_define(self, name: str, existing: Collection[str]) -> bool:
         """Return True if a name is missing because of this: it would have it, or nothing else begins like this."""
-        if self.pattern.fullmatch(name):
-            return True
-        begin = self.begin
-        return bool(begin) and name.startswith(begin) and not any(one.startswith(begin) for one in existing)
-
-    def span(self) -> Span:
-        """Return the place of the condition, or of the loop."""
-        spans: dict[str, Span] = self.entry.item.value_spans
-        return spans["for" if self.entry.is_empty else "if"]
+        if not self.entry.is_use:
+            return re.fullmatch(self.pattern, name) is not None
+        begin = re.match(self.pattern, name)
+        return begin is not None and not any(one.startswith(begin[0]) for one in existing)
 
     def explained(self, group: list[Diagnostic]) -> Diagnostic:
         """Return the first of the diagnostics that this causes, with the others."""
         first, *others = group
-        span, condition, why = self.span(), self.entry.item.get("if"), "its loop has no rounds"
+        item, key, is_empty = self.entry.item, self.entry.key, self.entry.is_empty
+        span, condition, why = item.value_spans["for" if is_empty else "if"], item.get("if"), "its loop has no rounds"
         help = "leave out on the same condition what names it"
-        if not self.entry.is_empty:
+        if not is_empty:
             only = list(pieces(str(condition)))
             text = "its if" if isinstance(condition, bool) else only[0].text.strip() if len(only) == 1 else condition
             why = f"{text} is false"
             help += f', if: "{condition}"' if isinstance(condition, str) else ""
-        what = f'"{self.name}"' if self.name else "an item of a list"
+        with suppress(Failed):
+            key = key if self.wild or "$" not in key else self.scope.name(key, item.span, self.scope.via)
+        what = f'"{key}"' if key else "an item of a list"
         message = f"{first.message}: {what} is left out at {span.source.path}:{span.line} ({why})"
         related = [Related("left out here", span)]
         related += [Related(f"also missed: {one.message}", one.span) for one in others[:MAX_SHOWN]]
-        more = len(others) - MAX_SHOWN
-        related += [Related(f"also missed:{and_more(more)}", None)] if more > 0 else []
+        if len(others) > MAX_SHOWN:
+            related.append(Related(f"also missed:{and_more(len(others) - MAX_SHOWN)}", None))
         return replace(first, message=message, help=help, related=(*related, *first.related))
 
 
 def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Return the diagnostics; those about names of one dropped entry are one, which names the entry."""
-    existing = _names(tree)
+    existing = {name for kind, some in SymbolTable(tree).names().of.items() if kind != "robot" for name in some}
+    for value in tree.values():
+        existing.update(value if isinstance(value, Map) else ())
+        existing.update(text for item in value for text in _frames(item)) if isinstance(value, Seq) else None
     missing = {name for one in diagnostics if one.severity != NOTE for name in _QUOTED.findall(one.message)} - existing
     if not missing:
         return diagnostics
@@ -102,16 +93,13 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
         rounds[id(entry.item)] += 1
         if rounds[id(entry.item)] <= MAX_ROUNDS + 1:
             one = _Dropped(entry, entry.is_empty or rounds[id(entry.item)] > MAX_ROUNDS)
-            dropped.setdefault((id(entry.item), one.pattern.pattern, one.begin), one)
-    causes: dict[str, _Dropped | None] = {}
+            dropped.setdefault((id(entry.item), one.pattern), one)
+    causes = {name: [one for one in dropped.values() if one.would_define(name, existing)] for name in missing}
     groups: dict[tuple[_Dropped, str], list[Diagnostic]] = {}
     others = []
     for diagnostic in diagnostics:
-        cause = None
-        for name in _QUOTED.findall(diagnostic.message) if diagnostic.severity != NOTE else ():
-            if name in missing and name not in causes:
-                causes[name] = next((one for one in dropped.values() if one.would_define(name, existing)), None)
-            cause = cause or causes.get(name)
+        names = _QUOTED.findall(diagnostic.message) if diagnostic.severity != NOTE else ()
+        cause = next((causes[name][0] for name in names if causes.get(name)), None)
         if cause is None:
             others.append(diagnostic)
         else:
@@ -119,18 +107,7 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
     return [*others, *(cause.explained(arrange(group)) for (cause, _), group in groups.items())]
 
 
-def _names(sections: Map) -> set[str]:
-    """Return all names that sections define, also those of entries with a loop or a condition."""
-    defined = SymbolTable(sections).names().of
-    names = {name for kind, some in defined.items() if kind != "robot" for name in some}
-    for value in sections.values():
-        names.update(value if isinstance(value, Map) else ())
-        names.update(text for item in value for text in _frames(item)) if isinstance(value, Seq) else None
-    return names
-
-
 def _frames(item: Any) -> list[str]:
-    """Return the frames that an entry defines: that of a sensor, the child of an edge."""
     if not isinstance(item, Map):
         return []
     child = [item["child"]] if "publisher" in item and "type" not in item and "child" in item else []

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.tree import Map, Place, Seq
+from rosorin_compile.source.tree import Map, Seq
 
 from ..expression.syntax import EFFORT
 
@@ -43,7 +43,6 @@ class Expansion:
         self.root: Any = None  # the scope of the description, which is the first one
         self.scopes: dict[int, Any] = {}  # of each part and each round of a loop, by the identity of its Instance
         self.disabled: list[Disabled] = []
-        self.instantiate: Callable[[str, Any, Any, Place], Map] | None = None  # makes a part, for a use
         self.parameters: dict[int, Any] = {}
         self._start = EFFORT.total
         self._constant: dict[int, bool] = {}
@@ -53,7 +52,7 @@ class Expansion:
         """Drop the scopes, which refer to the tree: it is freed when nobody else needs it."""
         self.scopes.clear()
         self.disabled.clear()
-        self.instantiate = self.root = None
+        self.root = None
 
     @property
     def work(self) -> int:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -48,7 +50,6 @@ ADDRESS = "package://"
 MAX_FILES = 10_000  # files that include several others multiply
 MAX_NESTED = 200
 
-_PRIVATE = ("include", "let", "source", "rosorin_compile")
 INCLUDE_KINDS: dict[str, type] = {"args": Map, "file": str, "package": str, "packages": Map}
 
 
@@ -69,10 +70,7 @@ class IncludeError(Exception):
 
 
 class Reader:
-    """Reads a file and what it includes; collects named values, included robots, files and diagnostics.
-
-    ``cache`` keeps the parsed files for another reader, which uses them as long as the files are equal.
-    """
+    """Reads a file and what it includes; collects named values, included robots, files and diagnostics."""
 
     def __init__(
         self,
@@ -81,13 +79,10 @@ class Reader:
         packages: Mapping[str, Path] | None = None,
         cache: dict[Any, Any] | None = None,
     ) -> None:
-        self.root = root
         # Without a reader of robots every file that is no YAML is taken for one.
         self.robot_endings = robots.endings if robots else lambda: ("",)
-        self.packages = dict(packages or {})
-        self.cache = {} if cache is None else cache
-        self.folder = resolve(root.parent)
-        self.projects = Description.at(root).projects
+        self.root, self.folder, self.projects = root, resolve(root.parent), Description.at(root).projects
+        self.packages, self.cache = dict(packages or {}), {} if cache is None else cache
         self.files: list[Path] = []
         self.resolved: list[Resolved] = []
         self.scope = Scope(Expansion())  # of the description
@@ -108,7 +103,6 @@ class Reader:
     def _read(
         self, path: Path, name: str, include: Span | None, via: Instance | None, within: tuple[Path, ...]
     ) -> Map | None:
-        """Return a file joined with its includes; None if it cannot be read."""
         self.files.append(path)
         Progress.step("reading files", len(self.files))
         try:
@@ -129,11 +123,19 @@ class Reader:
         elif items:
             here = (*within, resolve(path))
             for item, span in zip(items, items.value_spans, strict=True):
-                if (robot := self._robot_include(item, Place(span, via), path)) is not None:
-                    self.robots.append(robot)
-                elif (included := self._include(item, path, Place(span, via), here)) is not None:
+                entry, place = item, Place(span, via)
+                if not isinstance(item, Map):  # the name of a file
+                    entry = Map(span, via)
+                    entry.put("file", item, span, span)
+                if self._is_robot(entry):
+                    self.robots.append(RobotInclude(entry, place, path))
+                elif (included := self._include(entry, path, place, here)) is not None:
                     join(made, included, self.scope)
-        self._collect_lets(file)
+        lets = file.get("let")
+        if isinstance(lets, Map):
+            self.lets += [(name, value, key_place(lets, name), value_place(lets, name)) for name, value in lets.items()]
+        elif lets is not None:
+            self.scope.report("wrong-type", "let maps names to values", value_place(file, "let"), "write name: value")
         join(made, self._own_sections(file, is_root=via is None), self.scope)
         return made
 
@@ -145,20 +147,13 @@ class Reader:
             self.cache[key] = getattr(getattr(tree, "span", None), "source", None), tree
         return tree
 
-    def _robot_include(self, item: Any, place: Place, by: Path) -> RobotInclude | None:
-        """Return an entry of ``include`` that names a robot in another format; else None."""
-        name = item.get("file") if isinstance(item, Map) else item
-        is_description = isinstance(name, str) and name.endswith(ENDINGS)
-        is_robot = isinstance(name, str) and not is_description and name.lower().endswith(self.robot_endings())
-        if isinstance(item, Map):
-            is_robot |= "package" in item and not is_description
-        elif is_robot:
-            item = _entry_of(item, place)
-        return RobotInclude(item, place, by) if is_robot else None
+    def _is_robot(self, item: Map) -> bool:
+        name = item.get("file")
+        if isinstance(name, str) and name.endswith(ENDINGS):
+            return False
+        return "package" in item or (isinstance(name, str) and name.lower().endswith(self.robot_endings()))
 
-    def _include(self, item: Any, by: Path, place: Place, within: tuple[Path, ...]) -> Map | None:
-        """Return an included description; None after reporting why it cannot be included."""
-        item = item if isinstance(item, Map) else _entry_of(item, place)
+    def _include(self, item: Map, by: Path, place: Place, within: tuple[Path, ...]) -> Map | None:
         check_include(item, self.scope, INCLUDE_KINDS)
         name, package, values = item.get("file"), item.get("package"), item.get("args")
         if isinstance(values, Map):
@@ -201,8 +196,15 @@ class Reader:
             target = by.parent / name
             if self.inside(target):
                 return target
+            where = "the folder of the description"
+            if outer := self._package_of(by):
+                where = f'the folder of the package "{outer}"'
+            elif is_folder(self.projects[0] / DESCRIPTIONS):
+                where = "the project, the folder that has descriptions/"
+            if not outer and Path(os.path.normpath(resolve(by.parent) / name)).is_relative_to(self.projects[0]):
+                where += ": a link leads there"
             help = f"move it inside, or name the ROS package that it is in: {ADDRESS}NAME/FILE"
-            raise IncludeError("include-outside", self._why_outside(name, by), help)
+            raise IncludeError("include-outside", f"{name} is outside {where}", help)
         folder = self.package(package, packages, by)
         if folder is None:
             help = f"say where it is, --package {package}=FOLDER or packages: of the include; or source its workspace"
@@ -229,51 +231,29 @@ class Reader:
 
     def inside(self, target: Path) -> bool:
         """Return True if a file is in the project of the description, links followed, or in a package it names."""
-        try:
+        with suppress(OSError, RuntimeError, ValueError):
             return any(map(resolve(target).is_relative_to, self.projects)) or bool(self._package_of(target))
-        except (OSError, RuntimeError, ValueError):
-            return False
+        return False
 
     def _package_of(self, path: Path) -> str:
-        """Return the innermost named package that a file is in by its name, or ""."""
         absolute = Path(os.path.abspath(path))
         folders = [folder for folder in self._package_folders if absolute.is_relative_to(folder)]
         return self._package_folders[max(folders, key=lambda folder: len(folder.parts))] if folders else ""
 
-    def _why_outside(self, name: str, by: Path) -> str:
-        if package := self._package_of(by):
-            return f'{name} is outside the folder of the package "{package}"'
-        written = Path(os.path.normpath(resolve(by.parent) / name))
-        by_link = ": a link leads there" if written.is_relative_to(self.projects[0]) else ""
-        is_project = is_folder(self.projects[0] / DESCRIPTIONS)
-        where = "the project, the folder that has descriptions/" if is_project else "the folder of the description"
-        return f"{name} is outside {where}{by_link}"
-
-    def _collect_lets(self, file: Map) -> None:
-        lets = file.get("let")
-        if isinstance(lets, Map):
-            self.lets += [(name, value, key_place(lets, name), value_place(lets, name)) for name, value in lets.items()]
-        elif lets is not None:
-            self.scope.report("wrong-type", "let maps names to values", value_place(file, "let"), "write name: value")
-
     def _own_sections(self, file: Map, is_root: bool) -> Map:
-        """Return the sections of a file; entries without a source get that of the file."""
         made = Map(file.span, file.via)
         self.sourced += [file] if not is_root and "source" in file else []
         for key, value in file.items():
-            if key in _PRIVATE and not (is_root and key in ("source", "rosorin_compile")):
-                continue
-            if key == "help" and not is_root and isinstance(value, str):  # a file of parts explains itself
+            is_help = key == "help" and isinstance(value, str)  # a file of parts explains itself
+            if key in ("include", "let") or (not is_root and (is_help or key in ("source", "rosorin_compile"))):
                 continue
             if key == "robot" and not is_root:
                 help = "include the files that it is made of, or the URDF that is compiled of it"
                 help = help if self._package_of(Path(file.span.source.path)) else "remove it"
-                self.scope.report(
-                    "included-robot", "an included file does not name the robot", key_place(file, key), help
-                )
+                message = "an included file does not name the robot"
+                self.scope.report("included-robot", message, key_place(file, key), help)
                 continue
-            node = sections().get(key)
-            has_source = key == "use" or (node is not None and node.sourced)
+            has_source = key == "use" or (key in sections() and sections()[key].sourced)
             if has_source and isinstance(value, Map) and "source" in file:
                 value = sourced(value, file)
             made.put(key, value, file.key_spans[key], file.value_spans[key])
@@ -288,11 +268,9 @@ class Reader:
         if folder is None or not file or os.sep in file or file.startswith("."):
             return None
         path = folder / f"{file}.yaml"
-        if not is_file(path):
-            return None
-        if colon and path not in self.files:
+        if colon and is_file(path) and path not in self.files:
             self.files.append(path)
-        return path
+        return path if is_file(path) else None
 
     def load_function(self) -> Callable[[Any], Any]:
         """Return the function ``load`` of expressions: a YAML file of the project or of a package, read once."""
@@ -306,14 +284,14 @@ class Reader:
                     path = self.target(name, None, self.root, self.packages)
                     path = path if name.startswith(ADDRESS) else self.folder / name
                     self.files.append(path)
-                    loaded[name] = self._cached(path, path, shown(path), None, lambda: _load_table(path))
+                    read = partial(parse_yaml, read_utf8(path, shown(path)))
+                    loaded[name] = self._cached(path, path, shown(path), None, read)
                 except IncludeError as problem:
                     raise ExpressionError(problem.message, help=problem.help) from None
                 except LoadError as problem:
-                    diagnostic = problem.diagnostic
-                    span = diagnostic.span
+                    found, span = problem.diagnostic, problem.diagnostic.span
                     where = f" ({span.source.path}:{span.line}:{span.column})" if span else ""
-                    raise ExpressionError(f"{diagnostic.message}{where}", help=diagnostic.help) from None
+                    raise ExpressionError(f"{found.message}{where}", help=found.help) from None
             return loaded[name]
 
         return load
@@ -324,16 +302,13 @@ class Reader:
 
         def find(name: Any, *fallback: Any) -> Any:
             if not isinstance(name, str) or len(fallback) > 1:
-                raise ExpressionError(
-                    "find takes the name of a ROS package, and what else is taken where there is none"
-                )
+                raise ExpressionError("find takes the name of a ROS package, and a value for where there is none")
             if name not in found:
                 found[name] = self.package(name, self.packages, self.root)
-            folder = found[name]
-            if folder is None and not fallback:
+            if found[name] is None and not fallback:
                 help = f"say where it is, --package {name}=FOLDER, or source its workspace"
                 raise ExpressionError(f'the package "{name}" is not found', help=help)
-            return fallback[0] if folder is None else str(folder)
+            return fallback[0] if found[name] is None else str(found[name])
 
         return find
 
@@ -351,22 +326,10 @@ def check_include(entry: Map, scope: Scope, kinds: Mapping[str, type], keys: Seq
     return good
 
 
-def _entry_of(file: Any, place: Place) -> Map:
-    """Return the entry of an include that only names a file."""
-    entry = Map(place.span, place.via)
-    entry.put("file", file, place.span, place.span)
-    return entry
-
-
-def _load_table(path: Path) -> Any:
-    return parse_yaml(read_utf8(path, shown(path)))
-
-
 def with_nearest_file(diagnostic: Diagnostic, name: str, target: Path) -> Diagnostic:
     """Return a diagnostic with a suggestion, if it is about a file that does not exist: a file beside it."""
-    close = None
-    if diagnostic.rule == "file-unreadable" and not exists(target):
-        close = Description.nearest_file(target)
+    is_missing = diagnostic.rule == "file-unreadable" and not exists(target)
+    close = Description.nearest_file(target) if is_missing else None
     if close is None:
         return diagnostic
     folder = name.rpartition("/")[0]

@@ -1,7 +1,6 @@
 """Robots in other formats (URDF, xacro, SDF, MJCF) that a description includes: prefixed, attached, joined like a file.
 
-They are read when the arguments of the description have values, so that an include may have expressions, loops and
-conditions. What their files contain is never evaluated.
+They are read when the arguments of the description have values; what their files contain is never evaluated.
 """
 
 from __future__ import annotations
@@ -15,7 +14,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.language.element_names import Reference, renamed
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, error
 from rosorin_compile.source.files import shown
@@ -24,15 +22,16 @@ from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, Text
 from rosorin_compile.source.wording import first_of
 
-from ..element_names import with_files
-from ..expression.functions import FUNCTIONS, kind_of
+from ..element_names import Reference, renamed, with_files
+from ..expression.functions import FUNCTIONS, KindError, kind_of
+from ..expression.syntax import weight
 from ..schema import backend_of, sections
 from ..symbols import THINGS, SymbolTable
 from .declarations import hides_letters, place_of
 from .expansion import Failed
 from .files import ADDRESS, INCLUDE_KINDS, IncludeError, check_include, with_nearest_file
 from .joining import copy, sourced
-from .placing import Use, map_items, placed
+from .placing import Use, map_items, map_table, placed
 from .scope import Scope
 
 if TYPE_CHECKING:
@@ -44,12 +43,7 @@ RULES = (
     Rule("include-mesh-path", "Artifacts do not find meshes of an included robot.", "Write `meshes: FOLDER`.", FILES),
     Rule("trust-ignored", "A warning: `trust` of an include has no effect.", "Use the option `--trust`.", FILES),
     Rule("include-renamed", "A note: names in kept elements of an included robot got its prefix.", topic=FILES),
-    Rule(
-        "include-settings",
-        "A warning: simulation settings of an included robot are lost.",
-        "Set them in the output.",
-        FILES,
-    ),
+    Rule("include-settings", "A warning: settings of an included robot are lost.", "Set them in the output.", FILES),
 )
 
 
@@ -69,16 +63,11 @@ _FEW = 4
 _MJCF = "mjcf"
 _DEFAULT = ("integrator", "Euler")  # of an MJCF without an option
 # Elements of URDF whose name has to be unique, by the element around: they get the prefix whatever it is.
-_UNIQUE = {
-    ("robot", "ros2_control"),
-    ("robot", "transmission"),
-    ("transmission", "actuator"),
-    ("ros2_control", "gpio"),
-    ("ros2_control", "sensor"),
-}
+_UNIQUE = {("robot", "ros2_control"), ("robot", "transmission"), ("transmission", "actuator")}
+_UNIQUE |= {("ros2_control", "gpio"), ("ros2_control", "sensor")}
 # Elements whose name is a word of another program, and parts of the names of attributes that name no link or joint.
 _WORDS_OF_OTHERS = {"command_interface", "state_interface", "param", "plugin", "property"}
-_NO_NAMES = ("topic", "service", "namespace", "remapping", "uri", "filename", "material")
+_NO_NAMES = re.compile("topic|service|namespace|remapping|uri|filename|material", re.IGNORECASE)
 
 # An address, an absolute path, or one with the letter of a drive.
 _ABSOLUTE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:|/|\\\\")
@@ -118,11 +107,9 @@ class IncludedRobots:
                 yield None
 
     def _fragment(self, include: Included) -> Map:
-        """Return the sections of a robot, prefixed and attached. Raises Failed after reporting."""
-        entry = include.entry
-        tree = self._tree(include)
+        entry, tree = include.entry, self._tree(include)
         self.included.append((include, tree))
-        include.scope.count(_size(tree), *include.place)
+        include.scope.count(weight(tree), *include.place)
         prefix = entry.get("prefix") or ""
         made, changed = prefixed(tree, prefix, include.via)
         if changed:
@@ -132,13 +119,12 @@ class IncludedRobots:
             self._report(note, include.via.parent)
         made = self._attached(self._with_meshes(made, include), include)
         owner = entry if entry.get("source") is not None else tree
-        for section in (key for key, node in sections().items() if node.sourced):
-            if isinstance(made.get(section), Map):
+        for section, node in sections().items():
+            if node.sourced and isinstance(made.get(section), Map):
                 made[section] = sourced(made[section], owner)
         return made
 
     def _tree(self, include: Included) -> Map:
-        """Return the tree of a robot; its file is read once. Raises Failed after reporting."""
         entry, scope, place, by, _ = include
         packages, package = self.reader.packages_of(entry, by), entry.get("package")
         try:
@@ -171,7 +157,6 @@ class IncludedRobots:
         return tree
 
     def _read(self, path: Path, texts: dict[str, str], packages: dict[str, Path], include: Included) -> Map | None:
-        """Return the tree of a file; None after reporting its errors."""
         entry, scope, _, _, via = include
         tell = partial(self._report, via=via, ahead=True)
         foreign = self.robots.read(path, texts, packages, bool(entry.get("lenient")), tell, via.span)
@@ -215,25 +200,23 @@ class IncludedRobots:
         places = {name: os.path.normpath(base / name) for name in names}
         # The nearest folder, that of the robot or one above it, that contains all of them: artifacts find them there.
         top = Path(os.path.commonpath([base, *places.values()]))
-        new = {name: Path(os.path.relpath(path, top)).as_posix() for name, path in places.items()}
-        new = {name: file for name, file in new.items() if self._is_only_in(top, base, file)}
-        made = map_files(made, lambda name: new.get(name, name)) if new else made
-        names = [name for name in names if name not in new]
-        if names:
+        above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
+        new = {}
+        for name, path in places.items():
+            found = Path(os.path.relpath(path, top)).as_posix()
+            existing = [folder for folder in above if files.is_file(folder / found)]
+            for folder in above:
+                known = folder / found if folder in existing else None
+                self.reader.resolved.append(resolved(MESH_FILE, str(folder / found), "", known))
+            if existing == [top]:  # and no other file of that name nearer to the robot
+                new[name] = found
+        missed = [name for name in names if name not in new]
+        if missed:
             seen = f"seen from {file}, but readers look from the artifacts"
-            message = f"files of meshes or textures are named as {seen}: {first_of(names, 1)}"
+            message = f"files of meshes or textures are named as {seen}: {first_of(missed, 1)}"
             help = "say what to put before: meshes: FOLDER, as seen from the artifacts, or package://NAME"
             self._warn("include-mesh-path", message, entry.value_spans["file"], help, include)
-        return made
-
-    def _is_only_in(self, top: Path, base: Path, name: str) -> bool:
-        """Return True if a file is in a folder, and no other file of that name in a folder nearer to ``base``."""
-        above = [folder for folder in (base, *base.parents) if folder.is_relative_to(top)]
-        existing = [folder for folder in above if files.is_file(folder / name)]
-        for folder in above:
-            path = folder / name if folder in existing else None
-            self.reader.resolved.append(resolved(MESH_FILE, str(folder / name), "", path))
-        return existing == [top]
+        return map_files(made, lambda name: new.get(name, name)) if new else made
 
     def _attached(self, made: Map, include: Included) -> Map:
         """Return a robot with the joint that attaches its root. Raises Failed after reporting a name that is taken."""
@@ -265,23 +248,20 @@ class IncludedRobots:
         named = entry.value_spans["joint" if entry.get("joint") else "parent"]
         joints = Map(made.span)
         joints.put(name, joint, named, named)
-        for other, below in have.items():
-            joints.put(other, below, have.key_spans[other], have.value_spans[other])
+        joints.update(have)
+        joints.key_spans |= have.key_spans
+        joints.value_spans |= have.value_spans
         made.put("joints", joints, made.span, made.span)
         return made
 
     def settle(self, tree: Map) -> None:
-        """Give the MJCF outputs of a description the settings of the simulation of the included robots.
-
-        What an output defines itself is kept; of two includes the first decides. What is lost is reported.
-        """
+        """Give the MJCF outputs of a description the settings of the simulation of the included robots."""
         outputs = tree["outputs"] if isinstance(tree.get("outputs"), Map) else {}
         names = [name for name, one in outputs.items() if isinstance(one, Map) and backend_of(name, one) == _MJCF]
         for include, robot in self.included if names else ():
             entry, span = include.entry, include.entry.span
             settings = (robot.get("outputs") or {}).get(_MJCF) or {}
-            is_only = len(self.included) == 1
-            lost: list[str] = []
+            is_only, lost = len(self.included) == 1, list[str]()
             tree["outputs"] = outputs = copy(tree["outputs"])
             for name in names:
                 output = outputs[name] = copy(outputs[name])
@@ -296,9 +276,8 @@ class IncludedRobots:
                     output.setdefault_at("contacts", settings["contacts"], span)
                 if settings.get("base") == "free" and entry.get("parent") is None:
                     output.setdefault_at("base", "free", span)
-                    if output["base"] != "free":
-                        lost.append("a free base")
-                    elif "root" in robot and is_only:
+                    lost += [] if output["base"] == "free" else ["a free base"]
+                    if output["base"] == "free" and is_only and "root" in robot:
                         tree.setdefault_at("root", robot["root"], span)
             if lost:
                 file = Path(entry["file"]).name
@@ -312,13 +291,7 @@ def _moving_joints(tree: Map) -> int:
     return sum(isinstance(joint, Map) and joint.get("type") != "fixed" for joint in joints)
 
 
-def _size(node: Any) -> int:
-    items = node.values() if isinstance(node, Map) else node if isinstance(node, list) else ()
-    return 1 + sum(map(_size, items))
-
-
 def _check_include(entry: Map, scope: Scope) -> None:
-    """Report keys and values that an include of a robot cannot have. Raises Failed after that."""
     good = check_include(entry, scope, _KINDS, _KEYS)
     prefix = entry.get("prefix")
     if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):
@@ -329,25 +302,21 @@ def _check_include(entry: Map, scope: Scope) -> None:
 
 
 def _argument(values: Map, name: str, scope: Scope) -> str:
-    """Return an argument as a xacro takes it: text; a quantity in SI units."""
-    value = values[name]
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, (str, int, float)):
-        return str(FUNCTIONS["str"](value))
-    message = f'the argument "{name}" of a xacro is text or a number, not {kind_of(value)}'
-    raise scope.failed("bad-argument", message, place_of(values, name, scope))
+    try:
+        return str(FUNCTIONS["str"](values[name]))
+    except KindError:
+        message = f'the argument "{name}" of a xacro is text or a number, not {kind_of(values[name])}'
+        raise scope.failed("bad-argument", message, place_of(values, name, scope)) from None
 
 
 def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
-    """Return the sections of an imported robot with ``prefix`` before its names; ``via`` tells how it came here.
-
-    Also return the names that were changed in elements for the URDF, each with how often.
-    """
+    """Return the sections of an imported robot with ``prefix`` before its names; ``via`` tells how it came here."""
     fragment = Map(tree.span, via)
     for key, value in tree.items():
         if key not in sections() or not sections()[key].whole:
             fragment.put(key, value, tree.key_spans[key], tree.value_spans[key])
+    if not prefix:
+        return placed(fragment, Use(prefix), elements=lambda text: text), Counter()
     names = SymbolTable(fragment).names()
     things, materials = names.among(THINGS), fragment.get("materials") or ()
     changed: Counter[str] = Counter()
@@ -363,39 +332,22 @@ def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
             if attribute == "name" and tag == "material":
                 is_name = value in materials
             is_name |= attribute == "name" and (above, tag) in _UNIQUE
-            if value and is_name and not _is_no_name(attribute):
+            if value and is_name and not _NO_NAMES.search(attribute):
                 yield Reference(value, "", attribute, "")
-        if text in things and not _is_no_name(tag):
+        if text in things and not _NO_NAMES.search(tag):
             yield Reference(text, "", "", "")
 
-    def elements(text: str) -> str:
-        return Text(renamed(text, with_prefix, references)) if prefix else text
-
-    made = placed(fragment, Use(prefix), names, elements)
-    if prefix and isinstance(made.get("materials"), Map):
-        renamed_materials = Map(made["materials"].span, made["materials"].via)
-        for name, entry in made["materials"].items():
-            spans = made["materials"].key_spans[name], made["materials"].value_spans[name]
-            renamed_materials.put(prefix + name, entry, *spans)
-        made["materials"] = renamed_materials
-    if prefix and isinstance(made.get("accept"), Seq):
-        made["accept"] = _accepted(made["accept"], lambda name: prefix + name if name in things else name)
+    made = placed(fragment, Use(prefix), names, lambda text: Text(renamed(text, with_prefix, references)))
+    if isinstance(made.get("materials"), Map):
+        made["materials"] = map_table(made["materials"], lambda name: prefix + name)
+    if isinstance(made.get("accept"), Seq):
+        accept = Seq(made["accept"].span, made["accept"].via)
+        for entry, span in zip(made["accept"], made["accept"].value_spans, strict=True):
+            if entry["rule"] != "owns-world-frame":  # a frame with a prefix is no longer one of the world
+                names_of = map_items(entry.get("of", Seq(span)), lambda name: prefix + name if name in things else name)
+                accept.put(entry.like({"of": names_of} if "of" in entry else {}), span)
+        made["accept"] = accept
     return made, changed
-
-
-def _is_no_name(word: str) -> bool:
-    """Return True for an element or attribute that never contains the name of a link or joint."""
-    return any(part in word.lower() for part in _NO_NAMES)
-
-
-def _accepted(entries: Seq, rename: Callable[[str], str]) -> Seq:
-    """Return the entries of ``accept`` with new names; a frame with a prefix is no longer one of the world."""
-    made = Seq(entries.span, entries.via)
-    for entry, span in zip(entries, entries.value_spans, strict=True):
-        if entry["rule"] != "owns-world-frame":
-            names = {"of": map_items(entry["of"], rename)} if "of" in entry else {}
-            made.put(entry.like(names), span)
-    return made
 
 
 def map_files(tree: Map, rename: Callable[[str], str]) -> Map:

@@ -42,13 +42,12 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
         joined = tree.get(section)
         holds_others = isinstance(joined, (Map, Seq)) and (have is not None or not is_one_entry(section))
         # Each entry of a part knows what made it; an include also leads to the entries of other files.
-        if parts and holds_others and not isinstance(joined.via, Include):
+        if parts and joined is not None and holds_others and not isinstance(joined.via, Include):
             joined.via = tree.via
     return good
 
 
 def _report_unknown_keys(section: str, table: Map, fragment: Map, scope: Scope) -> bool:
-    """Report keys that an entry of a part cannot have, for each use of the part; return True if there are none."""
     unknown = [key for key in table if key not in keys_of(section)]
     for key in unknown:
         place = Place(table.key_spans[key], fragment.via or table.via)
@@ -59,7 +58,6 @@ def _report_unknown_keys(section: str, table: Map, fragment: Map, scope: Scope) 
 
 
 def _report_section(section: str, tree: Map, more: Map, scope: Scope) -> bool:
-    """Report a section of two fragments that cannot be joined; return True if validation reports it instead."""
     if not _is_joined(section):
         _report("duplicate-key", f'"{section}" is defined twice', "remove one", section, tree, more, scope)
         for fragment in (tree, more) if scope.expansion.parts else ():
@@ -68,20 +66,15 @@ def _report_section(section: str, tree: Map, more: Map, scope: Scope) -> bool:
             alone.put(section, fragment[section], fragment.key_spans[section], fragment.value_spans[section])
             scope.expansion.diagnostics += validate(alone, {})
         return False
-    if isinstance(tree[section], Seq if section in merged(ITEMS) else Map):
-        message = f"{section} is {'a list' if section in merged(ITEMS) else 'a mapping'} in every file"
-        return _report("wrong-type", message, "write it so in both", section, tree, more, scope)
-    return True
-
-
-def _report_name(section: str, name: str, first: Map, second: Map, scope: Scope) -> bool:
-    message = f'{section.rstrip("s")} "{name}" is defined twice'
-    help = "rename or remove one, or give the part another prefix"
-    return _report("duplicate-name", message, help, name, first, second, scope)
+    is_list = section in merged(ITEMS)
+    if not isinstance(tree[section], Seq if is_list else Map):
+        return True
+    message = f"{section} is {'a list' if is_list else 'a mapping'} in every file"
+    return _report("wrong-type", message, "write it so in both", section, tree, more, scope)
 
 
 def _report(rule: str, message: str, help: str, name: str, first: Map, second: Map, scope: Scope) -> bool:
-    """Report a name of two mappings, at the argument that it comes from if it has one."""
+    """Report a name of two mappings, at the argument that it comes from if it has one; return False."""
     place = Place(second.key_spans[name], getattr(second[name], "via", None) or second.via)
     earlier = Place(first.key_spans[name], getattr(first[name], "via", None) if rule == "duplicate-key" else None)
     related = [Related("first defined here", earlier.span), *earlier.stack()]
@@ -98,19 +91,21 @@ def _extend(have: Seq, more: Seq) -> None:
     have.value_spans.extend(more.value_spans)
 
 
-def _join_entries(section: str, have: Map, more: Map, scope: Scope) -> bool:
+def _join_entries(section: str, have: Map, more: Map, scope: Scope, equal: bool = False) -> bool:
+    """Add the entries of a mapping to another; report those of both, with ``equal`` only those that differ."""
     good = True
     for name, entry in more.items():
-        if name in have:
-            good = _report_name(section, name, have, more, scope)
-        else:
+        if name not in have:
             have.put(name, entry, more.key_spans[name], more.value_spans[name])
+        elif not (equal and _is_same(name, have, more)):
+            message = f'{section.rstrip("s")} "{name}" is defined twice'
+            help = "rename or remove one, or give the part another prefix"
+            good = _report("duplicate-name", message, help, name, have, more, scope)
     return good
 
 
 def _join_within(section: str, have: Map, more: Map, scope: Scope) -> bool:
-    """Add the tables and lists of one entry to those of another; report what both define differently."""
-    good = True
+    good, others = True, Map(more.span, more.via)
     for key, value in more.items():
         mine = have.get(key)
         if mine is None:
@@ -122,14 +117,10 @@ def _join_within(section: str, have: Map, more: Map, scope: Scope) -> bool:
             _extend(joined, value)
         elif _is_table_of_entries(mine) and _is_table_of_entries(value):
             have[key] = joined = copy(mine)
-            for name, entry in value.items():
-                if name not in joined:
-                    joined.put(name, entry, value.key_spans[name], value.value_spans[name])
-                elif not _is_same(name, joined, value):
-                    good = _report_name(key, name, joined, value, scope)
-        elif not _is_same(key, have, more):
-            good = _report_name(section, key, have, more, scope)
-    return good
+            good &= _join_entries(key, joined, value, scope, equal=True)
+        else:
+            others.put(key, value, more.key_spans[key], more.value_spans[key])
+    return _join_entries(section, have, others, scope, equal=True) and good
 
 
 def _is_table_of_entries(value: Any) -> bool:
@@ -137,7 +128,6 @@ def _is_table_of_entries(value: Any) -> bool:
 
 
 def _is_same(key: str, have: Map, more: Map) -> bool:
-    """Return True if two uses of one part define a key equally, about something outside of the part."""
     return bool(have[key] == more[key]) and have.value_spans[key] == more.value_spans[key]
 
 
@@ -154,19 +144,13 @@ def copy(value: Any) -> Any:
 
 def with_source(tree: Map, owner: Map) -> Map:
     """Return sections in which every entry has a source: its own, or that of ``owner``, a use."""
-    made = tree.copied()
-    for section, entries in tree.items():
-        if isinstance(entries, Map) and not holds_many(section):
-            made[section] = _sourced(entries, owner) if is_one_entry(section) else sourced(entries, owner)
-    return made
+    maps = {key: entries for key, entries in tree.items() if isinstance(entries, Map) and not holds_many(key)}
+    return tree.like({key: (_sourced if is_one_entry(key) else sourced)(part, owner) for key, part in maps.items()})
 
 
 def sourced(section: Map, owner: Map) -> Map:
     """Return a section in which every entry has a source: its own, or that of ``owner``, a file or a use."""
-    made = section.copied()
-    for name, entry in section.items():
-        made[name] = _sourced(entry, owner) if isinstance(entry, Map) else entry
-    return made
+    return section.like({name: _sourced(entry, owner) for name, entry in section.items() if isinstance(entry, Map)})
 
 
 def _sourced(entry: Map, owner: Map) -> Map:

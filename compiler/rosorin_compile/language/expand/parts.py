@@ -1,7 +1,10 @@
-"""Parts: reusable pieces of a description with typed parameters, instantiated by ``use``.
+"""Parts and sensor types: reusable pieces of a description with typed parameters.
 
-A part is named ``NAME`` (in ``parts`` of the description), ``FILE/NAME`` (in the library that ships with the tool) or
-``PACKAGE:FILE/NAME`` (in a YAML file of an installed Python package).
+A part, instantiated by ``use``, is named ``NAME`` (in ``parts`` of the description), ``FILE/NAME`` (in the library that
+ships with the tool) or ``PACKAGE:FILE/NAME`` (in a YAML file of an installed Python package).
+
+A sensor type has ``params`` that a sensor may set in ``with``, ``let``, and the keys that every sensor of this type
+gets unless it has its own. Its expressions may use the ``name`` of the sensor, its ``frame`` and its ``parent``.
 """
 
 from __future__ import annotations
@@ -16,11 +19,13 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Sou
 from rosorin_compile.source.load import LoadError, load_mapping, load_own
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
-from rosorin_compile.source.tree import Instance, Map, Place
+from rosorin_compile.source.tree import Instance, Map, Place, Seq
 
-from ..schema import keys_of_xml, of_parts
+from ..schema import keys_of_xml, of_parts, of_types
+from ..suggestions import word_meant
 from ..symbols import MOUNT, SymbolTable
-from .declarations import check_content, check_file, check_part, check_sections, check_use, declare, given_places
+from . import declarations
+from .declarations import declare, given_places
 from .expansion import Failed
 from .joining import copy, join, with_source
 from .placing import Use, placed
@@ -28,6 +33,7 @@ from .scope import Scope, value_place
 
 RULES = (
     Rule("unknown-part", "There is no such part or file of parts.", "See [the library](parts-library.md).", ARGUMENTS),
+    Rule("unknown-sensor-type", "There is no such sensor type.", "See [the library](parts-library.md).", ARGUMENTS),
     Rule("part-cycle", "Parts use each other without end, or too deep.", "End a recursion with an `if`.", ARGUMENTS),
 )
 
@@ -48,13 +54,10 @@ class Parts:
 
     def __init__(self, own: Any, scope: Scope, library: Callable[[str], Path | None]) -> None:
         self.own = own if isinstance(own, Map) else Map(Span(Source("", ""), 1, 1))
-        self.scope = scope
-        self.expansion = scope.expansion
-        self.library = library
+        self.scope, self.expansion, self.library = scope, scope.expansion, library
         self.files: dict[Path, tuple[Map, Scope] | None] = {}
         self.sound: dict[int, bool] = {}
         self.found: dict[str, Part] = {}
-        self.expansion.instantiate = self.instance
 
     def use(self, tree: Map, entries: Map, scope: Scope, depth: int = 0) -> bool:
         """Add what each ``use`` entry makes to a tree; return True if there were no errors."""
@@ -63,7 +66,7 @@ class Parts:
         for key, item in entries.items():
             place = Place(entries.key_spans[key], via)
             try:
-                check_content(key, item, scope)
+                declarations.check_content(key, item, scope)
                 for inner, entry in scope.entries(item, key, is_use=True):
                     name = inner.name(key, *place) if "$" in key else key
                     resolved = inner.resolve(entry, Place(entries.value_spans[key], via))
@@ -80,7 +83,7 @@ class Parts:
         if not isinstance(entry, Map):
             raise scope.failed("wrong-type", f'use "{name}" is a mapping that names a part', place, "write part: NAME")
         self.expansion.parts += 1
-        check_use(name, entry, scope)
+        declarations.check_use(name, entry, scope)
         part = self._find(entry, scope, place)
         scope.count(INSTANCE, *place)
         if depth > MAX_NESTED:
@@ -88,7 +91,7 @@ class Parts:
             scope.report("part-cycle", message, place, "a part that uses itself ends with an if")
             self.expansion.nodes, self.expansion.is_full = sys.maxsize, True  # reported once, not for each branch
             raise Failed
-        prefix = prefix_of(name, entry)
+        prefix = str(entry.get("prefix", f"{name}_") or "")
         message = f'part "{part.name}" used here as "{name}"'
         via = Instance(message, place.span, scope.via or place.via, True, scope.prefix + prefix)
         inner = Scope(self.expansion, part.scope, via)
@@ -108,7 +111,6 @@ class Parts:
         return with_source(made, entry) if "source" in entry else made
 
     def _bind(self, inner: Scope, name: str, entry: Map, part: Part) -> None:
-        """Bind the parameters and the named values of a part. Raises Failed after reporting."""
         params, lets = part.body.get("params"), part.body.get("let")
         given = entry.get("with")
         given = Map(entry.span, entry.via) if given is None else given
@@ -125,7 +127,6 @@ class Parts:
             raise Failed
 
     def _fragment(self, part: Part, inner: Scope, depth: int) -> Map:
-        """Return the sections of a part, evaluated, with the parts that it uses itself. Raises Failed."""
         body = part.body
         made = Map(body.span, inner.via)
         good = True
@@ -137,7 +138,7 @@ class Parts:
                     made.put(section, value, body.key_spans[section], body.value_spans[section])
                 except Failed:
                     good = False
-        if good and not check_sections(f'part "{part.name}"', made, inner):
+        if good and not declarations.check_sections(f'part "{part.name}"', made, inner):
             raise Failed
         if isinstance(body.get("use"), Map):
             good &= self.use(made, body["use"], inner, depth + 1)
@@ -146,7 +147,6 @@ class Parts:
         return made
 
     def _check_parent(self, name: str, mounted: bool, entry: Map, scope: Scope, place: Place) -> None:
-        """Check that a use has a parent if its part is attached to something, and else no pose."""
         if mounted and entry.get("parent") is None:
             help = "the part is attached to a frame: write parent: FRAME"
             raise scope.failed("missing-key", f'use "{name}" needs the key "parent"', place, help)
@@ -161,34 +161,19 @@ class Parts:
     def check_unused(self) -> None:
         """Report errors in the parts of the description that nothing uses, as far as that is possible."""
         for name, body in self.own.items():
-            if id(body) in self.sound or not check_part(name, self.own, self.scope):
-                continue
-            with self.expansion.unlimited():
-                probe = Scope(self.expansion, self.scope)
-                lets = body.get("let") or ()
-                own = ("name", "mirrored", *(() if "prefix" in lets else ("prefix",)))
-                for parameter in (*own, *(body.get("params") or ())):  # nothing is reported of broken names
-                    probe.places[parameter] = Place(body.span, body.via)
-                    probe.broken.add(parameter)
-                probe.define_all(lets)
-                for key in (*of_parts(), "use"):
-                    if body.get(key) is not None:
-                        with suppress(Failed):
-                            probe.resolve(body[key], value_place(body, key), key in keys_of_xml())
-                probe.evaluate_rest()
+            if id(body) not in self.sound:
+                declarations.check_part(name, self.own, self.scope)
 
     def _find(self, entry: Map, scope: Scope, place: Place) -> Part:
         name = entry.get("part")
         if not isinstance(name, str):
-            raise scope.failed(
-                "missing-key", 'a use needs the key "part"', place, "name a part of parts: or of the library"
-            )
+            help = "name a part of parts: or of the library"
+            raise scope.failed("missing-key", 'a use needs the key "part"', place, help)
         if name not in self.found:
             self.found[name] = self._look_up(name, scope, Place(entry.value_spans["part"], scope.via or entry.via))
         return self.found[name]
 
     def _look_up(self, name: str, scope: Scope, place: Place) -> Part:
-        """Return a part by name. Raises Failed after reporting."""
         file, slash, short = name.rpartition("/")
         parts: Any = self.own
         home = self.scope
@@ -207,13 +192,12 @@ class Parts:
             raise scope.failed("unknown-part", f'there is no part "{name}"', place, help, near)
         body = parts[short]
         if id(body) not in self.sound:
-            self.sound[id(body)] = check_part(short, parts, home)
+            self.sound[id(body)] = declarations.check_part(short, parts, home)
         if not self.sound[id(body)]:
             raise Failed
         return Part(name, body, home)
 
     def _near(self, short: str) -> str:
-        """Return a suggestion for a part that does not exist: parts of the library with a similar name."""
         names: dict[str, list[str]] = {}
         for path in sorted(data_folder("parts_library").glob("*.yaml")):
             with suppress(LoadError):
@@ -223,7 +207,6 @@ class Parts:
         return f"did you mean {' or '.join(names[close])}?" if close else ""
 
     def _load(self, path: Path, file: str, use: Span) -> tuple[Map, Scope] | None:
-        """Return a file of parts, shown as ``PACKAGE/FILE.yaml``, and its scope; read once."""
         if path not in self.files:
             self.files[path] = None
             try:
@@ -234,13 +217,112 @@ class Parts:
                 self.expansion.diagnostics.append(problem.diagnostic)
                 raise Failed from None
             home = Scope(self.expansion)
-            check_file(tree.span.source.path, tree, home)
+            declarations.check_file(tree.span.source.path, tree, home)
             home.define_all(tree.get("let"))
             self.files[path] = (tree, home)
         return self.files[path]
 
 
-def prefix_of(name: str, entry: Map) -> str:
-    """Return what a use puts before the names of its part: its ``prefix``, or its own name."""
-    prefix = entry.get("prefix", f"{name}_")
-    return "" if prefix is None else str(prefix)
+class ChangedSensor(Seq):
+    """The Gazebo sensor of a type with the changes of one sensor; ``brought`` is the Gazebo sensor of the type.
+
+    The elements that the type has for MuJoCo move by the same amount as the Gazebo sensor. ``brought`` is None if the
+    sensor has MuJoCo elements of its own.
+    """
+
+    __slots__ = ("brought",)
+    brought: Map | None
+
+
+def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
+    """Add the values of its type to every sensor of a tree."""
+    sensors: Any = tree.get("sensors")
+    types = own if isinstance(own, Map) else {}
+    shared: Any = None
+    for name, sensor in list(sensors.items()) if isinstance(sensors, Map) else ():
+        kind = sensor.get("type") if isinstance(sensor, Map) else None
+        if not isinstance(kind, str):
+            continue
+        home, definition = scope, types.get(kind)
+        if definition is None:
+            shared = shared or load_own(library, f"parts/{library.name}")["sensor_types"]
+            home, definition = Scope(scope.expansion), shared.get(kind)
+        span = sensor.value_spans["type"]
+        if not isinstance(definition, Map):
+            help = word_meant(kind, [*types, *(shared or {})], "sensor type")
+            message = f'sensor "{name}": unknown sensor type "{kind}"'
+            scope.report("unknown-sensor-type", message, Place(span, sensor.via), help)
+            continue
+        via = Instance(f'sensor type "{kind}" of "{name}" used here', span, sensor.via, made=True)
+        try:
+            full = _with_type(name, kind, sensor, definition, Scope(scope.expansion, home, via))
+        except Failed:
+            continue
+        sensors.put(name, full, sensors.key_spans[name], sensors.value_spans[name])
+
+
+def _with_type(name: str, kind: str, sensor: Map, definition: Map, scope: Scope) -> Map:
+    declarations.check_sensor_type(kind, definition, scope)
+    before = len(scope.expansion.diagnostics)
+    place = Place(sensor.span, sensor.via)
+    scope.bind("name", name, place)
+    on = "parent" if "parent" in sensor else "frame"  # without a parent it is on the link that is its frame
+    for key, source in (("frame", "frame"), ("parent", on)):
+        if sensor.get(source) is None:
+            scope.broken.add(key)  # validation reports that it is missing
+        else:
+            scope.bind(key, sensor[source], place)
+    given = sensor.get("with")
+    given = Map(sensor.span, sensor.via) if given is None else given
+    if not isinstance(given, Map):
+        raise Failed  # validation reports it
+    params, user = definition.get("params"), Place(sensor.value_spans["type"], sensor.via)
+    declare(scope, params, given, given_places(given, params), f'sensor type "{kind}"', user)
+    scope.define_all(definition.get("let"))
+    if len(scope.expansion.diagnostics) > before:
+        raise Failed
+    made = Map(sensor.span, sensor.via)
+    for key, value in sensor.items():
+        if key != "with":
+            made.put(key, value, sensor.key_spans[key], sensor.value_spans[key])
+    changes = sensor["gazebo"] if isinstance(sensor.get("gazebo"), Map) else None
+    for key in of_types():
+        changed = key == "gazebo" and changes is not None
+        if key not in definition or (key in sensor and not changed):
+            continue
+        value = scope.resolve(definition[key], Place(definition.value_spans[key], scope.via), key in keys_of_xml())
+        if changed:
+            made[key] = _changed(value, sensor, kind, scope)
+        elif value is not None:
+            value = copy(value)
+            if isinstance(value, (Map, Seq)):
+                value.via = scope.via  # so that messages name the sensor
+            made.put(key, value, definition.key_spans[key], definition.value_spans[key])
+    if changes is not None and "gazebo" not in definition:
+        _changed(None, sensor, kind, scope)
+    return made
+
+
+def _changed(brought: Any, sensor: Map, kind: str, scope: Scope) -> Seq:
+    changes = sensor["gazebo"]
+    only = brought[0] if isinstance(brought, Seq) and len(brought) == 1 else None
+    if not isinstance(only, Map):
+        count = len(brought) if isinstance(brought, Seq) else 0
+        brings = f"{count} sensors" if count else "no sensor"
+        message = f'sensor type "{kind}" brings {brings} of Gazebo: a mapping changes the one there is'
+        place = Place(sensor.key_spans["gazebo"], sensor.via)
+        raise scope.failed("ignored-key", message, place, "write a list: gazebo: [{sensor: TYPE, elements: {...}}]")
+    made = ChangedSensor(changes.span, changes.via)
+    made.brought = None if "mjcf" in sensor else only
+    made.put(_merged(only, changes), changes.span)
+    return made
+
+
+def _merged(base: Map, changes: Map) -> Map:
+    made = base.copied()
+    made.span, made.via = changes.span, changes.via
+    for key, value in changes.items():
+        before = made.get(key)
+        both = _merged(before, value) if isinstance(before, Map) and isinstance(value, Map) else value
+        made.put(key, both, changes.key_spans[key], changes.value_spans[key])
+    return made

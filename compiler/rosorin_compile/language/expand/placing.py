@@ -1,14 +1,12 @@
-"""Placing: what a part contains gets its prefix, is mirrored, and is attached to its frame.
+"""Placing: what a part contains gets its prefix, is mirrored, and is attached to its frame, its ``mount``.
 
-A part refers to its own links and joints by their short names, and to the frame that it is attached to as ``mount``.
-The schema says which values are names, are mirrored or are attached (``annotations``). For a reflection S, a pose
-becomes R' = S R S and p' = S p.
+The schema says which values are names, are mirrored or attached. For a reflection S, R' = S R S and p' = S p.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.language.element_names import renamed
@@ -51,10 +49,9 @@ def placed(fragment: Map, use: Use, names: Names | None = None, elements: Rename
     """
     placer = _Placer(names or SymbolTable(fragment).names(), use, elements)
     made = fragment.copied()
-    for section, value in fragment.items():
-        node = sections().get(section)
-        if value and node is not None and node.in_parts:
-            made[section] = placer.value(node, _tagged(section, value, fragment.via))
+    for section, node in sections().items():
+        if fragment.get(section) and node.in_parts:
+            made[section] = placer.value(node, _tagged(section, fragment[section], fragment.via))
     return made
 
 
@@ -74,28 +71,25 @@ def _tagged(section: str, value: Any, via: Instance | None) -> Any:
         return entry.by(via) if isinstance(entry, Map) else entry
 
     if holds_many(section) and isinstance(value, Map):
+        nodes = {key: sections()[section].at(key) for key, item in value.items() if isinstance(item, Map)}
+        tables = [key for key, node in nodes.items() if node is not None and node.keys is not None]
         # Its tables and lists of entries, not its settings.
-        entries = {key: map_items(item, tag) for key, item in value.items() if _has_entries(section, key, item)}
+        entries = {key: map_items(item, tag) for key, item in value.items() if key in tables or isinstance(item, Seq)}
         return tag(value.like(entries))
     return tag(value) if is_one_entry(section) else map_items(value, tag) if isinstance(value, (Map, Seq)) else value
-
-
-def _has_entries(section: str, key: str, value: Any) -> bool:
-    node = sections()[section].at(key)
-    return isinstance(value, Seq) or (isinstance(value, Map) and node is not None and node.keys is not None)
 
 
 def map_items(section: Any, change: Callable[[Any], Any]) -> Any:
     """Return a mapping or a list with each value changed."""
     if isinstance(section, Map):
-        return _table(section, lambda name: name, change)
+        return map_table(section, lambda name: name, change)
     made = Seq(section.span, section.via)
     made.extend(map(change, section))
     made.value_spans.extend(section.value_spans)
     return made
 
 
-def _table(table: Map, rename: Rename, change: Callable[[Any], Any]) -> Map:
+def map_table(table: Map, rename: Rename, change: Callable[[Any], Any] = lambda value: value) -> Map:
     """Return a mapping with each key renamed, and each value changed."""
     made = Map(table.span, table.via)
     for name, value in table.items():
@@ -104,7 +98,6 @@ def _table(table: Map, rename: Rename, change: Callable[[Any], Any]) -> Map:
 
 
 def _renamed_text(text: Any, change: Rename) -> Any:
-    """Return elements of XML after a change, which still know the part that made them."""
     made = change(text) if isinstance(text, str) else text
     if made == text:
         return text
@@ -112,7 +105,6 @@ def _renamed_text(text: Any, change: Rename) -> Any:
 
 
 def _with(entry: Map, changes: dict[str, Any]) -> Map:
-    """Return an entry with some values changed; a new key has the place of the entry."""
     if changes.keys() <= entry.keys():
         return entry.like(changes) if changes else entry
     made = entry.copied()
@@ -156,11 +148,6 @@ class _Placer:
             return self.use.prefix + name
         return self.rename(node.names, name) if node.names and not node.scope else name
 
-    def _key(self, node: Node, name: str) -> str:
-        if "sides" in node.mirror:
-            return side(name, self.mirror)
-        return self._text(node.keys, name) if node.keys is not None else name
-
     def _mapping(self, node: Node, entry: Map) -> Map:
         changes: dict[str, Any] = {}
         if self.mirror is not None:
@@ -173,9 +160,10 @@ class _Placer:
                 if below.attached and value == MOUNT and (self.use.xyz, self.use.rpy) != (None, None):
                     changes |= self._mounted(entry, changes, below.attached)
         changed = _with(entry, changes)
-        if node.keys is None and "sides" not in node.mirror:
-            return changed
-        return _table(changed, lambda name: self._key(node, name), lambda value: value)
+        if "sides" in node.mirror:
+            return map_table(changed, lambda name: side(name, self.mirror))
+        keys = node.keys
+        return changed if keys is None else map_table(changed, lambda name: self._text(keys, name))
 
     def rename(self, kind: str, name: str) -> str:
         """Return the name outside of the part of something of a kind."""
@@ -201,7 +189,6 @@ class _Placer:
         return {key: value for key, value in made.items() if key in keys}
 
     def _inside(self, how: str, value: Any) -> Any:
-        """Return a value of another language in which names are renamed."""
         if how == "parameters":
             return self._parameters(value)
         if how == "urdf":
@@ -214,11 +201,9 @@ class _Placer:
         return value
 
     def _among(self, is_own: Callable[[str], bool]) -> Rename:
-        """Return a function that renames names of the part, and the mount."""
         return lambda name: self.use.prefix + name if is_own(name) else self.rename("link", name)
 
     def _parameters(self, value: Any) -> Any:
-        """Return parameters of a controller in which joints, frames, sensors and controllers are renamed."""
         rename = self._among(self.names.among(IN_PARAMETERS).__contains__)
         if isinstance(value, str):
             name, slash, rest = value.partition("/")  # an interface: joint1/position
@@ -226,7 +211,7 @@ class _Placer:
         if isinstance(value, Seq):
             return map_items(value, self._parameters)
         if isinstance(value, Map):
-            return _table(value, lambda key: ".".join(map(rename, key.split("."))), self._parameters)
+            return map_table(value, lambda key: ".".join(map(rename, key.split("."))), self._parameters)
         return value
 
 
@@ -239,8 +224,6 @@ def _vector(value: Any) -> tuple[float, float, float]:
 
 
 def _vectors(polar: tuple[str, ...], axial: tuple[str, ...] = ()) -> Callable[[Map, int], dict[str, Any]]:
-    """Return a function that reflects the points and directions, and the rotations, under some keys."""
-
     def changes(entry: Map, axis: int) -> dict[str, Any]:
         found = {key: entry[key] for key in (*polar, *axial) if entry.get(key) is not None and is_vector(entry[key])}
         return {key: listed(_reflected(values, axis, key in axial), values) for key, values in found.items()}
@@ -249,9 +232,8 @@ def _vectors(polar: tuple[str, ...], axial: tuple[str, ...] = ()) -> Callable[[M
 
 
 def _axis(joint: Map, axis: int) -> dict[str, Any]:
-    # What has no type is no joint; its axis is one to turn about.
     values = joint.get("axis")
-    kind = joint.get("type", "revolute" if values is not None else "")
+    kind = joint.get("type", "revolute" if values is not None else "")  # what has no type is no joint
     if kind not in ("revolute", "continuous", "prismatic", "planar") or not is_vector(values):
         return {}
     values = listed((1, 0, 0), joint) if values is None else values
@@ -264,9 +246,8 @@ def _grid(grid: Map, axis: int) -> dict[str, Any]:
     Along z the heights change sign, which a rule reports: a map counts them up from z = 0.
     """
     heights, origin, cell = grid.get("heights"), grid.get("origin"), grid.get("cell")
-    if not isinstance(heights, Seq) or not heights or not all(isinstance(row, Seq) for row in heights):
-        return {}
-    if not isinstance(origin, Seq) or len(origin) != 2 or not all(map(is_number, (*origin, cell))):
+    is_table = isinstance(heights, Seq) and heights and all(isinstance(row, Seq) for row in heights)
+    if not is_table or not isinstance(origin, Seq) or len(origin) != 2 or not all(map(is_number, (*origin, cell))):
         return {}
     if axis == AXES["z"]:
         negative = [listed([_negative(v) if is_number(v) else v for v in row], row) for row in heights]
@@ -296,12 +277,10 @@ def _bounds(box: Map, axis: int) -> dict[str, Any]:
 
 
 def _scale(mesh: Map, axis: int) -> dict[str, Any]:
-    values = mesh.get("scale") or listed((1, 1, 1), mesh)
-    return {"scale": listed(_reflected(values, axis, False), values)} if is_vector(values) else {}
+    return _vectors(("scale",))(_with(mesh, {"scale": mesh.get("scale") or listed((1, 1, 1), mesh)}), axis)
 
 
 def _gear(actuator: Map, axis: int) -> dict[str, Any]:
-    """Reflect the gear of an actuator: of a ball a torque, of a site a force and a torque."""
     gear = actuator.get("gear")
     if not isinstance(gear, list) or len(gear) not in (3, 6) or not all(map(is_number, gear)):
         return {}
@@ -309,18 +288,9 @@ def _gear(actuator: Map, axis: int) -> dict[str, Any]:
 
 
 # By the annotation ``x-mirror``, whose keys are ``annotations.MIRRORED_KEYS``.
-MIRRORED: Mapping[str, Callable[[Map, int], dict[str, Any]]] = {
-    "pose": _vectors(("xyz",), ("rpy",)),
-    "axis": _axis,
-    "direction": _vectors(("direction",)),
-    "dir": _vectors(("dir",)),
-    "at": _vectors(("at",)),
-    "grid": _grid,
-    "inertia": _inertia,
-    "bounds": _bounds,
-    "scale": _scale,
-    "gear": _gear,
-}
+MIRRORED: dict[str, Callable[[Map, int], dict[str, Any]]] = {"pose": _vectors(("xyz",), ("rpy",)), "axis": _axis}
+MIRRORED |= {"grid": _grid, "inertia": _inertia, "bounds": _bounds, "scale": _scale, "gear": _gear}
+MIRRORED |= {key: _vectors((key,)) for key in ("direction", "dir", "at")}
 
 
 def side(role: str, axis: int | None) -> str:
@@ -338,10 +308,8 @@ def is_number(value: Any, dimension: Dimension | None = None) -> bool:
 
 def is_vector(value: Any, dimension: Dimension | None = None) -> bool:
     """Return True for three finite numbers, of a dimension if one is requested, or None."""
-    if value is None:
-        return True
     if not isinstance(value, list) or len(value) != 3:
-        return False
+        return value is None
     return all(is_number(v, dimension) and math.isfinite(v) for v in value)
 
 
@@ -355,12 +323,10 @@ def listed(values: Iterable[Any], like: Any) -> Seq:
 
 
 def _reflected(values: Iterable[Any], axis: int, axial: bool) -> list[Any]:
-    """Return a reflected vector; that of a rotation (``axial``) changes its other components."""
     return [_negative(v) if (i == axis) != axial else v for i, v in enumerate(values)]
 
 
 def _negative(value: float) -> float:
-    # A quantity stays one, and zero stays as it is.
-    if not value:
-        return value
-    return Quantity(-value, value.dimension, value.text) if isinstance(value, Quantity) else -value
+    if value and isinstance(value, Quantity):
+        return Quantity(-value, value.dimension, value.text)
+    return -value if value else value  # no negative zero

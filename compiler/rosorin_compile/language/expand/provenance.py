@@ -50,8 +50,7 @@ class Origin(NamedTuple):
 def argument_of(scope: Scope, names: Iterable[str], of_kinds: bool = False) -> Origin | None:
     """Return the arguments that an expression of some names depends on, seen from a scope; None if there are none.
 
-    None also at the end of a chain of names so long that Python's stack has no room left: then the error is reported at
-    its own place. Raising here would evaluate the rest of the chain again for each of its names.
+    None also for a chain of names that is too long for Python's stack: the error is reported at its own place.
     """
     try:
         return _first(_Search(scope.expansion.root, of_kinds).arguments(scope, names))
@@ -130,12 +129,8 @@ class _Definition(NamedTuple):
 
 
 class _Search:
-    """Follows values of one expansion, for one error."""
-
     def __init__(self, root: Scope, of_kinds: bool) -> None:
-        self.root = root
-        self.of_kinds = of_kinds
-        self.visited: set[Span] = set()
+        self.root, self.of_kinds, self.visited = root, of_kinds, set[Span]()
 
     def origin(self, scope: Scope, span: Span) -> Origin | None:
         """Return where the value at a place, which a scope evaluated, was written; None if it was written there."""
@@ -166,13 +161,16 @@ class _Search:
 
     def definition(self, scope: Scope, name: str, keys: str = "") -> _Definition | None:
         """Return where the value of a name, or of an entry of it, comes from; None if nobody wrote it."""
-        owner: Scope | None = scope
-        while owner is not None and name not in owner.places and (name != _MOUNT or owner.mount is None):
-            owner = owner.parent
+        if name == _MOUNT:
+            user: Scope | None = scope
+            while user is not None and user.mount is None:
+                user = user.parent
+            if user is None or user.mount is None:
+                return None
+            return _Definition(user.mount.span, self.outside(user), None, True, False)
+        owner = scope.owner(name)
         if owner is None:
             return None
-        if owner.mount is not None and name == _MOUNT:
-            return _Definition(owner.mount.span, self.outside(owner), None, True, False)
         local = owner.local.get(name)
         if name in _OF_USE and name not in owner.declared and local is None:
             return None
@@ -200,7 +198,6 @@ class _Search:
 
 
 def _first(arguments: Iterable[tuple[Span, Any]]) -> Origin | None:
-    """Return one of several arguments, with the others: the first that is not above zero, else the first."""
     values = dict(arguments)
     spans = sorted(values, key=lambda span: isinstance(values[span], (int, float)) and values[span] > 0)
     return Origin(spans[0], tuple(spans[1:])) if spans else None
@@ -211,22 +208,19 @@ def is_like_a_number(value: Any) -> bool:
     return isinstance(value, str) and bool(re.match(r"[-+~]?\.?\d", value))
 
 
-def text_at(span: Span) -> str:
-    """Return the scalar that is written at a place, up to the end of its first line."""
+def _text_at(span: Span) -> str:
     return span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length].strip("\"'")
 
 
 def _lone_name(span: Span) -> tuple[str, str]:
-    """Return the name that is all that is written at a place, and the keys behind it; else two empty texts."""
-    text = text_at(span)
+    text = _text_at(span)
     found = pieces(text)
     match = _LONE_NAME.match(found[0].text.strip()) if len(found) == 1 and found[0].is_whole else None
     return (match[1], match[2]) if match else (_MOUNT if text == MOUNT else "", "")
 
 
 def _names_at(span: Span) -> list[str]:
-    """Return the names in the expressions of the scalar that is written at a place."""
-    text = text_at(span)
+    text = _text_at(span)
     if text == MOUNT:
         return [_MOUNT]
     found = pieces(text) if not text.startswith(("{", "[")) else ()

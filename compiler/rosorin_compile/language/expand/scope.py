@@ -1,7 +1,6 @@
 """Scopes: names and their values, lexically nested; expressions, loops and conditions are evaluated in them.
 
-A named value is evaluated once, when it is first needed. ``resolve`` returns a new tree that shares the pieces without
-any expression.
+A named value is evaluated once, when it is first needed. ``resolve`` shares the pieces without any expression.
 """
 
 from __future__ import annotations
@@ -21,16 +20,7 @@ from rosorin_compile.source.wording import counted, first_of
 from rosorin_compile.source.xml.elements import fitted
 
 from ..expression import CHOICES, Piece, compiled, evaluate, names_in, pieces
-from ..expression.functions import (
-    BUILT_IN,
-    CONSTANTS,
-    FUNCTIONS,
-    OF_DESCRIPTIONS,
-    ExpressionError,
-    KindError,
-    functions,
-    kind_of,
-)
+from ..expression.functions import CONSTANTS, FUNCTIONS, OF_DESCRIPTIONS, ExpressionError, KindError, functions, kind_of
 from ..expression.syntax import weight
 from ..schema import keys_of_xml
 from ..suggestions import flag_meant, number_meant, unit_meant
@@ -38,12 +28,7 @@ from .expansion import Disabled, Expansion, Failed
 from .provenance import OF_KINDS, Origin, argument_at, argument_of, is_like_a_number
 
 RULES = (
-    Rule(
-        "expression",
-        "An expression cannot be read, or has no value.",
-        "See [expressions](language.md#expressions).",
-        ARGUMENTS,
-    ),
+    Rule("expression", "An expression has no value.", "See [expressions](language.md#expressions).", ARGUMENTS),
     Rule("cycle", "A named value needs itself.", "Give one of the circle a value of its own.", ARGUMENTS),
     Rule("too-large", "Loops and parts make more values than any robot has.", "Use smaller loops.", ARGUMENTS),
 )
@@ -67,8 +52,7 @@ class Scope:
     """
 
     def __init__(self, expansion: Expansion, parent: Scope | None = None, via: Instance | None = None) -> None:
-        self.expansion = expansion
-        self.parent = parent
+        self.expansion, self.parent = expansion, parent
         self.via: Instance | None = via or (parent.via if parent else None)
         self.prefix: str = parent.prefix if parent else ""
         self.values: dict[str, Any] = {}
@@ -88,18 +72,13 @@ class Scope:
     # Names
 
     def define(self, name: str, value: Any, place: Place, value_place: Place | None = None) -> None:
-        """Add a named value, evaluated later: named at ``place``, written at ``value_place``.
-
-        ``box(x, y)`` is one that takes values itself. A name that is taken or not possible is reported.
-        """
+        """Add a named value, evaluated later: named at ``place``, written at ``value_place``."""
         value_place = value_place or place
-        own, bracket, rest = name.partition("(")
-        is_function = bool(bracket) and name.endswith(")")
-        own = own if is_function else name
-        parameters = [one.strip() for one in rest[:-1].split(",")] if is_function and rest != ")" else []
-        is_good = all(map(str.isidentifier, parameters)) and len(set(parameters)) == len(parameters)
+        call = re.fullmatch(r"([^(]*)\((.*)\)", name, re.DOTALL)
+        own, parameters = (call[1], [one.strip() for one in call[2].split(",") if call[2]]) if call else (name, [])
         taken = own in functions() or own in OF_DESCRIPTIONS
-        if is_function and (taken or not is_good or not own.isidentifier()):
+        is_good = all(map(str.isidentifier, (own, *parameters))) and len(set(parameters)) == len(parameters)
+        if call and (taken or not is_good):
             message = f'"{own}" is a function of the language' if taken else f'"{name}" cannot be called'
             self.report("bad-name", message, place, "write NAME(FIRST, SECOND): letters, digits and underscores")
             return
@@ -111,16 +90,13 @@ class Scope:
             help = "use letters, digits and underscores, and begin with a letter"
             self.report("bad-name", f'"{own}" cannot be used in an expression', place, help)
         self.places[own], self.local[own] = place, value_place
-        if is_function:
+        if call:
             self.values[f"{own}()"] = partial(self._call, own, parameters, value, value_place)
         else:
             self.pending[own] = value, value_place
 
     def _call(self, name: str, parameters: Sequence[str], body: Any, place: Place, *arguments: Any) -> Any:
-        """Return the value of ``box(x, y)`` under ``let``, whose body sees the names here and its arguments.
-
-        Raises ExpressionError, or Failed after an error in the body.
-        """
+        """Return the value of ``box(x, y)`` under ``let``, whose body sees the names here and its arguments."""
         signature, count = f"{name}({', '.join(parameters)})", len(parameters)
         if len(arguments) != count:
             raise ExpressionError(f"{signature} takes {counted(count, 'value')}, not {len(arguments)}")
@@ -154,13 +130,11 @@ class Scope:
                 return scope.values[name]
             if name in scope.pending or name in scope.broken:
                 return scope._evaluate(name)
-            if name.endswith(CHOICES) and name.removesuffix(CHOICES) in scope.places:
-                break  # this scope has another value of that name
-            scope = scope.parent
+            # A scope with another value of that name hides its choices.
+            scope = None if name.endswith(CHOICES) and name.removesuffix(CHOICES) in scope.places else scope.parent
         raise KeyError(name)
 
     def _evaluate(self, name: str) -> Any:
-        """Return the value of a name of this scope that has not been evaluated yet."""
         if name in self.broken:
             raise Failed
         mark = f"{name}@{id(self)}"
@@ -184,13 +158,10 @@ class Scope:
 
     def evaluate_rest(self) -> bool:
         """Evaluate the named values that nothing has used, for their errors; return True if there are none."""
-        good = True
         for name in list(self.pending):
-            try:
+            with suppress(Failed):
                 self.lookup(name)
-            except Failed:
-                good = False
-        return good
+        return not self.pending
 
     def all_names(self) -> set[str]:
         """Return all names defined here and in the scopes around, without constants, units and functions."""
@@ -214,10 +185,7 @@ class Scope:
         related: Sequence[Related] = (),
         of_kinds: bool | None = None,
     ) -> None:
-        """Add an error at a place, or at the argument behind it, with the includes and parts that led to it.
-
-        ``of_kinds``: whether it is an error of kinds; by default the rule decides.
-        """
+        """Add an error at a place, or at the argument behind it, with the includes and parts that led to it."""
         kinds = rule in OF_KINDS if of_kinds is None else of_kinds
         origin = None if rule in _OF_ENTRIES else argument_at(self, place.span, kinds)
         self.report_origin(rule, message, place, help, related, origin)
@@ -245,14 +213,12 @@ class Scope:
         self.expansion.nodes += nodes
         Progress.step("expanding parts" if self.expansion.parts else "expanding", self.expansion.parts)
         if self.expansion.nodes > MAX_NODES:
-            message = f"the description grows beyond {MAX_NODES:,} values"
-            self._fail_for_size(message, Place(span, via), "use fewer or smaller loops")
+            self._fail_for_size(f"the description grows beyond {MAX_NODES:,} values", Place(span, via))
 
-    def _fail_for_size(self, message: str, place: Place, help: str) -> NoReturn:
-        """Report that a limit is exceeded, once, and raise Failed."""
+    def _fail_for_size(self, message: str, place: Place) -> NoReturn:
         if not self.expansion.is_full:
             self.expansion.is_full = True
-            self.report("too-large", message, place, help)
+            self.report("too-large", message, place, "use fewer or smaller loops, or calculate once, under let")
         raise Failed
 
     # Evaluation
@@ -266,9 +232,7 @@ class Scope:
             return value
         if isinstance(value, Map):
             return self._mapping(value)
-        if isinstance(value, Seq):
-            return self._sequence(value, xml)
-        return self.text(value, place.span, place.via, xml)
+        return self._sequence(value, xml) if isinstance(value, Seq) else self.text(value, place.span, place.via, xml)
 
     def _mapping(self, value: Map) -> Map:
         """Return a mapping with its keys and values evaluated.
@@ -280,24 +244,22 @@ class Scope:
         self.count(len(value) + 1, value.span, via)
         failed = False
         for key, item in value.items():
-            span = value.value_spans[key]
             try:
                 if "$" in key or _is_controlled(item):
-                    self._add_entries(made, value, key, item, via)
+                    self._add_entries(made, value, key, via)
                     continue
                 # In elements of XML, a value is spelt as XML spells it.
-                resolved = self.resolve(item, Place(span, via), key in keys_of_xml())
+                resolved = self.resolve(item, Place(value.value_spans[key], via), key in keys_of_xml())
                 if resolved is not None or item is None:
-                    made.put(key, resolved, value.key_spans[key], span)
+                    made.put(key, resolved, value.key_spans[key], value.value_spans[key])
             except Failed:
                 failed = True
         if failed:
             raise Failed
         return made
 
-    def _add_entries(self, made: Map, value: Map, key: str, item: Any, via: Instance | None) -> None:
-        """Add the entries that one entry with a loop, a condition or an expression in its name makes."""
-        key_span, span = value.key_spans[key], value.value_spans[key]
+    def _add_entries(self, made: Map, value: Map, key: str, via: Instance | None) -> None:
+        item, key_span, span = value[key], value.key_spans[key], value.value_spans[key]
         for scope, entry in self.entries(item, key):
             name = scope.name(key, key_span, via) if "$" in key else key
             if name in made:
@@ -313,8 +275,6 @@ class Scope:
     def name(self, key: str, span: Span, via: Instance | None) -> str:
         """Return a key with its expressions evaluated, which has to be text or a number."""
         name = self.text(key, span, via)
-        if type(name) is str:
-            return name
         if isinstance(name, (str, int, float)):
             return str(FUNCTIONS["str"](name))
         raise self.failed("wrong-type", f"a name is text, not {kind_of(name)}", Place(span, via), "put it inside text")
@@ -337,10 +297,7 @@ class Scope:
         return made
 
     def entries(self, item: Any, key: str = "", is_use: bool = False) -> Iterator[tuple[Scope, Any]]:
-        """Yield an entry with the scope to evaluate it in: for each round of its ``for``, if its ``if`` is true.
-
-        Entries that are removed by that are recorded under their ``key``.
-        """
+        """Yield an entry with the scope to evaluate it in: for each round of its ``for``, if its ``if`` is true."""
         if not _is_controlled(item):
             yield self, item
             return
@@ -384,7 +341,7 @@ class Scope:
                 value = evaluate(piece.text, self.lookup)
                 if self.expansion.work > MAX_WORK:
                     message = f"the expressions of the description take more than {MAX_WORK:,} steps together"
-                    self._fail_for_size(message, place, "use fewer or smaller loops, or calculate once, under let")
+                    self._fail_for_size(message, place)
                 if isinstance(value, (list, dict)):
                     self.count(weight(value), span, via)
                 if piece.is_whole:
@@ -397,23 +354,20 @@ class Scope:
         return "".join(parts)
 
     def _refuse_xacro(self, text: str, piece: Piece, place: Place) -> None:
-        """Report a substitution of xacro, which would reach the artifacts as it is, and raise Failed."""
-        found = _OF_XACRO.search(piece.text)
-        if found is None:
-            return
-        kind, rest = found[1], found[2].strip()
-        name = rest.split()[0] if rest else "NAME"
-        help = {"find": f"write package://{name}", "eval": f"write ${{{rest}}}", "dirname": "write the path from here"}
-        way_out = help.get(kind, f"write ${{{name}}}, with {name} under args")
-        where = _within(place, text, piece.offset + found.start())
-        raise self.failed("expression", f'"{found[0]}" has a meaning in xacro, and none here', where, way_out)
+        if found := _OF_XACRO.search(piece.text):
+            rest = found[2].strip()
+            name = (rest.split() or ["NAME"])[0]
+            ways_out = {"find": f"write package://{name}", "eval": f"write ${{{rest}}}", "dirname": "write the path"}
+            way_out = ways_out.get(found[1], f"write ${{{name}}}, with {name} under args")
+            where = _within(place, text, piece.offset + found.start())
+            raise self.failed("expression", f'"{found[0]}" has a meaning in xacro, and none here', where, way_out)
 
     def _report_expression(self, problem: ExpressionError, piece: Piece, text: str, place: Place) -> None:
-        """Report an error in an expression, where in it, and where the names that it uses come from."""
         where, help = self._place_and_help(problem, piece, text, place)
-        owners = {name: self.owner(name) for name in ([] if problem.unknown else names_in(piece.text))}
-        names = {name: owner.places[name].span for name, owner in owners.items() if owner}
-        values = {name: owner.values[name] for name, owner in owners.items() if owner and name in owner.values}
+        used = [] if problem.unknown else names_in(piece.text)
+        owners = {name: owner for name in used if (owner := self.owner(name)) is not None}
+        names = {name: owner.places[name].span for name, owner in owners.items()}
+        values = {name: owner.values[name] for name, owner in owners.items() if name in owner.values}
         if not help:
             number = next((name for name, value in values.items() if is_like_a_number(value)), "")
             if number:  # reported once for all expressions that use it, where it was written
@@ -440,12 +394,11 @@ class Scope:
         self.report_origin("expression", problem.message, where, help, related, origin)
 
     def _place_and_help(self, problem: ExpressionError, piece: Piece, text: str, place: Place) -> tuple[Place, str]:
-        """Return where in the text at a place an expression has an error, and a suggestion."""
         help, unknown = problem.help, problem.unknown
         if problem.unit is not None and (meant := unit_meant(problem.unit[1], [])):
             help = f"write {problem.unit[0]} {meant}"
         elif unknown.endswith("()"):
-            help = did_you_mean(unknown[:-2], {*functions(), *(one.name for one in BUILT_IN)})
+            help = did_you_mean(unknown[:-2], {*functions(), *OF_DESCRIPTIONS})
         elif unknown in ("math", "np", "numpy", "xacro", "self"):
             help = "functions and constants stand by themselves: pi, sin(x), load('file.yaml')"
         elif unknown:
@@ -454,8 +407,7 @@ class Scope:
             help = guess if guess.startswith("did") else f"known here: {listed}" if listed else "name it in let"
         where = _within(place, text, piece.offset + 2)
         if "\n" not in piece.text and where.span != place.span:
-            indent = len(piece.text) - len(piece.text.lstrip())
-            column = where.span.column + indent + max(0, problem.column)
+            column = where.span.column + len(piece.text) - len(piece.text.lstrip()) + max(0, problem.column)
             where = Place(where.span._replace(column=column, length=1), where.via)
         return where, help
 
@@ -469,17 +421,13 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
 
     Without a ``for`` that is the scope around it, once. Raises Failed after reporting.
     """
-    loops = item.get("for")
+    loops, scopes, via = item.get("for"), [outer], outer.via or item.via
     if loops is None:
         yield outer
         return
-    via = outer.via or item.via
     if not isinstance(loops, Map) or not loops:
-        place = Place(item.value_spans["for"], via)
-        raise outer.failed(
-            "wrong-type", "for maps a name to the values that it takes", place, "write for: {side: [left, right]}"
-        )
-    scopes = [outer]
+        place, help = Place(item.value_spans["for"], via), "write for: {side: [left, right]}"
+        raise outer.failed("wrong-type", "for maps a name to the values that it takes", place, help)
     for names, values in loops.items():
         where = Place(loops.value_spans[names], via)
         split = [name.strip() for name in names.split(",")]
@@ -494,7 +442,7 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
                 outer_via, at = scope.via or via, where.span
                 if isinstance(values, Seq):
                     at = span
-                elif at != span:  # the values come from elsewhere
+                if at != span:  # the values come from elsewhere
                     outer_via = Instance("which is written here", span, outer_via)
                 inner = Scope(outer.expansion, scope, Instance(f"{names} = {_short(value)}", at, outer_via, made=True))
                 row = value if len(split) > 1 else [value]
@@ -510,7 +458,6 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
 
 
 def _loop_values(scope: Scope, values: Any, place: Place) -> tuple[Sequence[Any], Sequence[Span]]:
-    """Return what a loop iterates over, a list or the keys of a table, and where each of it was written."""
     resolved = scope.resolve(values, place)
     if isinstance(resolved, Mapping):
         spans = resolved.key_spans if isinstance(resolved, Map) else {}
@@ -521,16 +468,17 @@ def _loop_values(scope: Scope, values: Any, place: Place) -> tuple[Sequence[Any]
 
 
 def _short(value: Any) -> str:
-    """Return the value of a loop's round in a few letters."""
     if isinstance(value, list) and not any(isinstance(item, (list, Mapping)) for item in value):
         return ", ".join(map(str, value))[:40]
-    if isinstance(value, (list, Mapping)):
-        return f"{'a list' if isinstance(value, list) else 'a table'} of {len(value)}"
-    return str(value)[:40]
+    is_table = isinstance(value, Mapping)
+    return (
+        f"{'a table' if is_table else 'a list'} of {len(value)}"
+        if is_table or isinstance(value, list)
+        else str(value)[:40]
+    )
 
 
 def _as_tree(value: list[Any], span: Span, via: Instance | None) -> Seq:
-    """Return a list that an expression made as a Seq: its items get the place of the expression."""
     if isinstance(value, Seq):
         return value
     made = Seq(span, via)
@@ -545,7 +493,7 @@ def _within(place: Place, text: str, offset: int) -> Place:
     if span.length < len(text):
         return place
     first = span.source.line(span.line)[span.column - 1 : span.column]
-    quote = 1 if first in ("'", '"') and not text.startswith(first) else 0
+    quote = int(first in ("'", '"') and not text.startswith(first))
     length = max(1, span.length - quote - offset)
     return Place(span._replace(column=span.column + quote + offset, length=length), place.via)
 

@@ -1,6 +1,6 @@
 """Expressions: what is inside ``${...}``, evaluated by a closed evaluator.
 
-Python's own parser reads the text, after ``literals`` has replaced quantities such as ``30 mm``. ``syntax`` evaluates
+Python's own parser reads the text, after quantities such as ``30 mm`` have been replaced. ``syntax`` evaluates
 an allow-list of nodes: arithmetic, comparisons, conditions, lists, indexing, list comprehensions, and the functions in
 ``functions``. There is no access to attributes of Python objects (``table.key`` is an entry of a table), no import, no
 assignment; the size of texts, numbers and lists and the number of steps are limited, so every expression ends soon.
@@ -15,8 +15,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError, KindError, functions
-from .literals import Literal, masked, mistake
-from .syntax import CHOICES, EFFORT, Lookup, bounded, check, value_of
+from .syntax import CHOICES, EFFORT, Literal, Lookup, bounded, check, masked, mistake, value_of
 
 __all__ = ["CHOICES", "CONSTANTS", "FUNCTIONS", "ExpressionError", "compiled", "evaluate", "names_in", "parsed"]
 
@@ -53,7 +52,6 @@ def evaluate(text: str, lookup: Lookup) -> Any:
 
 
 def _blame(node: ast.AST, lookup: Lookup) -> int:
-    """Return the column of the innermost part of an expression that has no value."""
     for child in () if isinstance(node, (ast.ListComp, ast.GeneratorExp)) else ast.iter_child_nodes(node):
         if isinstance(child, ast.expr) and not (isinstance(child, ast.Name) and child.id in functions()):
             EFFORT.done = 0
@@ -96,8 +94,6 @@ def parsed(text: str) -> ast.Expression:
 
 
 class _Literals(ast.NodeTransformer):
-    """Replaces the names that stand for quantities."""
-
     def __init__(self, literals: Mapping[tuple[int, int], Literal]) -> None:
         self.literals = literals
 

@@ -1,14 +1,12 @@
 """The functions and constants of expressions, and the errors that they raise.
 
-A bare number has no dimension and goes with any; two quantities must have the same dimension where they are added,
-compared or chosen from. ``BUILT_IN`` has each function with its line in the reference; plug-ins add functions as entry
-points of ``rosorin_compile.functions``.
+A bare number has no dimension and goes with any; quantities that are added or compared have the same dimension.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -66,10 +64,7 @@ class Function(NamedTuple):
 
 
 def function(name: str, help: str) -> Callable[[Callable[..., Any]], Function]:
-    """Make a Python function a function of the language, for an entry point of ``rosorin_compile.functions``.
-
-    ``help`` is its line in the reference, in Markdown.
-    """
+    """Make a Python function a function of the language, for an entry point of ``rosorin_compile.functions``."""
     return lambda apply: Function(name, help, apply)
 
 
@@ -96,8 +91,6 @@ def common_dimension(values: Iterable[Any]) -> Dimension | None:
 
 
 def _of(dimension: Dimension, what: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a function refuse quantities of another dimension; a bare number is in SI units."""
-
     def apply(*values: Any) -> Any:
         for value in values:
             if dimension_of(value) not in (None, dimension, NUMBER):
@@ -177,7 +170,6 @@ def _error(text: Any) -> Any:
 
 
 def _text(value: Any) -> str:
-    """Return a value as text, whole numbers without a point."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, float):
@@ -220,10 +212,8 @@ _ROWS: tuple[tuple[str, Mapping[str, Callable[..., Any] | None]], ...] = (
     ("of an angle; a bare number is in radians", _of_math(_of_angle, "sin cos tan")),
     ("the angle; so `atan` of a quotient", _of_math(_to_angle, "asin acos atan")),
     ("`atan2(y, x)`: the angle of a direction, -180 to 180 degrees", {"atan2": _atan2}),
-    (
-        "an angle as a plain number of degrees; so the inverse, `radians`",
-        {"degrees": _of_angle(math.degrees), "radians": lambda number: Quantity(math.radians(number), ANGLE)},
-    ),
+    ("an angle as a plain number of degrees", {"degrees": _of_angle(math.degrees)}),
+    ("a plain number of degrees as an angle", {"radians": lambda number: Quantity(math.radians(number), ANGLE)}),
     ("square root; of an area it is a length", {"sqrt": _sqrt}),
     ("size without the sign", {"abs": _keeping(abs)}),
     ("of its arguments, or of a list", {"min": _keeping(min), "max": _keeping(max)}),
@@ -238,53 +228,32 @@ _ROWS: tuple[tuple[str, Mapping[str, Callable[..., Any] | None]], ...] = (
     ("`isclose(x, y)`: whether two numbers are the same to 9 digits", _of_math(_plain, "isclose")),
     ("`pow(x, y)`: x to the power of y, of plain numbers; `x**y` also takes quantities", _of_math(_plain, "pow")),
     ("-1, 0 or 1", {"sign": lambda value: (value > 0) - (value < 0)}),
-    (
-        "a number or a text as a whole number, as a number; whether it is not empty and not 0",
-        {"int": _plain(int), "float": float, "bool": bool},
-    ),
+    ("a number or a text as a whole number, or as a number", {"int": _plain(int), "float": float}),
+    ("whether a value is not empty and not 0", {"bool": bool}),
     ("number of items of a list, or of letters of a text", {"len": len}),
     ("of a list of numbers", {"sum": _sum}),
     ("`range(4)`: 0, 1, 2, 3; `range(first, end, step)`", {"range": _range}),
-    (
-        "a list in order, or from its end; `list` of a text: its letters",
-        {"sorted": sorted, "reversed": lambda values: list(values)[::-1], "list": list},
-    ),
+    ("a list in order, or from its end", {"sorted": sorted, "reversed": lambda values: list(values)[::-1]}),
+    ("the letters of a text, as a list", {"list": list}),
     ("`zip(a, b)`: rows of one item of each list", {"zip": lambda *lists: _rows(zip(*lists, strict=True))}),
     ("`enumerate(list)`: rows of a number, from 0, and an item", {"enumerate": lambda *of: _rows(enumerate(*of))}),
-    (
-        "of a table, as a list; `items`: rows of a key and a value",
-        {
-            "keys": lambda table: list(table.keys()),
-            "values": lambda table: list(table.values()),
-            "items": lambda table: _rows(table.items()),
-        },
-    ),
+    ("of a table, as a list", {"keys": lambda table: list(table.keys()), "values": lambda table: list(table.values())}),
+    ("rows of a key and a value of a table", {"items": lambda table: _rows(table.items())}),
     ("`get(table, key, default)`: an entry of a table, or the default", {"get": dict.get}),
     ("whether all, any of a list are true", {"all": all, "any": any}),
     ("a value as text, as it would stand in one", {"str": _text}),
     ("`pad(7, 2)`: a whole number as text of at least two digits, 07", {"pad": _pad}),
     ("`error('text')`: refuses the description with a message of its author", {"error": _error}),
-    (
-        "a text in capitals, in small letters, without blanks at its ends",
-        {"upper": str.upper, "lower": str.lower, "strip": str.strip},
-    ),
+    ("a text in capitals, in small letters", {"upper": str.upper, "lower": str.lower}),
+    ("a text without blanks at its ends", {"strip": str.strip}),
     ("`split(text, ',')`: a text as a list of texts; without a separator at blanks", {"split": str.split}),
     ("`numbers('0 0 1')`: the numbers of a text, as a list; a list stays what it is", {"numbers": _numbers}),
     ("`join(', ', list)`: a list as one text", {"join": _join}),
     ("`replace(text, old, new)`", {"replace": _replace}),
-    (
-        "`startswith(text, other)`: whether a text begins, ends so",
-        {"startswith": str.startswith, "endswith": str.endswith},
-    ),
-    (
-        "`load('file.yaml')`: the value of a YAML file in the folder of the description, or of a package",
-        {"load": None},
-    ),
-    (
-        "`find('PACKAGE')`: the folder of a ROS package on this machine; `find('PACKAGE', other)`: the other value "
-        "where there is no such package",
-        {"find": None},
-    ),
+    ("`startswith(text, other)`: whether a text begins so", {"startswith": str.startswith}),
+    ("`endswith(text, other)`: whether a text ends so", {"endswith": str.endswith}),
+    ("`load('file.yaml')`: the value of a YAML file beside the description, or of a package", {"load": None}),
+    ("`find('PACKAGE')`: the folder of a ROS package; `find('PACKAGE', other)`: or another value", {"find": None}),
 )
 BUILT_IN = tuple(Function(name, help, apply) for help, row in _ROWS for name, apply in row.items())
 # The functions that need only their arguments, by name.
@@ -295,18 +264,11 @@ CONSTANTS: dict[str, Any] = {"pi": math.pi, "tau": math.tau, "e": math.e}
 CONSTANTS |= {"true": True, "false": False, "none": None}
 
 
-class Plugged(NamedTuple):
-    """The functions of plug-ins, and problems with these plug-ins."""
-
-    functions: tuple[tuple[Plugin, Function], ...]
-    diagnostics: tuple[Diagnostic, ...]
-
-
 @cache
-def plugged() -> Plugged:
-    """Return the functions of plug-ins: entry points of ``rosorin_compile.functions``."""
+def plugged() -> tuple[Sequence[tuple[Plugin, Function]], Sequence[Diagnostic]]:
+    """Return the functions of plug-ins (entry points of ``rosorin_compile.functions``), and problems with them."""
     taken = {*FUNCTIONS, *OF_DESCRIPTIONS, *CONSTANTS, *UNITS}
-    return Plugged(*load("functions", Function, _names, taken.__contains__))
+    return load("functions", Function, _names, taken.__contains__)
 
 
 def _names(one: Function) -> list[str]:
@@ -322,7 +284,7 @@ def _names(one: Function) -> list[str]:
 @cache
 def functions() -> Mapping[str, Callable[..., Any]]:
     """Return the functions by name, including those of plug-ins."""
-    more = plugged().functions
+    more = plugged()[0]
     return {**FUNCTIONS, **{one.name: _guarded(plugin, one) for plugin, one in more}} if more else FUNCTIONS
 
 
@@ -333,7 +295,6 @@ def reserved_names() -> frozenset[str]:
 
 
 def _guarded(plugin: Plugin, one: Function) -> Callable[..., Any]:
-    """Return the function of a plug-in, with any exception in it as an ExpressionError."""
     who = f"{one.name}() of {plugin.distribution} {plugin.version}"
 
     def plain(value: Any) -> Any:
@@ -347,7 +308,7 @@ def _guarded(plugin: Plugin, one: Function) -> Callable[..., Any]:
 
     def apply(*values: Any) -> Any:
         try:
-            with aside(plugin):
+            with aside():
                 value = one(*values)
         except (ExpressionError, TypeError, ValueError, ArithmeticError, LookupError):
             raise  # as functions that are built in

@@ -29,32 +29,16 @@ from ..schema import backend_of
 from ..suggestions import name_meant
 from ..suppressions import accepted
 from . import links
-from .joints import lower_joint, node
+from .joints import add_frames, lower_joint, lower_sensor, node
 from .lowering import Lowering
 from .records import Problem, entries_of, pose_of_entry, record_of, renamed_values, source_of, values_of
 from .sections import lower_sections, with_sections
-from .sensors import add_frames, lower_sensor
 
 RULES = (
-    Rule(
-        "duplicate-name",
-        "Two entries have the same name, in one file, in two, or by two uses of a part.",
-        "Rename or remove one; give one use or include another `prefix`.",
-        FILES,
-    ),
+    Rule("duplicate-name", "Two entries have the same name.", "Rename one, or use another `prefix`.", FILES),
     Rule("unknown-publisher", "A publisher is not in `publishers`.", "Correct the name, or add the node.", FRAMES),
-    Rule(
-        "drive-kind",
-        "A drive says no kind of base, or several.",
-        "One of `mecanum`, `differential`, `omni`, `tricycle`, `ackermann`, with its wheels.",
-        JOINTS,
-    ),
-    Rule(
-        "unknown-servo",
-        "No servo group has this joint, or there is no such group.",
-        "Correct the name, or add it to a group.",
-        POSES,
-    ),
+    Rule("drive-kind", "A drive has no kind of base, or several.", "Write one, such as `differential`.", JOINTS),
+    Rule("unknown-servo", "No servo group has this joint.", "Correct the name, or add it to a group.", POSES),
     Rule("pulse-range", "A pulse is outside the range of its servo.", "Correct the pulse or the range.", POSES),
 )
 _ACCEPTABLE = {rule.id: rule for rule in links.RULES if rule.accept}
@@ -94,7 +78,6 @@ def lower(tree: Map, scope: Scope | None = None) -> Lowered:
 
 
 def _urdf_elements(tree: Map, lowering: Lowering) -> tuple[str, ...]:
-    """Return the elements of XML at the top of the robot, then those of its sensors."""
     texts = list(tree.get("urdf_elements") or ())
     for name, entry in (tree.get("sensors") or {}).items():
         for index, text in enumerate(entry.get("urdf_elements") or ()):
@@ -174,10 +157,8 @@ def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]
 
 
 def _pose(name: str, entry: Mapping[str, Any], lowering: Lowering) -> JointPose:
-    positions, controls = (
-        {key: float(value) for key, value in sorted(entry.get(group, {}).items())}
-        for group in ("positions", "controls")
-    )
+    positions = {key: float(value) for key, value in sorted(entry.get("positions", {}).items())}
+    controls = {key: float(value) for key, value in sorted(entry.get("controls", {}).items())}
     pulses = dict(sorted(entry.get("pulses", {}).items()))
     for joint, pulse in pulses.items():
         path: Path = ("poses", name, "pulses", joint)
@@ -191,7 +172,6 @@ def _pose(name: str, entry: Mapping[str, Any], lowering: Lowering) -> JointPose:
 
 
 def _position(joint: str, pulse: int, path: Path, lowering: Lowering) -> float | None:
-    """Return the position (rad or m) of a pulse; None for a joint without a servo, which is reported."""
     group = next((group for group in lowering.servos if joint in group.joints), None)
     if group is None:
         known = [joint for group in lowering.servos for joint in group.joints]
@@ -225,6 +205,10 @@ def _root(tree: Mapping[str, Any], _: Problem) -> Root:
     return record_of(Root, entry, values=values, placed="xyz" in entry or "rpy" in entry)
 
 
+def _disabled_contacts(tree: Mapping[str, Any], _: Problem) -> tuple[tuple[str, ...], ...]:
+    return tuple(tuple(one["links"]) for one in tree["disabled_contacts"])
+
+
 CORE: tuple[Section[Any], ...] = (
     Section("publishers", Publisher, lower=_publishers),
     Section("edges", Edge, form=ITEMS, lower=_edges),
@@ -239,10 +223,6 @@ CORE: tuple[Section[Any], ...] = (
     Section("source", Source, form=ONE, lower=lambda tree, _: source_of(tree["source"])),
     Section("materials", Material, lower=_materials),
     Section("root", Root, form=ONE, lower=_root),
-    Section(
-        "disabled_contacts",
-        form=ITEMS,
-        lower=lambda tree, _: tuple(tuple(one["links"]) for one in tree["disabled_contacts"]),
-    ),
+    Section("disabled_contacts", form=ITEMS, lower=_disabled_contacts),
     Section("mjcf", form=ITEMS, lower=lambda tree, _: tuple(tree["mjcf"])),
 )

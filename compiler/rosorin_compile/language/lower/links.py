@@ -8,22 +8,10 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from rosorin_compile.model import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Geometry,
-    HeightMap,
-    Inertial,
-    Link,
-    Mesh,
-    Shape,
-    Sphere,
-    Transform,
-)
+from rosorin_compile.model import Inertial, Link, Transform
 from rosorin_compile.model.link import Source
 from rosorin_compile.model.mass import inertial_of, together
+from rosorin_compile.model.shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 from rosorin_compile.model.simulation import Marked
 from rosorin_compile.source.rule_registry import NUMBERS, Rule
 from rosorin_compile.source.tree import Path
@@ -33,36 +21,13 @@ from .lowering import Lowering, LoweringError
 from .records import record_of, source_of, vector_of
 
 RULES = (
-    Rule(
-        "shape-kind",
-        "A shape is none of the kinds or two of them; a box has neither a size nor corners, or both.",
-        "One kind an entry.",
-        NUMBERS,
-    ),
-    Rule(
-        "shape-size",
-        "A size is not above zero; a corner `max` is not above `min`.",
-        "Correct it.",
-        NUMBERS,
-        accept="link",
-        imported="always",
-    ),
-    Rule(
-        "height-map-rows",
-        "The rows of a height map differ in length, a height is below zero, or the bottom is not below the top.",
-        "Give all rows one length; heights count up from z = 0, and so does the bottom.",
-        NUMBERS,
-    ),
+    Rule("shape-kind", "A shape has no kind or several; a box has no size or several.", "Write one.", NUMBERS),
+    Rule("shape-size", "A size is not above zero.", "Correct it.", NUMBERS, accept="link", imported="always"),
+    Rule("height-map-rows", "A height map has rows of several lengths, or heights below 0.", "Correct it.", NUMBERS),
 )
-_GEOMETRIES: Mapping[str, type[Geometry]] = {
-    "box": Box,
-    "cylinder": Cylinder,
-    "capsule": Capsule,
-    "sphere": Sphere,
-    "ellipsoid": Ellipsoid,
-    "mesh": Mesh,
-    "height_map": HeightMap,
-}
+_GEOMETRIES: dict[str, type[Geometry]] = {"box": Box, "cylinder": Cylinder, "capsule": Capsule, "sphere": Sphere}
+_GEOMETRIES |= {"ellipsoid": Ellipsoid, "mesh": Mesh, "height_map": HeightMap}
+_PER_MASS = ("mass", "ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 Accepts = Callable[[LoweringError], bool]
 _MARKS = {"sites": "site", "cameras": "camera", "lights": "light"}
 
@@ -74,14 +39,13 @@ def lower_link(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Link:
     source = source_of(entry.get("source"))
     shapes: dict[str, tuple[Shape, ...]] = {}
     for key in ("visual", "collision"):
-        shapes[key] = lowering.share(
-            (id(entry.get(key)), source), partial(_shapes, lowering, entry, (*path, key), source)
-        )
+        make = partial(_shapes, lowering, entry, (*path, key), source)
+        shapes[key] = lowering.share((id(entry.get(key)), source), make)
     inertial = None
     if "inertial" in entry:
         with lowering.reporting(f' (link "{name}" inertial)'):
-            make = partial(_inertial, lowering, entry["inertial"], (*path, "inertial"), shapes)
-            inertial = lowering.share((id(entry["inertial"]), *map(id, shapes.values())), make)
+            made = partial(_inertial, lowering, entry["inertial"], (*path, "inertial"), shapes)
+            inertial = lowering.share((id(entry["inertial"]), *map(id, shapes.values())), made)
     marks = [(tag, *mark) for key, tag in _MARKS.items() for mark in (entry.get(key) or {}).items()]
     marked = tuple(record_of(Marked, mark, tag=tag, name=str(label)) for tag, label, mark in marks)
     return record_of(Link, entry, name=name, inertial=inertial, **shapes, source=source, marked=marked)
@@ -117,11 +81,10 @@ def lower_shape(
         lower, upper = sizes.get("min", [-size for size in half]), sizes.get("max", half)
         given = {"lower": vector_of(lower), "upper": vector_of(upper)}
     elif kind == "height_map":
-        _check_rows(sizes["heights"], (*here, "heights"), "height")
-        bottom = sizes.get("bottom", 0.0)
-        _check_bottom(bottom, sizes["heights"], (*here, "bottom"))
-        bottom = float(bottom) if isinstance(bottom, (int, float)) else tuple(tuple(map(float, row)) for row in bottom)
-        given = {"step": float(sizes.get("step", sizes["cell"])), "bottom": bottom}
+        bottom, step = sizes.get("bottom", 0.0), float(sizes.get("step", sizes["cell"]))
+        _check_heights(sizes["heights"], bottom, here)
+        rows = tuple(tuple(map(float, row)) for row in bottom) if isinstance(bottom, list) else float(bottom)
+        given = {"step": step, "bottom": rows}
     for problem in _wrong_sizes(sizes, here):
         if kind == "height_map" or not accepts(problem):
             raise problem
@@ -142,41 +105,34 @@ def _wrong_sizes(entry: Mapping[str, Any], path: Path) -> Iterator[LoweringError
             yield LoweringError("shape-size", message, (*path, "max", index), "swap or correct the corners")
 
 
-def _check_rows(rows: Sequence[Sequence[float]], path: Path, word: str) -> None:
-    for i, row in enumerate(rows):
-        if len(row) != len(rows[0]):
-            message = f"row {i + 1} has {len(row)} {word}s, the first row {len(rows[0])}"
-            raise LoweringError("height-map-rows", message, (*path, i), "give all rows one length")
-    below = [(i, j) for i, row in enumerate(rows) for j, number in enumerate(row) if number < 0]
-    if below:
-        help = f"{word}s count up from z = 0"
-        raise LoweringError("height-map-rows", f"a {word} is below zero", (*path, *below[0]), help)
-
-
-def _check_bottom(bottom: Any, heights: Sequence[Sequence[float]], path: Path) -> None:
-    """Raise LoweringError for a body that would begin above its heights."""
-    message, help = "", ""
-    if isinstance(bottom, (int, float)):
-        lowest = min((height for row in heights for height in row if height > 0), default=math.inf)
+def _check_heights(heights: Sequence[Sequence[float]], bottom: Any, path: Path) -> None:
+    tables = {"height": heights, **({"bottom": bottom} if isinstance(bottom, list) else {})}
+    for word, rows in tables.items():
+        here: Path = (*path, "heights" if word == "height" else word)
+        for i, row in enumerate(rows):
+            if len(row) != len(rows[0]):
+                message = f"row {i + 1} has {len(row)} {word}s, the first row {len(rows[0])}"
+                raise LoweringError("height-map-rows", message, (*here, i), "give all rows one length")
+        for i, j in [(i, j) for i, row in enumerate(rows) for j, number in enumerate(row) if number < 0]:
+            help = f"{word}s count up from z = 0"
+            raise LoweringError("height-map-rows", f"a {word} is below zero", (*here, i, j), help)
+    lowest = min((height for row in heights for height in row if height > 0), default=math.inf)
+    message, help = "", "lower it, or give it as rows like those of heights"
+    if not isinstance(bottom, list):
         if bottom < 0:
             message, help = "the bottom is below zero", "it counts up from z = 0"
         elif bottom >= lowest:
             message = f"the bottom ({bottom:g} m) is not below the lowest height ({lowest:g} m)"
-            help = "lower it, or give it as rows like those of heights"
-    else:
-        _check_rows(bottom, path, "bottom")
-        cells = [cell for rows in zip(bottom, heights, strict=False) for cell in zip(*rows, strict=False)]
+    elif (len(bottom), len(bottom[0])) != (len(heights), len(heights[0])):
         sizes = [f"{len(rows)} x {len(rows[0])}" for rows in (bottom, heights)]
-        if sizes[0] != sizes[1]:
-            message, help = (
-                f"bottom has {sizes[0]} cells, heights has {sizes[1]}",
-                "give each cell of heights its bottom",
-            )
-        elif cells and all(low >= height for low, height in cells):
-            message = "the bottom ({:g} m) is in no cell below the height ({:g} m in the first)".format(*cells[0])
-            help = "lower it; bare numbers are in metres"
+        message = f"bottom has {sizes[0]} cells, heights has {sizes[1]}"
+        help = "give each cell of heights its bottom"
+    elif all(low >= high for rows in zip(bottom, heights, strict=True) for low, high in zip(*rows, strict=True)):
+        first = (bottom[0][0], heights[0][0])
+        message = "the bottom ({:g} m) is in no cell below the height ({:g} m in the first)".format(*first)
+        help = "lower it; bare numbers are in metres"
     if message:
-        raise LoweringError("height-map-rows", message, path, help)
+        raise LoweringError("height-map-rows", message, (*path, "bottom"), help)
 
 
 def _inertial(lowering: Lowering, entry: Mapping[str, Any], path: Path, own: Mapping[str, Sequence[Shape]]) -> Inertial:
@@ -216,13 +172,10 @@ def _inertial(lowering: Lowering, entry: Mapping[str, Any], path: Path, own: Map
         help = "correct the sizes; bare numbers are in metres"
         raise LoweringError("shape-size", str(problem), here, help) from None
     factor = float(entry[key]) / (total.mass if key == "mass" else 1.0)
-    names = ("mass", "ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    scaled: dict[str, Any] = {name: factor * getattr(total, name) for name in names}
-    return replace(total, **scaled)
+    return replace(total, **{name: factor * getattr(total, name) for name in _PER_MASS})
 
 
 def _solid(lowering: Lowering, shape: Shape, path: Path) -> Inertial:
-    """Return the inertial of a shape of density 1 kg/m^3, in the frame of its link."""
     from rosorin_compile.model.mesh_triangles import ExtractProblem, mesh_inertial
 
     mesh = shape.geometry

@@ -29,23 +29,14 @@ class LoweringError(Exception):
 
     def __init__(self, rule: str, message: str, path: Path = (), help: str = "") -> None:
         super().__init__(message)
-        self.rule = rule
-        self.message = message
-        self.path = path
-        self.help = help
+        self.rule, self.message, self.path, self.help = rule, message, path, help
 
 
 class Lowering:
-    """The state of a conversion. Called, it reports a problem.
-
-    ``acceptable`` are the rules whose problems a description may accept. ``places`` has the paths of definitions by
-    kind and name.
-    """
+    """The state of a conversion. Called, it reports a problem."""
 
     def __init__(self, tree: Map, scope: Scope | None, acceptable: dict[str, Rule]) -> None:
-        self.tree = tree
-        self.scope = scope
-        self.acceptable = acceptable
+        self.tree, self.scope, self.acceptable = tree, scope, acceptable
         self.places: dict[tuple[str, str], Path] = {}
         self.frames: dict[str, tuple[str, Path]] = {}  # of each joint: its child, and where that is written
         self.diagnostics: list[Diagnostic] = []
@@ -65,10 +56,7 @@ class Lowering:
         self.diagnostics.append(replace(diagnostic, of=names_at(self.tree, path)))
 
     def share(self, key: Hashable, make: Callable[[], T]) -> T:
-        """Return what ``make`` returns; the same object for the same key, unless problems were reported.
-
-        The parts of a robot share pieces of the tree, and rules and formats treat each object once.
-        """
+        """Return what ``make`` returns; the same object for the same key, unless problems were reported."""
         if key in self._shared:
             known: T = self._shared[key]
             return known

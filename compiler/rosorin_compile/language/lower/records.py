@@ -55,11 +55,9 @@ def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **give
 
 def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> dict[str, T]:
     """Return the records of entries by name, each with its name if it has a field for that."""
-    named = is_dataclass(kind) and any(field.name == "name" for field in fields(kind))
-    return {
-        str(name): record_of(kind, entry, **({"name": str(name)} if named else {}))
-        for name, entry in (entries or {}).items()
-    }
+    is_named = is_dataclass(kind) and any(field.name == "name" for field in fields(kind))
+    names = {str(name): {"name": str(name)} if is_named else {} for name in entries or ()}
+    return {name: record_of(kind, (entries or {})[name], **given) for name, given in names.items()}
 
 
 def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
@@ -72,9 +70,8 @@ def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
 
 def pose_of_entry(entry: Mapping[str, Any]) -> Pose:
     """Return the pose given by ``xyz`` (m) and ``rpy`` (rad) of an entry."""
-    if "xyz" not in entry and "rpy" not in entry:
-        return IDENTITY
-    return Pose(vector_of(entry.get("xyz")), vector_of(entry.get("rpy")))
+    is_given = "xyz" in entry or "rpy" in entry
+    return Pose(vector_of(entry.get("xyz")), vector_of(entry.get("rpy"))) if is_given else IDENTITY
 
 
 def plain(value: Any) -> Any:
@@ -104,23 +101,22 @@ def actuator_of(entry: Mapping[str, Any] | None) -> Actuator | None:
 
 def values_of(entry: Mapping[str, Any] | None) -> dict[str, Attribute]:
     """Return MJCF attributes by name."""
-    return {name: attribute_of(value) for name, value in sorted(entry.items())} if entry else {}
+    return {name: _attribute_of(value) for name, value in sorted(entry.items())} if entry else {}
 
 
 def other_values(entry: Mapping[str, Any], known: tuple[str, ...]) -> dict[str, Attribute]:
     """Return the MJCF attributes of an entry that also has the keys ``known``."""
-    return {key: attribute_of(value) for key, value in sorted(entry.items()) if key not in known}
+    return {key: _attribute_of(value) for key, value in sorted(entry.items()) if key not in known}
 
 
 def renamed_values(entry: Mapping[str, Any], words: Mapping[str, str]) -> dict[str, Attribute]:
     """Return the values of an entry under the names that MJCF has for its keys."""
-    return {word: attribute_of(entry[key]) for key, word in words.items() if key in entry}
+    return {word: _attribute_of(entry[key]) for key, word in words.items() if key in entry}
 
 
-def attribute_of(value: Any) -> Attribute:
-    """Return the value of an MJCF attribute."""
+def _attribute_of(value: Any) -> Attribute:
     if isinstance(value, list):
-        return tuple(attribute_of(item) for item in value)  # type: ignore[misc]
+        return tuple(_attribute_of(item) for item in value)  # type: ignore[misc]
     if value is None or isinstance(value, bool):
         return value
     return str(value) if isinstance(value, str) else float(value)
@@ -149,7 +145,7 @@ def _converter(hint: Any) -> Convert:
     inner = [_converter(one) for one in get_args(hint) if one not in (NoneType, Ellipsis)]
     if kind in (Union, UnionType):
         if len(inner) != 1:
-            return _same
+            return lambda value: value
         return lambda value: None if value is None else inner[0](value)
     if kind is tuple and len(inner) == 1:
         return lambda value: tuple(map(inner[0], value))
@@ -162,8 +158,4 @@ def _converter(hint: Any) -> Convert:
         return lambda value: {key: inner[1](one) for key, one in value.items()}
     if isinstance(hint, type) and is_dataclass(hint):
         return lambda value: record_of(hint, value)
-    return _same
-
-
-def _same(value: Any) -> Any:
-    return value
+    return lambda value: value

@@ -1,7 +1,4 @@
-"""Lower sections by their records: sections of the tool and of plug-ins are converted in the same way.
-
-A section is converted by the fields of its dataclass; one whose record has ``lower`` by that function.
-"""
+"""Lower sections by their records: sections of the tool and of plug-ins are converted in the same way."""
 
 from __future__ import annotations
 
@@ -18,8 +15,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.plugins import Plugin, aside, failed
 from rosorin_compile.source.tree import Map, Path
 
-from ..schema import fragment_at, resolve, schema
-from ..section_registry import plugged
+from ..schema import fragment_at, plugged, resolve, schema
 from ..symbols import SymbolTable
 from .records import Problem, named_records, plain, record_of
 
@@ -49,39 +45,34 @@ def _value(section: Section[Any], tree: Mapping[str, Any], problem: Problem) -> 
     if section.lower is not None:
         return section.lower(tree, problem)
     entries = _contents(section, tree)
-    if section.form == ENTRIES:
-        return named_records(section.entry, entries)
     if section.form == ITEMS:
         return tuple(record_of(section.entry, entry) for entry in entries)
-    return record_of(section.entry, entries)
+    return named_records(section.entry, entries) if section.form == ENTRIES else record_of(section.entry, entries)
 
 
 def _contents(section: Section[Any], tree: Mapping[str, Any]) -> Any:
-    return completed(schema()["properties"][section.name], plain(tree[section.name]))
+    return _completed(schema()["properties"][section.name], plain(tree[section.name]))
 
 
-def completed(fragment: Mapping[str, Any], value: Any) -> Any:
-    """Return a plain value with the defaults of the schema; an empty entry is a mapping."""
+def _completed(fragment: Mapping[str, Any], value: Any) -> Any:
     fragment = resolve(dict(fragment))
     properties, others = fragment.get("properties", {}), fragment.get("additionalProperties")
     others = others if isinstance(others, Mapping) else {}
     if isinstance(value, tuple):
-        return tuple(completed(fragment.get("items", {}), item) for item in value)
+        return tuple(_completed(fragment.get("items", {}), item) for item in value)
     if value is None and (properties or others):
         value = {}
     if not isinstance(value, Mapping):
         return value
-    defaults = {
-        key: resolved["default"] for key, inner in properties.items() if "default" in (resolved := resolve(inner))
-    }
-    return {key: completed(properties.get(key, others), item) for key, item in {**defaults, **value}.items()}
+    resolved = {key: resolve(inner) for key, inner in properties.items()}
+    defaults = {key: inner["default"] for key, inner in resolved.items() if "default" in inner}
+    return {key: _completed(properties.get(key, others), item) for key, item in {**defaults, **value}.items()}
 
 
 @contextmanager
 def _guarded(plugin: Plugin, section: str, report: Report) -> Iterator[None]:
-    """Report any exception of a plug-in."""
     try:
-        with aside(plugin):
+        with aside():
             yield
     except (Exception, SystemExit) as fault:
         report(failed(plugin, fault), section)
@@ -90,14 +81,11 @@ def _guarded(plugin: Plugin, section: str, report: Report) -> Iterator[None]:
 def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robot:
     """Return a robot with the links, joints and masses that its sections add.
 
-    An entry may refer to what another entry or section adds, if there is no circle: what is referred to is added first.
-    ``place`` takes the kind, name and path of each link and joint that is added. A section that refers to a link or a
-    joint that does not exist adds nothing: the rules report that.
+    An entry may refer to what another entry or section adds, if there is no circle; a section that refers to something
+    else adds nothing, which the rules report. ``place`` takes the kind, name and path of what is added.
     """
     made, symbols = robot, SymbolTable(tree)
-    waiting = [
-        (plugin, section) for plugin, section in plugged().sections if section.adds and section in robot.sections
-    ]
+    waiting = [(plugin, one) for plugin, one in plugged().sections if one.adds and one in robot.sections]
     while ready := [(item, order) for item in waiting if (order := _in_order(made, symbols, item[1].name)) is not None]:
         (plugin, section), order = ready[0]
         waiting.remove((plugin, section))
@@ -111,10 +99,7 @@ def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robo
 
 
 def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | None:
-    """Return the entries of a section, each after those that define what it refers to.
-
-    None for a circle, or a reference to a link or a joint that neither the robot nor the section has.
-    """
+    """Return the entries of a section, each after those that define what it refers to."""
     existing = {"link": robot.link, "joint": robot.joint}
     defined = {(symbol.kind, symbol.name): symbol.path[1] for symbol in symbols.definitions(section) if symbol.path[1:]}
     needs: dict[Any, set[Any]] = {}
@@ -154,7 +139,6 @@ def _checked(made: object, before: Robot) -> Robot:
 
 
 def _place_added(before: Robot, made: Robot, symbols: SymbolTable, section: str, place: Place) -> None:
-    """Record where added links and joints are defined; a joint without a name of its own is where its link is."""
     defined = {(symbol.kind, symbol.name): symbol.path for symbol in symbols.definitions(section)}
     counts = Counter(link.name for link in made.links)
     for name in (counts - Counter(link.name for link in before.links)).elements():

@@ -24,7 +24,7 @@ from rosorin_compile.model.simulation import (
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import listed
 
-from ..expand.sensor_types import ChangedSensor
+from ..expand.parts import ChangedSensor
 from .lowering import Lowering, LoweringError
 from .records import pose_of_entry, values_of
 
@@ -81,8 +81,8 @@ def gazebo_sensors(lowering: Lowering, name: str, entry: Mapping[str, Any], fram
 
 def _check_optical(frames: Frames, path: Path) -> None:
     if not frames.optical and not frames.turned:
-        message = "the sensor has no optical frame"
-        raise LoweringError("missing-key", message, (*path, "frame"), "give it one: optical")
+        help = "give it one: optical"
+        raise LoweringError("missing-key", "the sensor has no optical frame", (*path, "frame"), help)
 
 
 def _mjcf_element(sensor: str, entry: Mapping[str, Any], frames: Frames, path: Path) -> Simulated:
@@ -101,16 +101,10 @@ def _mjcf_element(sensor: str, entry: Mapping[str, Any], frames: Frames, path: P
         link, pose = (frames.optical, None) if frames.optical else (frames.sensor, frames.optical_pose)
     if frame != "sensor" and own is not None:
         pose = own if pose is None else pose_of(pose.transform().then(own.transform()))
-    return Simulated(
-        kind=kinds[0],
-        element=entry[kinds[0]],
-        name=f"{sensor}_{entry['name']}" if entry.get("name") is not None else sensor,
-        link=link,
-        pose=pose,
-        attributes=values_of(entry.get("attributes")),
-        replicas=_replicas(entry["replicate"], (*path, "replicate")) if "replicate" in entry else None,
-        section=entry.get("section", ""),
-    )
+    name = f"{sensor}_{entry['name']}" if entry.get("name") is not None else sensor
+    replicas = _replicas(entry["replicate"], (*path, "replicate")) if "replicate" in entry else None
+    attributes, section = values_of(entry.get("attributes")), entry.get("section", "")
+    return Simulated(kinds[0], entry[kinds[0]], name, link, pose, attributes, replicas=replicas, section=section)
 
 
 def _replicas(entry: Mapping[str, Any], path: Path) -> Replicas:
@@ -119,8 +113,7 @@ def _replicas(entry: Mapping[str, Any], path: Path) -> Replicas:
         raise LoweringError("wrong-value", message, (*path, "count"), "correct it")
     step = pose_of_entry(entry)
     if sum(angle != 0 for angle in step.rpy) > 1:  # MuJoCo multiplies each angle: not a steady turn about two axes
-        message = "copies turn about one axis: one of roll, pitch, yaw"
-        help = "turn the element itself with its own rpy"
+        message, help = "copies turn about one axis: one of roll, pitch, yaw", "turn the element with its own rpy"
         raise LoweringError("wrong-value", message, (*path, "rpy"), help)
     return Replicas(entry["count"], step)
 
@@ -147,51 +140,46 @@ def _gazebo_sensor(sensor: str, entry: Mapping[str, Any], frames: Frames, path: 
 
 
 def _sdf_elements(entries: Mapping[str, Any], path: Path, depth: int) -> Iterator[SdfElement]:
-    """Yield the elements of a mapping, in its order; those without a value are left out."""
     for name, value in entries.items():
         here = (*path, name)
-        if not _NAME.fullmatch(name):
-            raise LoweringError("bad-name", f'no element of SDF is called "{name}"', here, "correct it")
+        _check_name("element of SDF", name, here)
         if depth >= MAX_DEPTH:
             message = f"elements are nested deeper than {MAX_DEPTH}"
             raise LoweringError("wrong-value", message, here, "SDF has none such")
         for index, item in enumerate(value) if isinstance(value, list) else [(None, value)]:
             at = here if index is None else (*here, index)
             if isinstance(item, Mapping):
-                attributes = item.get("attributes") or {}
+                attributes, place = item.get("attributes") or {}, (*at, "attributes")
                 if not isinstance(attributes, Mapping):
-                    message = "attributes map names to values"
-                    raise LoweringError("wrong-type", message, (*at, "attributes"), "write {type: ...}")
+                    raise LoweringError("wrong-type", "attributes map names to values", place, "write {type: ...}")
                 for key in attributes:
-                    if not _NAME.fullmatch(key):
-                        place = (*at, "attributes", key)
-                        raise LoweringError("bad-name", f'no attribute is called "{key}"', place, "correct it")
-                texts = {
-                    key: _sdf_value(text, (*at, "attributes", key))
-                    for key, text in attributes.items()
-                    if text is not None
-                }
+                    _check_name("attribute", key, (*place, key))
+                given = {key: text for key, text in attributes.items() if text is not None}
+                texts = {key: _sdf_value(text, (*place, key)) for key, text in given.items()}
                 inner = {key: inside for key, inside in item.items() if key != "attributes"}
                 yield SdfElement(name, None, texts, tuple(_sdf_elements(inner, at, depth + 1)))
             elif item is not None:
                 yield SdfElement(name, _sdf_value(item, at))
 
 
+def _check_name(what: str, name: str, path: Path) -> None:
+    if not _NAME.fullmatch(name):
+        raise LoweringError("bad-name", f'no {what} is called "{name}"', path, "correct it")
+
+
 def _sdf_value(value: Any, path: Path) -> float | str | bool:
-    if isinstance(value, (bool, str)):
-        return value if isinstance(value, bool) else str(value)
-    if isinstance(value, (int, float)):
-        return float(value)
-    message = "an element of SDF is text, a number, or elements"
-    raise LoweringError("wrong-type", message, path, "write each by its name")
+    if isinstance(value, bool):
+        return value
+    if not isinstance(value, (str, int, float)):
+        message = "an element of SDF is text, a number, or elements"
+        raise LoweringError("wrong-type", message, path, "write each by its name")
+    return str(value) if isinstance(value, str) else float(value)
 
 
 def _moved(element: Simulated, sensor: Mapping[str, Any], frames: Frames) -> Simulated:
     """Move a MuJoCo element of a sensor type as the sensor moves the Gazebo sensor of that type."""
-    changed = sensor.get("gazebo")
-    if not isinstance(changed, ChangedSensor) or changed.brought is None:
-        return element
-    if element.link == frames.parent != frames.sensor:
+    changed, is_on_parent = sensor.get("gazebo"), element.link == frames.parent != frames.sensor
+    if not isinstance(changed, ChangedSensor) or changed.brought is None or is_on_parent:
         return element
     before, after = _pose_in_sensor(changed.brought, frames), _pose_in_sensor(changed[0], frames)
     shift = IDENTITY if before is None or after is None else _rounded(after.then(before.inverse()))
@@ -204,29 +192,26 @@ def _moved(element: Simulated, sensor: Mapping[str, Any], frames: Frames) -> Sim
 
 
 def _pose_in_sensor(entry: Mapping[str, Any], frames: Frames) -> Transform | None:
-    """Return the pose of a Gazebo sensor in the frame of its sensor; None if it is not there."""
     sensor = _gazebo_sensor("", entry, frames, ())
     if sensor.at_joint or sensor.feels or sensor.link not in (frames.sensor, frames.optical):
         return None
     pose = sensor.pose.transform()
-    for camera in (element for element in sensor.elements if element.name == "camera"):
-        for inner in (element for element in camera.elements if element.name == "pose"):
-            with suppress(ValueError):  # SDF composes <sensor><pose> and <sensor><camera><pose>
-                x, y, z, roll, pitch, yaw = map(float, str(inner.value).split())
-                pose = pose.then(Pose((x, y, z), (roll, pitch, yaw)).transform())
+    cameras = (element for element in sensor.elements if element.name == "camera")
+    for inner in (inner for camera in cameras for inner in camera.elements if inner.name == "pose"):
+        with suppress(ValueError):  # SDF composes <sensor><pose> and <sensor><camera><pose>
+            x, y, z, roll, pitch, yaw = map(float, str(inner.value).split())
+            pose = pose.then(Pose((x, y, z), (roll, pitch, yaw)).transform())
     return pose if sensor.link == frames.sensor else frames.optical_pose.transform().then(pose)
 
 
 def _around_shapes(element: Simulated, links: Mapping[str, Link]) -> Simulated:
-    """Give a box without a size, the zone of a contact sensor, the extents of all collision shapes of its link."""
     values = element.attributes
     if element.element != "site" or values.get("type") != "box" or values.get("size") is not None:
         return element
     shapes = links[element.link].collision if element.link in links else ()
-    bounds = bounds_of(shapes)
-    if bounds is None:
-        zone, pose = (_MESH_ZONE if shapes else _MARGIN,) * 3, element.pose or IDENTITY
-    else:
+    bounds, pose = bounds_of(shapes), element.pose or IDENTITY
+    zone = (_MESH_ZONE if shapes else _MARGIN,) * 3
+    if bounds is not None:
         (a, b, c), (x, y, z) = bounds.lower, bounds.size
         zone = (x / 2 + _MARGIN, y / 2 + _MARGIN, z / 2 + _MARGIN)
         pose = Pose((a + x / 2, b + y / 2, c + z / 2), IDENTITY.rpy)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,16 +13,14 @@ from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.model import DisabledCollision, Robot
 from rosorin_compile.output import OutputError, may_replace, write_file
 from rosorin_compile.request import Request
-from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, counted, error
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..physics.checking import require
 from ..physics.scene import Pair
 from ..physics.solids import mesh_shapes, read_meshes
-from .contacts import Planning, ordered
-from .search import Search
+from .search import Planning, Search, ordered
 
 RULES = (
     Rule(
@@ -29,7 +28,7 @@ RULES = (
         "The collision matrix cannot be computed or written: the robot has no URDF, a mesh of its shapes cannot be "
         "read, or the file is not one that the tool has written.",
         "As the message says.",
-        Heading.WRITING,
+        WRITING,
     ),
 )
 
@@ -55,14 +54,6 @@ class CollisionMatrix:
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
-class _Refused(Exception):
-    """The matrix cannot be computed; the diagnostics have the reason."""
-
-    def __init__(self, message: str, help: str, more: Sequence[Diagnostic] = ()) -> None:
-        super().__init__(message)
-        self.diagnostics = (*more, error("collisions-refused", message, None, help))
-
-
 def compute_matrix(
     request: Request,
     planning_of: Callable[[Robot], Planning | None],
@@ -77,56 +68,44 @@ def compute_matrix(
     """
     understood = request.understand()
     case, path = understood.case, output or request.description.path.parent / FILE
+    errors = tuple(one for one in understood.diagnostics if one.severity == "error")
+    refused = CollisionMatrix(request.description.name, str(path), diagnostics=errors)
     if case is None:
-        errors = tuple(one for one in understood.diagnostics if one.severity == "error")
-        return CollisionMatrix(request.description.name, str(path), diagnostics=errors)
-    try:
-        planning = planning_of(case.robot)
-        if planning is None:
-            raise _Refused(f"{case.robot.name} has no URDF among its outputs", "add urdf: {file: NAME.urdf}")
-        _check_file(path)
-        return _matrix(request, planning, case, path, force)
-    except _Refused as problem:
-        return CollisionMatrix(case.robot.name, str(path), diagnostics=problem.diagnostics)
-    except OutputError as problem:
-        return CollisionMatrix(case.robot.name, str(path), diagnostics=(problem.diagnostic,))
+        return refused
 
+    def refuse(message: str, help: str, *more: Diagnostic) -> CollisionMatrix:
+        return replace(refused, diagnostics=(*more, error("collisions-refused", message, None, help)))
 
-def _check_file(path: Path) -> None:
-    """Raise RequestError or _Refused if a file may not be replaced."""
+    planning = planning_of(case.robot)
+    if planning is None:
+        return refuse(f"{case.robot.name} has no URDF among its outputs", "add urdf: {file: NAME.urdf}")
     if os.path.lexists(path) and not path.is_file():
         raise RequestError(f"{path} cannot be written: it is not a regular file")
-    try:
-        is_ours = may_replace(path)
-    except (OSError, ValueError):
-        return  # it does not exist, or writing reports the reason
-    if not is_ours:
-        help = "name another file with -o, or remove it"
-        raise _Refused(f"{path} was not written by rosorin-compile", help)
-
-
-def _matrix(request: Request, planning: Planning, case: Case, path: Path, force: bool) -> CollisionMatrix:
-    """Return the matrix, written unless it is up to date. Raises _Refused, OutputError, MissingPackages."""
-    description, files = request.description, dict[str, Path]()
-    if planning.meshes:
-        places = Places(description.path, description.outputs, request.packages, os.environ)
-        files = dict(places.meshes(case.tree, case.robot.outputs))
-    digests, included, seed = planning.digests(files), planning.said.matrix, planning.said.search.seed
+    with suppress(OSError, ValueError):  # it does not exist, or writing reports the reason
+        if not may_replace(path):
+            return refuse(f"{path} was not written by rosorin-compile", "name another file with -o, or remove it")
+    places = Places(request.description.path, request.description.outputs, request.packages, os.environ)
+    files = places.meshes(case.tree, case.robot.outputs) if planning.meshes else {}
+    digests, included, how = planning.digests(files), planning.said.matrix, planning.said.search
     result = CollisionMatrix(
-        planning.robot.name, str(path), urdf=planning.urdf.file, seed=seed, included=included is not None
+        planning.robot.name, str(path), urdf=planning.urdf.file, seed=how.seed, included=included is not None
     )
     if included is not None and included.of == planning.digest and dict(included.meshes) == digests and not force:
         return result
     require("collisions")
-    parts = planning.parts(digests)
     colliding = [one for one in mesh_shapes(case) if one.purpose == "collision" and one.mesh.file in planning.meshes]
     meshes, problems = read_meshes(case, colliding, files)
     if problems:
         help = "--package NAME=PATH names a package"
-        raise _Refused("pairs that never touch can only be found with all meshes", help, problems)
+        return refuse("pairs that never touch can only be found with all meshes", help, *problems)
+    parts = planning.parts(digests)
     search = Search(planning, meshes, {} if force else planning.same_pairs(parts))
     pairs = search.run()
-    write_file(path, _text(planning, search.tried, digests, parts, pairs).encode())
+    content = {"meshes": digests, "shapes": parts.shapes, "joints": parts.joints}
+    try:
+        write_file(path, _text(planning, search.tried, parts.how, content, pairs).encode())
+    except OutputError as problem:
+        return replace(refused, diagnostics=(problem.diagnostic,))
     never = [one.links for one in planning.said.disabled if one.reason == DisabledCollision.NEVER]
     return replace(
         result,
@@ -140,9 +119,7 @@ def _matrix(request: Request, planning: Planning, case: Case, path: Path, force:
     )
 
 
-def _text(
-    planning: Planning, tried: int, meshes: Mapping[str, str], parts: Any, pairs: Sequence[DisabledCollision]
-) -> str:
+def _text(planning: Planning, tried: int, how: str, content: dict[str, Any], pairs: Sequence[DisabledCollision]) -> str:
     """Return the file that the description includes."""
     lines = [
         "# Generated by rosorin-compile collisions; edits here are lost. Which pairs of links MoveIt need not check:",
@@ -151,12 +128,11 @@ def _text(
         "  collision_matrix:",
         f'    of: "{planning.digest}"',
         f"    states: {tried}",
-        f'    how: "{parts.how}"',
+        f'    how: "{how}"',
     ]
-    for key, digests in (("meshes", meshes), ("shapes", parts.shapes), ("joints", parts.joints)):
-        if digests:
-            lines.append(f"    {key}:")
-            lines += [f'      {Scalar(name).written(False)}: "{digest}"' for name, digest in sorted(digests.items())]
+    for key, digests in content.items():
+        lines += [f"    {key}:"] if digests else []
+        lines += [f'      {Scalar(name).written(False)}: "{digest}"' for name, digest in sorted(digests.items())]
     lines.append("    pairs:" if pairs else "    pairs: []")
     for pair in pairs:
         names = ", ".join(Scalar(name).written(True) for name in pair.links)

@@ -18,28 +18,83 @@ themselves do not.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import combinations
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import combinations, product
 from random import Random
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.model import DisabledCollision, Joint
+from rosorin_compile.model import DisabledCollision, Transform
 from rosorin_compile.source.progress import Progress
 
-from ..physics.scene import Pair
-from ..physics.solids import Meshes
-from .contacts import FAR, TOUCH, Contacts, Planning, State, ordered
+from ..physics.scene import Bodies, Pair
+from ..physics.solids import Meshes, solids_of
+from ..rest_pose import range_of
 
 if TYPE_CHECKING:
     from ..physics.solids import Floats
 
+FAR = 0.02  # m: links that stay farther apart than this are reported so, without the distance
+TOUCH = 1e-6  # m: faces that lie on each other touch, whatever the rounding of the poses made of it
 ROUND, _MOST_ROUNDS = 200, 50  # states of a round
-_BLOCK = 1000  # states whose distances are in memory
+_BLOCK = 1000  # states whose positions are in memory
 _NEAREST, _STARTS = 24, 3  # states of a pair that are measured, and from which it is brought nearer
 _FIRST_STEP, _HALVINGS = 0.1, 8  # of a joint's range, and how often it is halved when no step brings a pair nearer
 _BATCH = 8  # steps that are measured at once
 _FARTHEST = 10.0  # m: nothing of a robot is farther from its other parts
 _MESH_STATES = 5  # states in which the meshes of a pair are tested, besides their hulls
+
+State = dict[str, float]  # of joints that move by themselves, rad or m
+Planning = Any  # ros.srdf.planning.Planning, the robot as MoveIt plans with it: this layer does not import it
+
+
+def ordered(first: str, second: str) -> Pair:
+    """Return a pair of links sorted by name."""
+    return (first, second) if first < second else (second, first)
+
+
+class Contacts(Bodies):
+    """The collision shapes of the links of a URDF; ``excluded`` pairs are not tested."""
+
+    def __init__(self, planning: Planning, meshes: Meshes, excluded: Iterable[Pair] = ()) -> None:
+        links = sorted(planning.solids)
+        solids = {name: solids_of(planning.solids[name], name, Transform(), meshes) for name in links}
+        super().__init__(planning.robot, solids, excluded)
+        self.model.geom_margin[:] = TOUCH
+        self.geoms: dict[str, list[int]] = {name: [] for name in links}
+        for geom, solid in enumerate(self.solids):
+            self.geoms[solid.link].append(geom)
+
+    def touching(self, row: Floats) -> dict[Pair, float]:
+        """Return the pairs of links that touch where a row of ``rows`` has them, and the distance (m), below zero."""
+        distances: dict[Pair, float] = {}
+        for first, second, distance in self.contacts(row, TOUCH):
+            pair = ordered(first.link, second.link)
+            distances[pair] = min(distance, distances.get(pair, distance))
+        return distances
+
+    def touch_as_meshes(self, pair: Pair, state: State) -> bool:
+        """Return True if a pair whose hulls touch does so by the meshes themselves."""
+        if not any(self.solids[geom].mesh for link in pair for geom in self.geoms[link]):
+            return True
+        contacts = [(first, second) for first, second, _ in self.contacts(self.rows([state])[0], TOUCH)]
+        return any(self.touches(solids, state) for solids in contacts if {one.link for one in solids} == set(pair))
+
+    def geom_pairs(self, pair: Pair) -> list[tuple[int, int]]:
+        """Return each shape of one link with each of the other, by their numbers."""
+        return list(product(self.geoms[pair[0]], self.geoms[pair[1]]))
+
+    def distances(self, pair: Pair, states: Sequence[State], most: float) -> Iterator[float]:
+        """Yield the distance (m) of a pair in each state, ``most`` at most; below zero is the depth.
+
+        Contacts do not have it: with a margin of centimetres MuJoCo 4.0 misses some of them.
+        """
+        geoms, measure = self.geom_pairs(pair), self.mujoco.mj_geomDistance
+        places = [slice(7 * number, 7 * number + 7) for number in map(self.names.index, pair)]
+        for row in self.rows(states, pair):
+            self.data.qpos[places[0]], self.data.qpos[places[1]] = row[:7], row[7:]
+            self.mujoco.mj_kinematics(self.model, self.data)
+            gaps = (float(measure(self.model, self.data, first, second, most, None)) for first, second in geoms)
+            yield min(gaps, default=most)
 
 
 class Search:
@@ -54,7 +109,8 @@ class Search:
         self.planning, self.meshes, self.same = planning, meshes, dict(same or {})
         self.how = planning.said.search
         self.random = Random(self.how.seed)  # noqa: S311 - a search that anybody can repeat
-        self.bounds = bounds_of(planning)
+        joints = sorted(planning.joints.items())
+        self.bounds = {name: ends for name, joint in joints if (ends := range_of(joint))}
         self.found: dict[Pair, DisabledCollision] = {}
         self.hit: set[Pair] = set()
         self.only_hulls: set[Pair] = set()  # pairs whose hulls touch, and not their meshes
@@ -63,9 +119,7 @@ class Search:
 
     def run(self) -> list[DisabledCollision]:
         """Return the pairs that need no check, sorted by name."""
-        pairs = list(combinations(sorted(self.planning.solids), 2))
-        for pair in adjacent(self.planning):
-            self.found[pair] = DisabledCollision(pair, DisabledCollision.ADJACENT)
+        self.found = {pair: DisabledCollision(pair, DisabledCollision.ADJACENT) for pair in self.planning.adjacent}
         for pair, result in self.same.items():
             if result is None and pair not in self.found:
                 self.hit.add(pair)
@@ -74,9 +128,9 @@ class Search:
         limits = self.bounds.items()
         start = {name: 0.0 if low <= 0 <= high else (low + high) / 2 for name, (low, high) in limits}
         for pair, distance in self.contacts.touching(self.contacts.rows([start])[0]).items():
-            if pair not in self.found and pair not in self.hit and self._is_real(pair, [start]):
+            if self._is_open(pair) and self._is_real(pair, [start]):
                 self.found[pair] = DisabledCollision(pair, DisabledCollision.DEFAULT, _rounded(distance))
-        open_pairs = [pair for pair in pairs if pair not in self.found and pair not in self.hit]
+        open_pairs = [pair for pair in combinations(sorted(self.planning.solids), 2) if self._is_open(pair)]
         for pair in open_pairs:
             if not self._joints_between(pair):
                 distance = next(self.contacts.distances(pair, [start], FAR))
@@ -84,16 +138,20 @@ class Search:
                     self.found[pair] = _never(pair, distance)
         if any(pair not in self.found for pair in open_pairs):
             self._find_always()
-            self._find_never(pairs)
+            self._find_never([pair for pair in open_pairs if self._is_open(pair)])
         return [self.found[pair] for pair in sorted(self.found)]
 
-    def _joints_between(self, pair: Pair) -> list[Joint]:
+    def _is_open(self, pair: Pair) -> bool:
+        return pair not in self.found and pair not in self.hit
+
+    def _joints_between(self, pair: Pair) -> list[str]:
         """Return the joints that move one link of a pair against the other; for a mimic joint, its leader."""
-        joints = [joint for joint in self.planning.between(*pair) if not joint.is_fixed]
-        for number, joint in enumerate(joints):
+        joints = []
+        for joint in self.planning.between(*pair):
             while joint.mimic is not None:
-                joint = joints[number] = self.planning.robot.joint[joint.mimic.joint]
-        return joints
+                joint = self.planning.robot.joint[joint.mimic.joint]
+            joints += [] if joint.is_fixed else [joint.name]
+        return list(dict.fromkeys(joints))
 
     def _is_real(self, pair: Pair, states: Sequence[State]) -> bool:
         """Return True if a pair touches in each of some states by its meshes, and not by their hulls alone."""
@@ -102,7 +160,7 @@ class Search:
         return is_real
 
     def _states(self, count: int) -> Iterator[tuple[State, Mapping[Pair, float]]]:
-        """Yield random states and the pairs that touch there."""
+        """Yield random states, in which the links are placed, and the pairs that touch there."""
         for first in range(0, count, _BLOCK):
             states = [
                 {name: low + self.random.random() * (high - low) for name, (low, high) in self.bounds.items()}
@@ -137,23 +195,45 @@ class Search:
 
     def _find_never(self, pairs: Sequence[Pair]) -> None:
         """Find the pairs that touch in no state and come no nearer than the clearance."""
-        nearest = _Nearest(self.contacts, [pair for pair in pairs if pair not in self.found and pair not in self.hit])
-        for state, _ in self._states(self.how.trials):
-            nearest.add(state)
-        left = [pair for pair in nearest.pairs if pair not in self.hit]
+        nearest = self._nearest_states(pairs)
+        left = [pair for pair in pairs if pair not in self.hit]
         for number, pair in enumerate(left):
             Progress.step("bringing links near each other", number, len(left))
-            joints = list(dict.fromkeys(joint.name for joint in self._joints_between(pair)))
+            joints = self._joints_between(pair)
             if self.bounds.keys() >= set(joints):
-                distance = self.approach(pair, joints, nearest.states_of(pair))
+                distance = self.approach(pair, joints, nearest[pair])
                 if distance > max(self.how.clearance, TOUCH):
                     self.found[pair] = _never(pair, distance)
+
+    def _nearest_states(self, pairs: Sequence[Pair]) -> dict[Pair, list[State]]:
+        """Return the random states in which the spheres around the shapes of two links were nearest, nearest first."""
+        import numpy as np
+
+        geoms = [self.contacts.geom_pairs(pair) for pair in pairs]
+        first, second = np.array([both for several in geoms for both in several], dtype=int).reshape(-1, 2).T
+        starts, columns = np.cumsum([0, *map(len, geoms)])[:-1], np.arange(len(pairs))
+        radii = self.contacts.model.geom_rbound[first] + self.contacts.model.geom_rbound[second]
+        least, when = np.full((_NEAREST, len(pairs)), math.inf), np.zeros((_NEAREST, len(pairs)), dtype=int)
+        states: list[State] = []
+        for state, _ in self._states(self.how.trials):
+            if pairs:
+                places = self.contacts.data.geom_xpos
+                gaps = np.minimum.reduceat(np.linalg.norm(places[first] - places[second], axis=1) - radii, starts)
+                worst = least.argmax(axis=0)
+                nearer = gaps < least[worst, columns]
+                least[worst[nearer], columns[nearer]] = gaps[nearer]
+                when[worst[nearer], columns[nearer]] = len(states)
+            states.append(state)
+        count = min(_NEAREST, len(states))
+        order = np.lexsort((when, least), axis=0)[:count]
+        numbers = np.take_along_axis(when, order, 0).T.tolist()
+        return {pair: [states[number] for number in row] for pair, row in zip(pairs, numbers, strict=True)}
 
     def approach(self, pair: Pair, joints: Sequence[str], states: Sequence[State]) -> float:
         """Return how near (m) a pair comes from some states when the joints between are turned to that end."""
         chance = Random(f"{self.how.seed} {' '.join(pair)}")  # noqa: S311 - whatever else is searched
         measured = zip(self.contacts.distances(pair, states, _FARTHEST), states, strict=True)
-        starts = sorted(measured, key=lambda one: one[0])[:_STARTS]
+        starts = sorted(measured, key=lambda start: start[0])[:_STARTS]
         return min((self._descend(pair, joints, chance, *start) for start in starts), default=math.inf)
 
     def _descend(self, pair: Pair, joints: Sequence[str], chance: Random, best: float, state: State) -> float:
@@ -162,7 +242,11 @@ class Search:
         for _ in range(_HALVINGS):
             is_nearer = True
             while is_nearer and best > TOUCH:
-                is_nearer, steps = False, _steps(joints, chance)
+                is_nearer = False
+                steps = [{name: turn} for name in joints for turn in (-1.0, 1.0)]
+                for _ in joints if len(joints) > 1 else ():
+                    step = {name: chance.uniform(-1, 1) for name in joints}
+                    steps += [step, {name: -turn for name, turn in step.items()}]
                 while steps:
                     turned = [self._turned(state, step, share) for step in steps[:_BATCH]]
                     distances = enumerate(self.contacts.distances(pair, turned, _FARTHEST), 1)
@@ -182,91 +266,9 @@ class Search:
         return turned
 
 
-def _steps(joints: Sequence[str], chance: Random) -> list[dict[str, float]]:
-    """Return directions in which joints are turned: each one back and on, then several at a time."""
-    steps = [{name: turn} for name in joints for turn in (-1.0, 1.0)]
-    for _ in joints if len(joints) > 1 else ():
-        step = {name: chance.uniform(-1, 1) for name in joints}
-        steps += [step, {name: -turn for name, turn in step.items()}]
-    return steps
-
-
-class _Nearest:
-    """Records the states in which the spheres around the shapes of two links were nearest, for some pairs."""
-
-    def __init__(self, contacts: Contacts, pairs: Sequence[Pair]) -> None:
-        import numpy as np
-
-        self.contacts, self.pairs = contacts, list(pairs)
-        geoms = [contacts.geom_pairs(pair) for pair in pairs]
-        self.geoms = np.array([both for several in geoms for both in several], dtype=int).reshape(-1, 2).T
-        self.first = np.cumsum([0, *map(len, geoms)])[:-1]
-        self.least = np.zeros((0, len(self.pairs)))
-        self.when = np.zeros((0, len(self.pairs)), dtype=int)
-        self.rows: list[Floats] = []
-        self.states: list[State] = []
-
-    def add(self, state: State) -> None:
-        """Add a state, in which the links have just been placed."""
-        import numpy as np
-
-        if self.pairs:
-            self.rows.append(np.minimum.reduceat(self.contacts.sphere_gaps(self.geoms), self.first))
-            self.states.append(state)
-            if len(self.rows) == _BLOCK:
-                self._merge()
-
-    def _merge(self) -> None:
-        """Keep the nearest of the states so far."""
-        import numpy as np
-
-        numbers = np.arange(len(self.states) - len(self.rows), len(self.states))
-        least = np.vstack([self.least, *self.rows])
-        when = np.vstack([self.when, np.repeat(numbers[:, None], len(self.pairs), axis=1)])
-        order = np.argsort(least, axis=0, kind="stable")[:_NEAREST]
-        self.least, self.when = (np.take_along_axis(table, order, 0) for table in (least, when))
-        self.rows = []
-
-    def states_of(self, pair: Pair) -> list[State]:
-        """Return the states in which a pair was nearest, as far as spheres can tell."""
-        if self.rows:
-            self._merge()
-        return [self.states[when] for when in self.when[:, self.pairs.index(pair)].tolist()]
-
-
-def bounds_of(planning: Planning) -> dict[str, tuple[float, float]]:
-    """Return the ranges (rad or m) of joints that move by themselves, by name; those without bounds are left out."""
-    bounds = {}
-    for name in sorted(planning.joints):
-        joint = planning.joints[name]
-        limit = joint.limit
-        if not joint.moves or joint.mimic is not None:
-            continue
-        if joint.type != "continuous" and limit is not None and limit.lower is not None and limit.upper is not None:
-            bounds[name] = (limit.lower, limit.upper)
-        elif joint.type != "prismatic":
-            bounds[name] = (-math.pi, math.pi)
-    return bounds
-
-
-def adjacent(planning: Planning) -> list[Pair]:
-    """Return the links with shapes that one joint joins, or joints and links without shapes between them."""
-    neighbours: dict[str, set[str]] = {name: set() for name in planning.links}
-    for joint in planning.joints.values():
-        neighbours[joint.parent].add(joint.child)
-        neighbours[joint.child].add(joint.parent)
-    for bare in sorted(planning.links):
-        if bare not in planning.solids:  # its neighbours become neighbours of each other
-            around = neighbours.pop(bare)
-            for name in around:
-                neighbours[name] = (neighbours[name] | around) - {name, bare}
-    return sorted({ordered(one, other) for one in neighbours for other in neighbours[one]})
-
-
 def _never(pair: Pair, distance: float) -> DisabledCollision:
-    if distance >= FAR:
-        return DisabledCollision(pair, DisabledCollision.NEVER, beyond=FAR)
-    return DisabledCollision(pair, DisabledCollision.NEVER, _rounded(distance))
+    is_far = distance >= FAR
+    return DisabledCollision(pair, DisabledCollision.NEVER, *((None, FAR) if is_far else (_rounded(distance),)))
 
 
 def _rounded(length: float) -> float:

@@ -109,7 +109,8 @@ _ITS_OWN = {"integrator": "Euler"}
 
 def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
     wishes = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base stands in the world
-    return Asked({"file": "", **wishes, "option": wishes.get("option", _ITS_OWN)} | {"file": f"{name}.xml"})
+    option = {} if "drives" in wishes else {"option": wishes.get("option", _ITS_OWN)}
+    return Asked({"file": "", **wishes, **option} | {"file": f"{name}.xml"})
 
 
 _GROUP = {"type": "integer", "minimum": 0, "maximum": 5}
@@ -207,6 +208,11 @@ FORMAT = Format(
             "type": "array",
             "items": {"type": "string"},
             "description": "The order of the actuators, by name; default: that of their joints.",
+        },
+        "drives": {
+            "enum": ["position", "velocity", "none"],
+            "description": "Servos for joints that no actuator moves, with gains from what they carry: for the position"
+            " of joints with limits and the speed of others (position), or for all speeds (velocity). Default: none.",
         },
     },
     file="{}.xml",

@@ -14,8 +14,9 @@ import re
 from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
+from markupsafe import Markup
+
 from rosorin_compile.formats.templating import attribute, attributes
-from rosorin_compile.source.xml.escaping import Markup
 
 from .bodies import COLLISION, COLLISION_GROUP, FRAME, FRAME_GROUP, SHOWN, SHOWN_WHEEL, VISUAL, VISUAL_GROUP, WHEEL
 from .masks import BESIDE_WHEELS, ROLLS
@@ -99,7 +100,7 @@ class Classes:
             said = next((one.values for one in self.shared[name] if one.tag == element.tag), {}) if name else {}
             own = {word: text for word, text in element.values.items() if word not in said}
             printed = self._printed[key] = attributes(**{"class": name}, **own) if name else attributes(**own)
-        return Markup(attribute("name", element.name) + printed)
+        return attribute("name", element.name) + printed
 
     def tree(self, used: Collection[str], rolls: bool, groups: Mapping[str, int]) -> Class:
         """Return the classes as the file has them: of geoms those that are ``used``; ``rolls``: some are of wheels.

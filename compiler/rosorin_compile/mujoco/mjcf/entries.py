@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import posixpath
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Span, counted
 from rosorin_compile.source.tree import Map, Seq
@@ -23,6 +23,7 @@ from .values import (
     forms_of,
     listing,
     numbers,
+    plain,
     put,
     put_number,
     put_pose,
@@ -43,6 +44,9 @@ _KINDS = {
 }
 _OF_CONSTRAINT = {"torquescale": "torque_scale", "polycoef": "polynomial", "anchor": "at"}
 _PAIRED = {"body": "links", "site": "sites", "joint": "joints"}
+# The types of sensors that other formats know, by the element of MuJoCo.
+_TYPES = {"gyro": "imu", "accelerometer": "imu", "force": "force_torque", "torque": "force_torque"}
+_TYPES |= {"touch": "contact", "rangefinder": "range_finder", "magnetometer": "magnetometer"}
 _EQ_JOINT = 2  # mjEQ_JOINT
 _DEFAULTS = {"solref": [], "solimp": [0.5, 2.0]}  # MuJoCo's own for the numbers after those of STIFF
 _EXCLUDED = "excluded from contact in the MJCF"
@@ -82,12 +86,104 @@ def _keep_whole(reading: Reading, section: str, node: Node, span: Span) -> None:
     reading.keep_in_section(section, node, section, span)
 
 
-def keep_section(reading: Reading, section: str, nodes: Sequence[Node]) -> None:
-    """Keep all elements of a section: tendons, or sensors."""
-    for index, (node, element) in enumerate(zip(nodes, reading.elements_of(section, nodes), strict=True)):
-        own = node["attributes"].get("name", "")
-        named = {"name": reading.name(section, own, index=index)} if own else {}
-        _keep_whole(reading, section, {**node, "attributes": {**node["attributes"], **named}}, element.span)
+def keep_tendons(reading: Reading) -> None:
+    """Keep all tendons."""
+    nodes = reading.facts["elements"]["tendons"]
+    for index, (node, element) in enumerate(zip(nodes, reading.elements_of("tendon", nodes), strict=True)):
+        _keep_named(reading, "tendon", index, node, element)
+
+
+def _keep_named(reading: Reading, section: str, index: int, node: Node, element: Element) -> None:
+    own = node["attributes"].get("name", "")
+    named = {"name": reading.name(section, own, index=index)} if own else {}
+    _keep_whole(reading, section, {**node, "attributes": {**node["attributes"], **named}}, element.span)
+
+
+def add_sensors(reading: Reading) -> None:
+    """Add the sensors that other formats know, those of one link and type as one entry; keep all others."""
+    nodes, sites = reading.facts["elements"]["sensors"], {site["name"]: site for site in reading.facts["sites"]}
+    groups: dict[tuple[str, str], list[Measured]] = {}
+    kept: list[int] = []
+    for index, (node, element) in enumerate(zip(nodes, reading.elements_of("sensor", nodes), strict=True)):
+        kind, site = _TYPES.get(node["tag"], ""), sites.get(node["attributes"].get("site", ""))
+        if not kind or site is None or site["body"] not in reading.link_of or node["inner"]:
+            _keep_named(reading, "sensor", index, node, element)
+            kept.append(index)
+            continue
+        name = reading.name("sensor", node["attributes"].get("name", ""), f"{site['name']}_{node['tag']}", index)
+        measured = Measured(index, name, node, element, site)
+        groups.setdefault((reading.link_of[site["body"]], kind), []).append(measured)
+    sensors = Map(reading.markup.root.span)
+    for (link, kind), some in groups.items():
+        shared = _shared([one.name for one in some])
+        for name, members in [(shared, some)] if shared else [(one.name, [one]) for one in some]:
+            sensors.put(
+                name, _sensor(reading, link, kind, name, members), members[0].element.span, members[0].element.span
+            )
+    if sensors:
+        put(reading.tree, "sensors", sensors)
+    order = [one.number for some in groups.values() for one in some] + kept
+    if order != sorted(order):
+        first = reading.elements_of("sensor", nodes)[order[0]]
+        reading.changed("sensors of the language are before others: data of sensors is in another order", first.span)
+
+
+class Measured(NamedTuple):
+    """A sensor at a site: its place in the list, its name in the description, as an element, in the text, the site."""
+
+    number: int
+    name: str
+    node: Node
+    element: Element
+    site: Mapping[str, Any]
+
+
+def _shared(names: Sequence[str]) -> str:
+    """Return what names have in common before an underscore: imu of imu_gyro and imu_accelerometer; one alone whole."""
+    if len(names) == 1:
+        return names[0]
+    first, last = min(names), max(names)
+    length = next((at for at, pair in enumerate(zip(first, last, strict=False)) if pair[0] != pair[1]), len(first))
+    return first[:length].rpartition("_")[0]
+
+
+def _number_or_text(text: str) -> float | int | str:
+    try:
+        return plain(float(text))
+    except (ValueError, OverflowError):
+        return text
+
+
+def _sensor(reading: Reading, link: str, kind: str, name: str, members: Sequence[Measured]) -> Map:
+    """Return the entry of a sensor with its elements in MuJoCo, and its pose in Gazebo if that is not of the link."""
+    entry, elements = Map(members[0].element.span), []
+    put(entry, "type", kind)
+    put(entry, "frame", link)
+    for one in members:
+        item, attributes = Map(one.element.span), Map(one.element.span)
+        put(item, "sensor", one.node["tag"])
+        if one.name != name:
+            put(item, "name", one.name.removeprefix(f"{name}_"))
+        for word, text in one.node["attributes"].items():
+            if word == "site" and reading.called(_SITE, text) != link:
+                put(attributes, word, reading.called(_SITE, text))
+            elif word not in ("name", "site"):
+                put(attributes, word, _number_or_text(text))
+        if attributes:
+            put(item, "attributes", attributes)
+        elements.append(item)
+    put(entry, "mjcf", listing(elements, members[0].element))
+    item, place = Map(entry.span), transform(members[0].site["pos"], members[0].site["quat"])
+    put(item, "sensor", kind)
+    if kind == "contact":
+        put(item, "feels", "sensor")
+    elif kind == "force_torque":
+        put(item, "frame", "joint")
+    else:
+        put_pose(item, place, members[0].element)
+    # A ray of MuJoCo is no scan of Gazebo.
+    put(entry, "gazebo", listing([] if kind == "range_finder" else [item], members[0].element))
+    return entry
 
 
 def add_equalities(reading: Reading) -> None:

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Refusal
 from rosorin_compile.source import files, system
-from rosorin_compile.source.installing import is_installed, pip_install
+from rosorin_compile.source.system import is_installed, pip_install
 
 SECONDS = 60  # of calculating, which the child counts itself
 _PATIENCE = 5  # so many times as long may one take that waits: for files, or for others on a busy machine

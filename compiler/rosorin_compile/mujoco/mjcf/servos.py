@@ -7,9 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Output, Robot
-from rosorin_compile.model.simulation import GENERAL, MOTOR, VELOCITY, Actuator, Attribute
+from rosorin_compile.model.geometry import cross, dot, unit
+from rosorin_compile.model.mass import along_link, together
+from rosorin_compile.model.simulation import GENERAL, MOTOR, POSITION, VELOCITY, Actuator, Attribute
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import Diagnostic, Suggestion
+from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, counted, first_of
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.elements import found_in
 
@@ -45,8 +47,53 @@ def drives(robot: Robot, joints: Sequence[Joint], output: Output | None = None) 
     for actuator in robot.actuators:
         name = actuator.targets.get("joint", "")
         made.append(Drive(actuator.name, actuator, robot.joint.get(name), False))
+    made += stand_ins(robot, joints, output)
     rank = {name: place for place, name in enumerate(output.options.get("actuators", ()))} if output else {}
     return sorted(made, key=lambda drive: rank.get(drive.name, len(rank)))
+
+
+def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> list[Drive]:
+    """Return the servos that the option ``drives`` adds: for each joint that moves by itself and has no actuator."""
+    kind = output.options.get("drives", "none") if output else "none"
+    driven = {name for one in robot.actuators for name in one.targets.values()}
+    driven |= {
+        found.attributes.get("joint", "") for text in robot.mjcf if "<actuator" in text for found in found_in(text)
+    }
+    idle = [one for one in joints if one.moves and not (one.mimic or one.actuator or one.name in driven)]
+    return [Drive(one.name, _stand_in(robot, one, kind), one, True) for one in idle if kind != "none"]
+
+
+def _stand_in(robot: Robot, joint: Joint, kind: str) -> Actuator:
+    """Return a servo whose gain follows from what a joint carries at zero: mass (kg), or inertia about its axis.
+
+    On the servo that swings with ``_STIFF`` (rad/s): gravity bends a pendulum of 0.3 m by 9.81 / (0.3 * _STIFF^2) =
+    3 mrad, and steps of 2 ms stay far below the limit of stability.
+    """
+    places = robot.poses_in_root({})
+    back = places[joint.child].inverse()
+    links = [robot.link[name] for name in robot.below(joint.child)]
+    parts = [(one.inertial, back.then(places[one.name])) for one in links if one.inertial and one.inertial.mass > 0]
+    felt = 0.0
+    if parts:
+        body, (x, y, z) = together(parts), unit(joint.axis)
+        six = (body.ixx, body.iyy, body.izz, body.ixy, body.ixz, body.iyz)
+        xx, yy, zz, xy, xz, yz = along_link(six, body.pose.transform())
+        about = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)
+        arm = cross((x, y, z), body.pose.xyz)
+        felt = body.mass if joint.type == "prismatic" else about + body.mass * dot(arm, arm)
+    felt = max(felt, _LEAST_FELT)
+    if kind == POSITION and position_range(joint) is not None:
+        return Actuator(POSITION, kp=_two_digits(felt * _STIFF**2), damping_ratio=1.0)
+    # A drag of 2 % of the speed is left by the damping of the joint.
+    return Actuator(VELOCITY, kv=_two_digits(max(felt * _STIFF, 50 * joint.braking)))
+
+
+_STIFF = 100.0
+_LEAST_FELT = 1e-6
+
+
+def _two_digits(value: float) -> float:
+    return float(f"{value:.2g}")
 
 
 def aims(drive: Drive) -> tuple[float, float] | None:
@@ -77,6 +124,7 @@ def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
 
 
 _ROUNDING = 1e-12
+_SHOWN = 4  # names in a message
 
 
 def _strength(actuator: Actuator) -> float | None:
@@ -133,10 +181,16 @@ def _ordered(one: float, other: float) -> tuple[float, float]:
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the names of actuators, and with the list that orders them."""
+    """Yield what is wrong with the names of actuators, and with the list that orders them; name the stand-ins."""
     robot = case.robot
     names: dict[str, Drive] = {}
-    for drive in drives(robot, robot.joints):
+    if assumed := stand_ins(robot, robot.joints, output):
+        message = f"{counted(len(assumed), 'joint')} without an actuator: servos of an assumed strength move them in"
+        message += f" {output.file} alone ({first_of([one.name for one in assumed], _SHOWN)})"
+        if not robot.has_free_base(output) and any(one.joint and one.joint.type == "continuous" for one in assumed):
+            message += "; the base is fixed, so wheels turn in the air: base: free lets them drive"
+        yield case.problem("stand-in", message, ("outputs", output.name, "drives"), "describe the real actuators")
+    for drive in drives(robot, robot.joints, output):
         if names.setdefault(drive.name, drive) is not drive:
             message = f'two actuators are called "{drive.name}"'
             related = [case.related("the other one", _place(case, names[drive.name]))]

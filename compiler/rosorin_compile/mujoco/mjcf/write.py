@@ -36,6 +36,8 @@ from dataclasses import replace
 from functools import lru_cache, partial
 from typing import NamedTuple
 
+from markupsafe import Markup
+
 from rosorin_compile.formats.templating import Templates, attribute, attributes, comment
 from rosorin_compile.model import (
     Box,
@@ -63,7 +65,6 @@ from rosorin_compile.mujoco.rest_pose import home_of, stands_at
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.xml.elements import indented
-from rosorin_compile.source.xml.escaping import Markup
 
 from .bodies import COLLISION, FRAME, SHOWN, SHOWN_WHEEL, VISUAL, WHEEL, body_name
 from .classes import Class, Classes, Named, Part
@@ -309,8 +310,8 @@ class _Printer:
         root = self.robot.root_in_world
         name = root.joint or free_joint(self.robot)
         if set(root.values) <= {"group", "align"}:
-            return Markup(f"<freejoint{self.simulated.printed({'name': name, **root.values})}/>")
-        return Markup(f"<joint{self.simulated.printed({'name': name, 'type': 'free', **root.values})}/>")
+            return Markup("<freejoint{}/>").format(self.simulated.printed({"name": name, **root.values}))
+        return Markup("<joint{}/>").format(self.simulated.printed({"name": name, "type": "free", **root.values}))
 
     def inertial(self, inertial: Inertial | None) -> Markup | str:
         """Return the attributes of an inertial; empty where there is no mass."""

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from markupsafe import Markup
+
 from rosorin_compile.formats.templating import attributes
 from rosorin_compile.model import Joint, Pose, Robot, Vector
 from rosorin_compile.model.geometry import plane_axes, pose_of
@@ -15,7 +17,6 @@ from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.simulation import Attribute
 from rosorin_compile.mujoco.rest_pose import HOME, home_of
 from rosorin_compile.source.numbers import NumberFormat, numbers, vector
-from rosorin_compile.source.xml.escaping import Markup
 
 from .bodies import FLOATING, PLANAR, STIFF, is_free, reference
 from .omissions import position_range

@@ -7,12 +7,13 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+from markupsafe import Markup
+
 from rosorin_compile.formats.templating import attributes
 from rosorin_compile.model import Robot, Shape
 from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import Attribute, Entry, Marked, Values
 from rosorin_compile.source.numbers import NumberFormat
-from rosorin_compile.source.xml.escaping import Markup
 
 from .bodies import body_name, reference, shifted
 from .classes import Named, Part
@@ -124,7 +125,7 @@ class SimulationPrinter:
             x, y, z = map(float, said) if isinstance(said, tuple) else (0.0, 0.0, -1.0)
             if said is not None or any(mark.pose.rpy):
                 values["dir"] = mark.pose.transform().rotate((x, y, z))
-        return Part(mark.tag, Markup(attributes(name=mark.name, **place) + self.printed(values)))
+        return Part(mark.tag, attributes(name=mark.name, **place) + self.printed(values))
 
     def touching(self, shape: Shape, purpose: str) -> dict[str, str]:
         """Return the attributes of how a shape touches, and those that the language has no word for."""

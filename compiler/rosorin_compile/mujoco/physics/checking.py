@@ -1,10 +1,10 @@
-"""Check the physics of one robot: its meshes, overlaps at rest and along the ranges of joints, and how it settles."""
+"""Check the physics of one robot: its meshes, and overlaps at rest and along the ranges of joints."""
 
 from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,17 +13,21 @@ from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
-from rosorin_compile.source.diagnostics import Diagnostic, MissingPackages, counted, has_errors, listed
-from rosorin_compile.source.installing import is_installed
+from rosorin_compile.source.diagnostics import (
+    Diagnostic,
+    MissingPackages,
+    counted,
+    has_errors,
+    listed,
+)
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.system import is_installed
 
+from ..rest_pose import range_of
 from .mesh_checks import check_meshes
-from .overlaps import ZERO, State, check_overlaps, nearest_to_zero
-from .rest import check_rest
+from .overlaps import check_overlaps
 from .scene import Scene
 from .solids import mesh_shapes, read_meshes
-from .sweeps import check_sweeps, sweep, swept_joints
 
 # The packages that are imported, and what pip calls them.
 _NEEDED = {
@@ -59,11 +63,6 @@ class CheckedPhysics:
     looked_at: Annotated[LookedAt | None, "null if the description has errors"]
     diagnostics: tuple[Diagnostic, ...] = ()
 
-    @classmethod
-    def of(cls, robot: str, file: str, looked_at: LookedAt | None, diagnostics: Sequence[Diagnostic]) -> CheckedPhysics:
-        """Return the result with these diagnostics."""
-        return cls(robot, file, not has_errors(diagnostics), looked_at, tuple(diagnostics))
-
 
 def missing_packages() -> str:
     """Return the packages to install, as arguments of pip; empty if nothing is missing."""
@@ -82,44 +81,20 @@ def check_robot(request: Request) -> CheckedPhysics:
     import numpy as np
 
     description, understood = request.description, request.understand()
-    name, file, case = description.name, str(description.path), understood.case
-    if case is None:
-        errors = [one for one in understood.diagnostics if one.severity == "error"]
-        return CheckedPhysics.of(name, file, None, errors)
-    files = Places(description.path, description.outputs, request.packages, os.environ)
-    # numpy warns about huge numbers, which have rules of their own.
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore")
-        looked_at, found = _check(case, files.meshes(case.tree, case.robot.outputs))
-    return CheckedPhysics.of(name, file, looked_at, arrange(settled(case, found, "physics")))
-
-
-def _check(case: Case, files: Mapping[str, Path]) -> tuple[LookedAt, list[Diagnostic]]:
-    shapes, joints = list(mesh_shapes(case)), swept_joints(case.robot)
-    poses: list[tuple[str, Mapping[str, float]]] = [
-        (ZERO, {}),
-        *((one.name, one.positions) for one in case.robot.poses),
-    ]
-    # The steps weigh about the same: reading a mesh, simulating a second, moving a joint over its range.
-    done, total = 0, len(shapes) + len(poses) * (1 + len(joints))
-
-    def tick() -> None:
-        nonlocal done
-        done += 1
-        Progress.step("checking the physics", done, total)
-
-    meshes, found = read_meshes(case, shapes, files, tick)
-    found += check_meshes(case, shapes, meshes)
-    scene = Scene(case.robot, meshes)
-    states = [State(name, positions, scene.overlaps(positions)) for name, positions in poses]
-    # Sweeps and simulations start within the limits of all joints.
-    legal = {joint.name: position for joint in case.robot.joints if (position := nearest_to_zero(joint))}
-    starts = [State(ZERO, legal, scene.overlaps(legal)), *states[1:]]
-    meetings, always = sweep(scene, starts, tick)
-    found += check_overlaps(case, scene, states, always & set(states[0].overlaps))
-    found += check_sweeps(case, scene, meetings)
-    found += check_rest(case, starts, tick)
-    return LookedAt(len(poses) - 1, len(joints), len({shape.mesh.file for shape in shapes})), found
+    case, looked_at = understood.case, None
+    found = [one for one in understood.diagnostics if one.severity == "error"]
+    if case is not None:
+        files = Places(description.path, description.outputs, request.packages, os.environ)
+        # numpy warns about huge numbers, which have rules of their own.
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            shapes = list(mesh_shapes(case))
+            meshes, found = read_meshes(case, shapes, files.meshes(case.tree, case.robot.outputs))
+            found += [*check_meshes(case, shapes, meshes), *check_overlaps(case, Scene(case.robot, meshes))]
+        found = arrange(settled(case, found, "physics"))
+        joints = sum(range_of(joint) is not None for joint in case.robot.joints)
+        looked_at = LookedAt(len(case.robot.poses), joints, len({shape.mesh.file for shape in shapes}))
+    return CheckedPhysics(description.name, str(description.path), not has_errors(found), looked_at, tuple(found))
 
 
 class OverlapFinder:

@@ -1,177 +1,163 @@
-"""Check which parts are inside each other at zero and in the named poses.
+"""Check which parts are inside each other at zero and in the named poses, and which of them the joints drive together.
 
 Neighbours overlap at their joint in most robots: a cover, a shared housing, a shaft in its bearing. What overlaps in
 every position that was tried, and not in full, is taken for a design and reported in one note, and so are neighbours of
 which a corner is in the other one. Every other pair is reported with the shapes, the depth and the poses.
+
+Each joint is moved alone over its range, from zero and from each named pose. A part that it drives into its neighbour
+is a warning if a good part of one gets into the other over a good part of the range, for then an axis or an origin is
+wrong, and a note if it is less: limits are often a little wider than the parts allow. What a joint drives into parts
+that are not neighbours is one note: planners know how to avoid it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 from rosorin_compile.language.suppressions import accepted
 from rosorin_compile.model import Joint, Mesh
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import acceptable
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, first_of, listed, quoted
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.rule_registry import DECLARED, PHYSICS, Rule
 from rosorin_compile.source.tree import Path
 
+from ..rest_pose import nearest_to_zero, range_of
 from .scene import Overlap, Pair, Positions, Scene
 from .solids import Solid
 
 RULES = (
     Rule(
         "parts-overlap",
-        "A warning: two parts are inside each other, at zero or in a named pose, and not in every position (a note, "
-        "where zero is beyond the limits of a joint). A simulation pushes them apart in its first step. The depth is "
-        "that of the convex hulls of meshes, as simulators take them.",
-        "Move one of them, correct the shape or the pose; a pair that is meant to touch goes under "
-        "`disabled_contacts`.",
-        Heading.PHYSICS,
+        "A warning: two parts are inside each other, at zero or in a named pose, and not in every position. A "
+        "simulation pushes them apart in its first step.",
+        "Correct a shape, a joint or the pose; a pair that is meant to touch goes under `disabled_contacts`.",
+        PHYSICS,
     ),
     Rule(
         "part-inside-part",
-        "A warning: a part is inside another one with most of its volume, or a wheel of the drive with half of it.",
-        "Check `xyz` of the joint and of the shape; a pair that is meant goes under `disabled_contacts`.",
-        Heading.PHYSICS,
+        "A warning: a part is inside another one with most of its volume.",
+        "Correct a shape, a joint or the pose; a pair that is meant to touch goes under `disabled_contacts`.",
+        PHYSICS,
     ),
     Rule(
         "hulls-overlap",
         "A note: the convex hulls of meshes overlap, at zero or in a named pose, though the meshes do not touch. A "
         "simulation that takes hulls pushes the parts apart.",
         "Several convex shapes in place of the mesh; or the pair under `disabled_contacts`.",
-        Heading.PHYSICS,
+        PHYSICS,
     ),
     Rule(
         "parts-always-overlap",
-        "A note: parts overlap in every position that was tried, or neighbours a little at their joint. They are taken "
-        "for a design, such as a housing that two links share.",
-        "Nothing, if it is one; else move them.",
-        Heading.PHYSICS,
+        "A note: parts overlap in every position that was tried, or neighbours a little at their joint, as parts do "
+        "that are built into each other.",
+        "Nothing, if they are; else move them.",
+        PHYSICS,
+    ),
+    Rule(
+        "joint-through-neighbour",
+        "A joint drives its part into the part that it hangs on. A warning where a third of its volume gets into the "
+        "other over a quarter of the range; a note where it is a fifth of its volume, or at the end of the range.",
+        "Check the axis, its sign and the limits; a pair that is meant to touch goes under `disabled_contacts`.",
+        PHYSICS,
+    ),
+    Rule(
+        "joints-meet-parts",
+        "A note: joints, each alone, drive a part into one that is not its neighbour.",
+        "Plan around it, or narrow the limits; a pair that is meant to touch goes under `disabled_contacts`.",
+        PHYSICS,
     ),
 )
+DECLARED.update({rule.id: rule for rule in RULES})
 
-ZERO = ""  # the name of the state in which every joint is at zero
 MOST_INSIDE = 0.9  # of its volume: no bearing and no cover holds a part like that
 CORNER = 0.2  # of its volume: less is a corner at a joint
-WHEEL_INSIDE = 0.5  # of the volume of a wheel of the drive: a wheel turns beside the body
 SHOWN = 5  # names in a note
-
-Member = TypeVar("Member")
+STEP, MOST_STEPS = math.radians(5), 72  # of a hinge
+SLIDE_STEPS = 24
+MOST_STATES = 20_000  # of all sweeps together: then steps grow
+GROWTH = 0.3  # of the volume of the part that moves: it is driven into the other one
+BLOCKED = 0.25  # of the range: less is a limit that is too wide
+_HALVINGS = 8
 
 
 class State(NamedTuple):
-    """Joint positions (rad or m) at which the robot rests, "zero" or a named pose, and the overlaps there."""
+    """Joint positions (rad or m) at which the robot rests, zero (without a name) or a pose, and the overlaps there."""
 
     name: str
     positions: Positions
     overlaps: Mapping[Pair, Overlap]
 
-    def __str__(self) -> str:
-        return f'in pose "{self.name}"' if self.name != ZERO else "at zero"
+
+class Member(NamedTuple):
+    """One of several findings that a note sums up: the names that ``accept`` may list, a text, and a path."""
+
+    names: tuple[str, ...]
+    text: str
+    path: Path
 
 
-def split_accepted(
-    case: Case, rule: str, members: Iterable[Member], names: Callable[[Member], Sequence[str]]
-) -> tuple[list[Diagnostic], list[Member]]:
-    """Split what one note sums up: a diagnostic for each member that the description accepts by name, and the rest."""
-    apart: list[Diagnostic] = []
-    rest: list[Member] = []
-    for member in members:
-        found = Diagnostic(rule, NOTE, "", of=tuple(names(member)))
+def note(
+    case: Case, rule: str, members: Iterable[Member], message: str, *, key: bool = False, first: bool = False
+) -> Iterator[Diagnostic]:
+    """Yield a note that sums up members, and a diagnostic for each that the description accepts by name.
+
+    ``{count}`` and ``{names}`` in the message are replaced. ``first``: of members with the same first name, only one
+    is counted.
+    """
+    rest = []
+    for one in members:
+        found = Diagnostic(rule, NOTE, "", of=one.names)
         if accepted(case.tree, found, acceptable()):
-            apart.append(found)
+            yield found
         else:
-            rest.append(member)
-    return apart, rest
+            rest.append(one)
+    if first:
+        rest = [one for index, one in enumerate(rest) if one.names[0] not in {two.names[0] for two in rest[:index]}]
+    if rest:
+        text = message.format(count=len(rest), names=first_of([one.text for one in rest], SHOWN))
+        yield replace(case.problem(rule, text, rest[0].path, severity=NOTE, key=key), related=(), of=())
 
 
-def check_overlaps(case: Case, scene: Scene, states: Sequence[State], always: Set[Pair]) -> Iterator[Diagnostic]:
-    """Yield diagnostics for parts that overlap at rest; ``always`` are the pairs that overlap in every position."""
-    states_of: dict[Pair, list[State]] = {}
-    for state in states:
-        for pair in state.overlaps:
-            states_of.setdefault(pair, []).append(state)
-    warnings = []
-    designs: dict[Pair, Overlap] = {}
-    hulls: dict[Pair, Overlap] = {}
-    beyond: dict[Pair, Overlap] = {}  # the limits of a joint between
-    for pair, where in states_of.items():
+def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
+    """Yield diagnostics for parts that overlap at rest, and for those that the joints drive into each other."""
+    poses = [("", nearest_to_zero(case.robot)), *((pose.name, pose.positions) for pose in case.robot.poses)]
+    states = [State(name, positions, scene.overlaps(positions)) for name, positions in poses]
+    driven, always = _sweep(case, scene, states)
+    warnings, designs, hulls = list[tuple[float, Diagnostic]](), dict[Member, float](), dict[Member, float]()
+    for pair in dict.fromkeys(pair for state in states for pair in state.overlaps):
+        where = [state for state in states if pair in state.overlaps]
         deepest = max(where, key=lambda state: state.overlaps[pair].depth)
-        overlap = deepest.overlaps[pair]
-        small, large = scene.by_volume(pair)
-        share = scene.share(small, large, deepest.positions)
-        if [state.name for state in where] == [ZERO] and _beyond_limits(scene, pair):
-            beyond[pair] = overlap
-        elif share >= MOST_INSIDE and scene.share(small, large, deepest.positions, exact=True) >= MOST_INSIDE:
-            inner, outer = (overlap.one, overlap.other) if overlap.one.link == small else (overlap.other, overlap.one)
-            what = f'link "{small}" is inside link "{large}" with {share:.0%} of its volume'
-            warnings.append((overlap.depth, _overlap(case, scene, "part-inside-part", what, where, inner, outer)))
-        elif share >= WHEEL_INSIDE and small in _wheels(case):
-            inner, outer = (overlap.one, overlap.other) if overlap.one.link == small else (overlap.other, overlap.one)
-            what = f'wheel "{small}" of the drive is inside link "{large}" with {share:.0%} of its volume'
-            warnings.append((overlap.depth, _overlap(case, scene, "part-inside-part", what, where, inner, outer)))
+        overlap, at = deepest.overlaps[pair], deepest.positions
+        outer, inner = overlap.solids
+        small, large = sorted(pair, key=scene.volume)
+        share, depth = scene.share(small, large, at), f"{1000 * overlap.depth:.1f} mm"
+        member = Member(pair, f"{pair[1]} in {pair[0]} by {depth}", shape_path(case, inner))
+        rule, what = "parts-overlap", f'link "{pair[1]}" is {depth} inside link "{pair[0]}"'
+        if share >= MOST_INSIDE and scene.share(small, large, at, exact=True) >= MOST_INSIDE:
+            outer, inner = overlap.solids if inner.link == small else (inner, outer)
+            rule, what = "part-inside-part", f'link "{small}" is inside link "{large}" with {share:.0%} of its volume'
         elif pair in always or (scene.joint_of(pair) is not None and share < CORNER):
-            designs[pair] = overlap
-        elif not scene.touches(overlap, deepest.positions):
-            hulls[pair] = overlap
-        else:
-            what = f'link "{pair[1]}" is {_mm(overlap.depth)} inside link "{pair[0]}"'
-            found = _overlap(case, scene, "parts-overlap", what, where, overlap.other, overlap.one)
-            warnings.append((overlap.depth, found))
+            designs[member] = overlap.depth
+            continue
+        elif not scene.touches(overlap.solids, at):
+            hulls[member] = overlap.depth
+            continue
+        warnings.append((overlap.depth, _overlap(case, scene, rule, what, where, inner, outer)))
     yield from (found for _, found in sorted(warnings, key=lambda one: -one[0]))
-    yield from _note(
-        case,
-        "parts-always-overlap",
-        designs,
-        "{pairs} overlap{s} in every position that was tried, or at a joint, as parts do that are built into each"
-        " other: {names}",
-        "nothing to do, if they are; else move them",
-    )
-    yield from _note(
-        case,
-        "hulls-overlap",
-        hulls,
-        "the hulls of {pairs} overlap, though their meshes do not touch: {names}; a simulation with hulls pushes them"
-        " apart",
-        "several convex shapes in place of one mesh; disabled_contacts names a pair that is not to collide",
-    )
-    joints = list(dict.fromkeys(joint for pair in beyond for joint in _beyond_limits(scene, pair)))
-    if joints:
-        yield from _note(
-            case,
-            "parts-overlap",
-            beyond,
-            f"at zero, which is beyond the limits of {quoted([joint.name for joint in joints], SHOWN)}, {{pairs}}"
-            " overlap{s}: {names}; simulators start there",
-            "count the joint from a position that it can have, or start simulations in a named pose",
-            case.joint(joints[0], "limit", "lower" if nearest_to_zero(joints[0]) > 0 else "upper"),
-        )
-
-
-def _wheels(case: Case) -> set[str]:
-    drive = case.robot.drive
-    return {case.robot.joint[name].child for name in drive.wheels} if drive else set()
-
-
-def _beyond_limits(scene: Scene, pair: Pair) -> list[Joint]:
-    """Return the joints between two links whose limits do not include zero."""
-    one, other = (scene.robot.chain(link) for link in pair)
-    between = [joint for joint in dict.fromkeys((*one, *other)) if (joint in one) != (joint in other)]
-    return [joint for joint in between if nearest_to_zero(joint)]
-
-
-def nearest_to_zero(joint: Joint) -> float:
-    """Return the position (rad or m) within the limits of a joint that is nearest to zero."""
-    limit = joint.limit
-    if not joint.moves or joint.mimic or joint.type == "continuous" or limit is None:
-        return 0.0
-    if limit.lower is None or limit.upper is None or limit.lower > limit.upper:
-        return 0.0
-    return min(max(0.0, limit.lower), limit.upper)
+    message = "links that overlap in every position, or at their joint, as parts of one design do ({count}): {names}"
+    yield from note(case, "parts-always-overlap", sorted(designs, key=lambda one: -designs[one]), message, key=True)
+    message = "hulls that overlap though their meshes do not touch ({count}): {names}; simulators push them apart"
+    yield from note(case, "hulls-overlap", sorted(hulls, key=lambda one: -hulls[one]), message, key=True)
+    near = [one for one in driven if isinstance(one, Diagnostic)]
+    yield from sorted(near, key=lambda one: one.severity != WARNING)
+    message = "joints that can each move a link into collision with one that is not adjacent ({count}): {names}"
+    far = [one for one in driven if isinstance(one, Member)]
+    yield from note(case, "joints-meet-parts", far, message, first=True)
 
 
 def _overlap(
@@ -180,39 +166,17 @@ def _overlap(
     """Return a warning at what puts the parts there: a pose, the joint between neighbours, or the shape."""
     joint = scene.joint_of((inner.link, outer.link))
     related = [case.related(f'the shape of "{one.link}"', shape_path(case, one)) for one in (inner, outer)]
-    path, is_key = shape_path(case, inner), False
-    if where[0].name != ZERO:
-        path, is_key = ("poses", where[0].name), True
+    path, pose = shape_path(case, inner), where[0].name
+    if pose:
+        path = ("poses", pose)
     elif joint is not None:
         path = case.joint(joint, "xyz")
     else:
         related = related[1:]
-    poses = [f'"{state.name}"' for state in where if state.name != ZERO]
-    at = ["at zero"] if len(poses) < len(where) else []
-    at += [f"in {'pose' if len(poses) == 1 else 'poses'} {listed(poses, SHOWN)}"] if poses else []
+    poses = quoted([state.name for state in where if state.name], SHOWN)
+    at = ["at zero"] * (not pose) + [f"in pose {poses}"] * bool(where[-1].name)
     message = f"{what} {' and '.join(at)}: {shape_name(case, inner)} in {shape_name(case, outer)}"
-    help = "correct a shape, a joint or the pose; disabled_contacts names a pair that is meant to touch"
-    found = case.problem(rule, message, path, help, related=related, severity=WARNING, key=is_key)
-    return replace(found, of=(inner.link, outer.link))
-
-
-def _note(
-    case: Case, rule: str, pairs: Mapping[Pair, Overlap], message: str, help: str, path: Path | None = None
-) -> Iterator[Diagnostic]:
-    """Yield one note on pairs that the description does not accept by name, the deepest first."""
-    accepted, rest = split_accepted(case, rule, pairs, lambda pair: pair)
-    yield from accepted
-    if rest:
-        rest.sort(key=lambda pair: -pairs[pair].depth)
-        names = first_of([f"{pair[1]} in {pair[0]} by {_mm(pairs[pair].depth)}" for pair in rest], SHOWN)
-        count, s = f"{counted(len(rest), 'pair')} of parts", "s" if len(rest) == 1 else ""
-        text, where = message.format(pairs=count, s=s, names=names), path or shape_path(case, pairs[rest[0]].other)
-        found = case.problem(rule, text, where, help, severity=NOTE, key=path is None)
-        yield replace(found, related=(), of=())
-
-
-def _mm(length: float) -> str:
-    return f"{1000 * length:.1f} mm"
+    return replace(case.problem(rule, message, path, related=related, key=bool(pose)), of=(inner.link, outer.link))
 
 
 def shape_path(case: Case, solid: Solid) -> Path:
@@ -228,7 +192,84 @@ def shape_name(case: Case, solid: Solid) -> str:
     if isinstance(geometry, Mesh):
         name = f"the hull of {geometry.file.rpartition('/')[2]}"
     elif len(shapes) > 1:
-        name += f" {solid.number + 1} of {len(shapes)}"
-    else:
-        name = f"its {name}"
+        name = f"{name} {solid.number + 1} of {len(shapes)}"
     return name + case.stands_in(shape_path(case, solid))
+
+
+def _sweep(case: Case, scene: Scene, states: Sequence[State]) -> tuple[list[Member | Diagnostic], set[Pair]]:
+    """Move each joint alone from each state.
+
+    Return what it drives together, adjacent links as a diagnostic and others as a member, and the pairs of links that
+    overlap in every position.
+    """
+    ranges = {joint: ends for joint in case.robot.joints if (ends := range_of(joint)) and ends[0] < ends[1]}
+    counts = {
+        joint: SLIDE_STEPS if joint.type == "prismatic" else min(MOST_STEPS, math.ceil((upper - lower) / STEP))
+        for joint, (lower, upper) in ranges.items()
+    }
+    factor = min(1.0, MOST_STATES / max(1, len(states) * sum(counts.values())))
+    always = set.intersection(*(set(state.overlaps) for state in states))
+    found: dict[tuple[str, Pair], Member | Diagnostic | None] = {}
+    for number, state in enumerate(states):
+        for joint, (lower, upper) in ranges.items():
+            Progress.step("moving joints", number, len(states))
+            steps, start = max(2, round(factor * counts[joint])), state.positions.get(joint.name, 0.0)
+            every = [lower + (upper - lower) * index / steps for index in range(steps + 1)]
+            # From the start to each end; a start outside the range is left at once.
+            positions = [p for p in reversed(every) if p < start] + [p for p in every if p > start]
+            rows = scene.rows([{**state.positions, joint.name: position} for position in positions])
+            overlaps = dict(zip(positions, map(scene.overlaps_at, rows), strict=True))
+            always = always.intersection(*overlaps.values())
+            for pair in dict.fromkeys(pair for several in overlaps.values() for pair in several):
+                if found.get((joint.name, pair)) is None:
+                    found[joint.name, pair] = _driven(case, scene, state, joint, overlaps, pair)
+    return [one for one in found.values() if one is not None], always
+
+
+def _driven(
+    case: Case, scene: Scene, state: State, joint: Joint, overlaps: Mapping[float, Mapping[Pair, Overlap]], pair: Pair
+) -> Member | Diagnostic | None:
+    """Return two links that a joint moves into each other, or None; adjacent links only if they overlap more."""
+    moved, still = pair if pair[0] in scene.robot.below(joint.child) else pair[::-1]
+    start, is_neighbour, least = state.positions.get(joint.name, 0.0), scene.joint_of(pair) == joint, 0.0
+
+    def at(position: float) -> Positions:
+        return {**state.positions, joint.name: position}
+
+    def meet(position: float) -> bool:
+        several = overlaps[position] if position in overlaps else scene.overlaps(at(position))
+        return pair in several and (not least or scene.share(moved, still, at(position)) >= least)
+
+    if pair in state.overlaps:
+        least = scene.share(moved, still, at(start)) + GROWTH if is_neighbour else 1.0
+    hits = [position for position in overlaps if least < 1 and meet(position)]
+    if not hits:
+        return None
+    far = min(hits, key=lambda position: abs(position - start))
+    before = [p for p in (start, *overlaps) if min(start, far) <= p <= max(start, far) and p != far]
+    near, beyond = min(before, key=lambda position: abs(position - far)), far
+    for _ in range(_HALVINGS):
+        middle = (near + beyond) / 2
+        near, beyond = (near, middle) if meet(middle) else (middle, beyond)
+    where = f"{float(f'{beyond:.3g}'):.6g} m"
+    if joint.type != "prismatic":
+        where = f"{round(beyond, 2):.6g} rad ({math.degrees(beyond):.0f} deg)"
+    where += f' in pose "{state.name}"' if state.name else ""
+    side = "upper" if far > start else "lower"
+    path = case.joint(joint, "limit", side)
+    if not is_neighbour:
+        return Member((joint.name, still, moved), f"{joint.name} {moved} into {still} from {where}", path)
+    inside = max(scene.share(moved, still, at(position)) for position in hits) - max(0.0, least - GROWTH)
+    if inside < CORNER:
+        return None
+    tested = hits[:: 1 + len(hits) // 4]  # for more than the hulls of meshes
+    is_real = any(scene.touches(overlaps[position][pair].solids, at(position)) for position in tested)
+    is_grave = is_real and inside >= GROWTH and len(hits) >= BLOCKED * len(overlaps)
+    outer, inner = sorted(overlaps[far][pair].solids, key=lambda solid: solid.link == moved)
+    message = (
+        f'joint "{joint.name}" drives link "{moved}" into link "{still}" from {where} towards its {side} limit,'
+        f" {len(hits) / len(overlaps):.0%} of its range: {shape_name(case, inner)} into {shape_name(case, outer)}"
+    )
+    related = [case.related(f'the shape of "{solid.link}"', shape_path(case, solid)) for solid in (inner, outer)]
+    severity = WARNING if is_grave else NOTE
+    return case.problem("joint-through-neighbour", message, path, related=related, severity=severity)

@@ -1,19 +1,19 @@
-"""A scene: the links of a robot in MuJoCo, and which of them are inside each other at joint positions.
+"""The links of a robot as floating bodies in MuJoCo, and which of them are inside each other at joint positions.
 
-Every body floats and is placed where the model of the robot has it, so that nothing depends on joints of MuJoCo or on
-which neighbours it lets collide. Meshes are their convex hulls, as simulators take them.
+Every body is placed where the model of the robot has it, so that nothing depends on joints of MuJoCo or on which
+neighbours it lets collide. Meshes are their convex hulls, as simulators take them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import Joint, Robot, Transform
 
-from .solids import SAMPLES, LoadedMesh, Meshes, Solid, primitive, solids_of
+from .solids import SAMPLES, Meshes, Solid, solids_of
 
 if TYPE_CHECKING:
     from .solids import Floats
@@ -27,24 +27,22 @@ Pair = tuple[str, str]  # two links; in a scene of a robot the one that is neare
 
 
 class Overlap(NamedTuple):
-    """How deep (m) two links are in each other, and the two solids where it is deepest."""
+    """How deep (m) two links are in each other, and the solids where it is deepest, in the order of the pair."""
 
     depth: float
-    one: Solid
-    other: Solid
+    solids: tuple[Solid, Solid]
 
 
 class Bodies:
-    """Floating bodies in MuJoCo: each is named by the link that its solids are seen from."""
+    """Floating bodies in MuJoCo: each is named by the link that its solids are placed in."""
 
     def __init__(
         self,
         robot: Robot,
         solids: Mapping[str, Sequence[Solid]],
-        corners: Callable[[LoadedMesh], Floats],
         excluded: Iterable[Pair] = (),
     ) -> None:
-        """Build the bodies of ``solids`` by link; ``corners`` are those of a mesh, ``excluded`` pairs never touch."""
+        """Build the bodies of ``solids`` by link; ``excluded`` pairs never touch."""
         self.mujoco = mujoco = import_module("mujoco")
         self.robot = robot
         self.kinematics = replace(robot, edges=()).kinematics  # by the joints alone
@@ -53,22 +51,20 @@ class Bodies:
         spec: Any = mujoco.MjSpec()
         spec.memory = _MEMORY
         for name in self.names:  # with a prefix, for MuJoCo has a body "world"
-            body = spec.worldbody.add_body(
-                name=f"link {name}", explicitinertial=True, mass=1.0, inertia=[1.0, 1.0, 1.0]
-            )
+            body = spec.worldbody.add_body(name=f"link {name}", explicitinertial=True, mass=1, inertia=[1, 1, 1])
             body.add_freejoint()
             for solid in solids[name]:
                 values: dict[str, Any] = {"pos": solid.place.xyz, "quat": solid.place.quaternion()}
                 if solid.mesh is not None:
-                    mesh = spec.add_mesh(name=str(len(spec.meshes)), uservert=corners(solid.mesh).ravel())
-                    values |= {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": mesh.name}
+                    mesh = spec.add_mesh(name=str(len(spec.meshes)), uservert=solid.hull.vertices.ravel())
+                    values["meshname"] = mesh.name
                 else:
-                    shape = primitive(solid.shape.geometry)
-                    values |= {"type": getattr(mujoco.mjtGeom, shape.type), "size": shape.size}
-                body.add_geom(**values)
-        for one, other in excluded:
-            if one in solids and other in solids:
-                spec.add_exclude(bodyname1=f"link {one}", bodyname2=f"link {other}")
+                    values["size"] = solid.size
+                kind = f"mjGEOM_{type(solid.shape.geometry).__name__.upper()}"
+                body.add_geom(type=getattr(mujoco.mjtGeom, kind), **values)
+        for pair in excluded:
+            if solids.keys() >= set(pair):
+                spec.add_exclude(bodyname1=f"link {pair[0]}", bodyname2=f"link {pair[1]}")
         self.model: Any = spec.compile()
         self.data: Any = mujoco.MjData(self.model)
 
@@ -97,33 +93,34 @@ class Bodies:
         self.data.qpos[:] = row
         self.mujoco.mj_kinematics(self.model, self.data)
 
-    def place(self, positions: Positions) -> None:
-        """Place the bodies at joint positions."""
-        self.put(self.rows([positions])[0])
+    def contacts(self, row: Floats, farthest: float) -> Iterator[tuple[Solid, Solid, float]]:
+        """Yield the solids that touch where a row of ``rows`` has the bodies, and their distance (m), below zero."""
+        self.put(row)
+        self.mujoco.mj_collision(self.model, self.data)
+        contact = self.data.contact
+        for (first, second), distance in zip(contact.geom.tolist(), contact.dist.tolist(), strict=True):
+            if distance <= farthest:
+                yield self.solids[first], self.solids[second], distance
 
-    def seen_from(self, body: int, points: Floats, of: int) -> Floats:
-        """Transform points (n, 3) from the frame of the body ``of`` to that of another, by their numbers in MuJoCo."""
+    def move(self, points: Floats, source: Solid, target: Solid) -> Floats:
+        """Transform points (n, 3) from the frame of the body of one solid to that of another."""
         turns, places = self.data.xmat, self.data.xpos
-        world = points @ turns[of].reshape(3, 3).T + places[of]
-        seen: Floats = (world - places[body]) @ turns[body].reshape(3, 3)
-        return seen
+        old, new = (int(self.model.geom_bodyid[self.solids.index(solid)]) for solid in (source, target))
+        moved: Floats = (points @ turns[old].reshape(3, 3).T + places[old] - places[new]) @ turns[new].reshape(3, 3)
+        return moved
 
-    def body_of(self, solid: Solid) -> int:
-        """Return the number in MuJoCo of the body of a solid."""
-        return int(self.model.geom_bodyid[self.solids.index(solid)])
-
-    def touches(self, overlap: Overlap, positions: Positions) -> bool:
+    def touches(self, solids: tuple[Solid, Solid], positions: Positions) -> bool:
         """Return True if two shapes overlap as they are, and not only the hulls of their meshes.
 
         Corners and middles of triangles of one shape are looked for inside the other one.
         """
-        if overlap.one.mesh is None and overlap.other.mesh is None:
+        if not any(solid.mesh for solid in solids):
             return True
-        self.place(positions)
-        for one, other in ((overlap.one, overlap.other), (overlap.other, overlap.one)):
-            points = self.seen_from(self.body_of(other), one.surface(), self.body_of(one))
-            points = points[other.contains(points)]
-            if len(points) and other.contains(points[:: 1 + len(points) // _TESTED], exact=True).any():
+        self.put(self.rows([positions])[0])
+        for inner, outer in (solids, solids[::-1]):
+            points = self.move(inner.surface(), inner, outer)
+            points = points[outer.contains(points)]
+            if len(points) and outer.contains(points[:: 1 + len(points) // _TESTED], exact=True).any():
                 return True
         return False
 
@@ -148,10 +145,7 @@ class Scene(Bodies):
                 if joint is not None:
                     self.joint_between[frozenset((self.top[joint.parent], link.name))] = joint
             bodies[self.top[link.name]] += solids_of(link.collision, link.name, places[link.name], meshes)
-        super().__init__(robot, bodies, lambda mesh: mesh.hull.corners if mesh.hull else mesh.outline)
-        self.of_link: dict[str, list[Solid]] = {}
-        for solid in self.solids:
-            self.of_link.setdefault(solid.link, []).append(solid)
+        super().__init__(robot, bodies)
         self.disabled = {frozenset(pair) for pair in robot.disabled_contacts}
         self._points: dict[str, Floats] = {}
 
@@ -161,29 +155,26 @@ class Scene(Bodies):
 
     def overlaps_at(self, row: Floats) -> dict[Pair, Overlap]:
         """Return the links that are inside each other where a row of ``rows`` has the bodies."""
-        import numpy as np
-
-        self.put(row)
-        self.mujoco.mj_collision(self.model, self.data)
-        contact = self.data.contact
         overlaps: dict[Pair, Overlap] = {}
-        for number in np.flatnonzero(contact.dist < -LEAST):
-            one, other = (self.solids[geom] for geom in contact.geom[number])
-            if self.order[one.link] > self.order[other.link]:
-                one, other = other, one
-            pair, depth = (one.link, other.link), -float(contact.dist[number])
-            if frozenset(pair) not in self.disabled and (pair not in overlaps or overlaps[pair].depth < depth):
-                overlaps[pair] = Overlap(depth, one, other)
+        for first, second, distance in self.contacts(row, -LEAST):
+            if self.order[first.link] > self.order[second.link]:
+                first, second = second, first
+            pair = (first.link, second.link)
+            if frozenset(pair) not in self.disabled and (pair not in overlaps or overlaps[pair].depth < -distance):
+                overlaps[pair] = Overlap(-distance, (first, second))
         return overlaps
 
     def joint_of(self, pair: Pair) -> Joint | None:
         """Return the joint between two neighbouring links, or None if they are not neighbours."""
         return self.joint_between.get(frozenset((self.top[pair[0]], self.top[pair[1]])))
 
-    def by_volume(self, pair: Pair) -> tuple[str, str]:
-        """Return the two links, the one with less volume first."""
-        small, large = sorted(pair, key=lambda name: sum(solid.volume for solid in self.of_link[name]))
-        return small, large
+    def solids_of(self, link: str) -> list[Solid]:
+        """Return the solids of a link."""
+        return [solid for solid in self.solids if solid.link == link]
+
+    def volume(self, link: str) -> float:
+        """Return the volume (m^3) of the solids of a link, of meshes that of their hulls."""
+        return float(sum(solid.hull.volume for solid in self.solids_of(link)))
 
     def share(self, small: str, large: str, positions: Positions, exact: bool = False) -> float:
         """Return how much of the volume of a link (0 to 1) is inside another one, or the hulls of its meshes.
@@ -192,23 +183,16 @@ class Scene(Bodies):
         """
         import numpy as np
 
-        self.place(positions)
-        of, body = (self.body_of(self.of_link[name][0]) for name in (small, large))
-        points = self.seen_from(body, self._samples(small), of)
+        inner, outer = self.solids_of(small), self.solids_of(large)
+        if small not in self._points:
+            generator, volume = np.random.default_rng(1), self.volume(small)
+            counts = [max(8, round(SAMPLES * solid.hull.volume / volume)) for solid in inner]
+            samples = [solid.sample(count, generator) for solid, count in zip(inner, counts, strict=True)]
+            self._points[small] = np.concatenate(samples)
+        self.put(self.rows([positions])[0])
+        points = self.move(self._points[small], inner[0], outer[0])
         points = points[:: 1 + len(points) // _TESTED] if exact else points
         inside = np.zeros(len(points), dtype=bool)
-        for solid in self.of_link[large]:
+        for solid in outer:
             inside |= solid.contains(points, exact)
         return float(inside.mean()) if len(points) else 0.0
-
-    def _samples(self, link: str) -> Floats:
-        """Return points (n, 3) that fill the solids of a link, in the frame of its body."""
-        import numpy as np
-
-        if link not in self._points:
-            solids, generator = self.of_link[link], np.random.default_rng(1)
-            volume = sum(solid.volume for solid in solids) or 1.0
-            counts = [max(8, round(SAMPLES * solid.volume / volume)) for solid in solids]
-            samples = [solid.sample(count, generator) for solid, count in zip(solids, counts, strict=True)]
-            self._points[link] = np.concatenate(samples)
-        return self._points[link]

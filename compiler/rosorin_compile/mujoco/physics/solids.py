@@ -3,102 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Geometry, Mesh, Shape, Sphere, Transform
+from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape, Transform
 from rosorin_compile.model.mesh_triangles import TriangleMesh
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.progress import Progress
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
-    Flags = NDArray[np.bool_]
 
-PURPOSES = ("collision", "visual")
-MOST_CORNERS = 250  # of a hull: more make collisions slow, and the hull not half a per cent larger
 SAMPLES = 600  # points that fill a link
 _ON_SURFACE = 4_000  # points on the surface of a mesh
 _SMALLEST = 1e-6  # m: a smaller shape is a point
-
-
-class Hull(NamedTuple):
-    """A convex body: ``corners`` (n, 3) in metres and ``planes`` (m, 4), of which all are below zero inside."""
-
-    corners: Floats
-    planes: Floats
-    volume: float
-
-
-@dataclass(frozen=True, eq=False)
-class LoadedMesh:
-    """A mesh file with its scale applied: ``triangles`` (n, 3, 3) in metres."""
-
-    file: str
-    triangles: Floats
-
-    @cached_property
-    def box(self) -> tuple[Floats, Floats]:
-        """The lower and the upper corner (3,) in metres."""
-        return self.triangles.min(axis=(0, 1)), self.triangles.max(axis=(0, 1))
-
-    @property
-    def longest(self) -> float:
-        """The longest side of the box (m)."""
-        return float((self.box[1] - self.box[0]).max())
-
-    @cached_property
-    def outline(self) -> Floats:
-        """All corners (n, 3) of the convex hull; of a flat mesh all its corners."""
-        corners: Floats = self.triangles.reshape(-1, 3)
-        hull = _convex_hull(corners)
-        return corners if hull is None else hull.corners
-
-    @cached_property
-    def hull(self) -> Hull | None:
-        """The convex hull with at most ``MOST_CORNERS`` corners, or None if the mesh is flat."""
-        corners = self.outline
-        return _convex_hull(corners if len(corners) <= MOST_CORNERS else _farthest(corners))
-
-    @cached_property
-    def surface(self) -> Any:
-        """A ``trimesh.Trimesh`` with equal corners merged."""
-        import numpy as np
-        import trimesh
-
-        corners = self.triangles.reshape(-1, 3)
-        surface = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
-        surface.merge_vertices()
-        return surface
-
-
-def _convex_hull(points: Floats) -> Hull | None:
-    from scipy.spatial import ConvexHull, QhullError  # type: ignore[import-untyped,unused-ignore]
-
-    try:
-        hull = ConvexHull(points)
-    except (QhullError, ValueError):
-        return None
-    return Hull(hull.points[hull.vertices], hull.equations, float(hull.volume))
-
-
-def _farthest(corners: Floats) -> Floats:
-    """Return the corners (n, 3) that are farthest in one of many directions on a spiral around the sphere."""
-    import numpy as np
-
-    steps = np.arange(MOST_CORNERS) + 0.5
-    height = 1 - 2 * steps / MOST_CORNERS
-    radius, turn = np.sqrt(1 - height**2), math.pi * (1 + math.sqrt(5)) * steps
-    directions = np.stack([radius * np.cos(turn), radius * np.sin(turn), height], axis=1)
-    farthest: Floats = corners[np.unique((directions @ corners.T).argmax(axis=1))]
-    return farthest
 
 
 class MeshShape(NamedTuple):
@@ -110,79 +36,88 @@ class MeshShape(NamedTuple):
     mesh: Mesh
 
 
-Meshes = Mapping[Mesh, LoadedMesh]  # those that could be read
+Meshes = Mapping[Mesh, Any]  # those that could be read, as ``trimesh.Trimesh`` in metres, with equal corners merged
 
 
 def mesh_shapes(case: Case) -> Iterator[MeshShape]:
     """Yield the shapes with meshes, in the order of the description."""
-    for link in case.robot.links:
-        for purpose in PURPOSES:
-            for number, shape in enumerate(getattr(link, purpose)):
-                if isinstance(shape.geometry, Mesh):
-                    yield MeshShape(link.name, purpose, number, shape.geometry)
+    for link, purpose in product(case.robot.links, ("collision", "visual")):
+        for number, shape in enumerate(getattr(link, purpose)):
+            if isinstance(shape.geometry, Mesh):
+                yield MeshShape(link.name, purpose, number, shape.geometry)
 
 
-def read_meshes(
-    case: Case, shapes: Sequence[MeshShape], files: Mapping[str, Path], tick: Callable[[], None] = lambda: None
-) -> tuple[Meshes, list[Diagnostic]]:
-    """Read the meshes of shapes; return them with a warning for each that cannot be read. Calls ``tick`` per shape."""
-    meshes: dict[Mesh, LoadedMesh] = {}
+def read_meshes(case: Case, shapes: Sequence[MeshShape], files: Mapping[str, Path]) -> tuple[Meshes, list[Diagnostic]]:
+    """Read the meshes of shapes; return them with a warning for each that cannot be read."""
+    import numpy as np
+    import trimesh
+
+    meshes: dict[Mesh, Any] = {}
     problems: dict[Mesh, Diagnostic] = {}
-    for shape in shapes:
+    for number, shape in enumerate(shapes):
+        Progress.step("reading meshes", number, len(shapes))
         if shape.mesh not in meshes and shape.mesh not in problems:
             found = TriangleMesh.of_shape(case, shape[:3], files)
             if isinstance(found, Diagnostic):
                 problems[shape.mesh] = found
             else:
-                meshes[shape.mesh] = LoadedMesh(shape.mesh.file, found.triangles)
-        tick()
+                corners = found.triangles.reshape(-1, 3)
+                mesh = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
+                mesh.merge_vertices()
+                meshes[shape.mesh] = mesh
     return meshes, list(problems.values())
-
-
-class Primitive(NamedTuple):
-    """A primitive as MuJoCo has it: type, ``size``, and half the sides (m) of the box around it."""
-
-    type: str
-    size: list[float]
-    half: tuple[float, float, float]
-
-
-def primitive(geometry: Geometry) -> Primitive:
-    """Return a primitive geometry in the terms of MuJoCo."""
-    if isinstance(geometry, Box):
-        x, y, z = (side / 2 for side in geometry.size)
-        return Primitive("mjGEOM_BOX", [x, y, z], (x, y, z))
-    if isinstance(geometry, Sphere):
-        return Primitive("mjGEOM_SPHERE", [geometry.radius] * 3, (geometry.radius,) * 3)
-    if isinstance(geometry, Ellipsoid):
-        return Primitive("mjGEOM_ELLIPSOID", list(geometry.radii), geometry.radii)
-    if isinstance(geometry, (Cylinder, Capsule)):
-        radius, half = geometry.radius, geometry.length / 2
-        if isinstance(geometry, Cylinder):
-            return Primitive("mjGEOM_CYLINDER", [radius, half, radius], (radius, radius, half))
-        return Primitive("mjGEOM_CAPSULE", [radius, half, radius], (radius, radius, half + radius))
-    raise TypeError(f"{type(geometry).__name__} is not a primitive")
 
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A collision shape: its number in ``link.collision``, its place in its body, and its mesh, which is not flat."""
+    """A collision shape: its number in ``link.collision``, its place in its body, and its ``trimesh.Trimesh``, if any.
+
+    A primitive is a polyhedron where points are concerned, and itself in MuJoCo.
+    """
 
     link: str
     number: int
     shape: Shape
     place: Transform
-    mesh: LoadedMesh | None = None
+    mesh: Any = None
 
     @property
-    def hull(self) -> Hull | None:
-        """The hull of the mesh, or None for a primitive."""
-        return self.mesh.hull if self.mesh else None
+    def size(self) -> list[float]:
+        """The sizes of the geom of a primitive in MuJoCo."""
+        geometry: Any = self.shape.geometry
+        if isinstance(geometry, Box):
+            return [side / 2 for side in geometry.size]
+        if isinstance(geometry, Ellipsoid):
+            return list(geometry.radii)
+        is_long = isinstance(geometry, (Cylinder, Capsule))
+        return [geometry.radius, geometry.length / 2 if is_long else geometry.radius, geometry.radius]
+
+    @cached_property
+    def hull(self) -> Any:
+        """The convex hull as a ``trimesh.Trimesh`` in the frame of the shape, or None for a flat mesh."""
+        import trimesh
+        from scipy.spatial import QhullError  # type: ignore[import-untyped,unused-ignore]
+
+        geometry: Any = self.shape.geometry
+        if isinstance(geometry, Mesh):
+            try:
+                return self.mesh.convex_hull
+            except (QhullError, ValueError):
+                return None
+        if isinstance(geometry, Box):
+            return trimesh.creation.box(geometry.size)
+        if isinstance(geometry, Cylinder):
+            return trimesh.creation.cylinder(geometry.radius, geometry.length)
+        if isinstance(geometry, Capsule):
+            return trimesh.creation.capsule(geometry.length, geometry.radius)
+        return trimesh.creation.icosphere(3).apply_scale(self.size)
 
     @property
-    def volume(self) -> float:
-        """The volume in m^3, of a mesh that of its hull."""
-        return self.hull.volume if self.hull else self.shape.volume
+    def is_body(self) -> bool:
+        """Whether it has a volume."""
+        if isinstance(self.shape.geometry, Mesh):
+            return self.mesh is not None and self.hull is not None and self.hull.volume >= _SMALLEST**3
+        return all(math.isfinite(size) and size > _SMALLEST for size in self.size)
 
     def in_body(self, points: Floats) -> Floats:
         """Transform points (n, 3) from the frame of the shape to that of its body."""
@@ -191,51 +126,22 @@ class Solid:
         placed: Floats = points @ np.array(self.place.rows).T + np.array(self.place.xyz)
         return placed
 
-    def contains(self, points: Floats, exact: bool = False) -> Flags:
+    def contains(self, points: Floats, exact: bool = False) -> Any:
         """Return which points (n, 3) in the frame of the body are inside; ``exact``: in the mesh, not in its hull."""
         import numpy as np
 
         local = (points - np.array(self.place.xyz)) @ np.array(self.place.rows)
-        if exact and self.mesh is not None:
-            return np.asarray(winding(self.mesh.triangles, local) > 0.5)
-        return self._contains(local)
+        return _winding(self.mesh.triangles, local) > 0.5 if exact and self.mesh is not None else self._in_hull(local)
 
-    def _contains(self, points: Floats) -> Flags:
-        import numpy as np
-
-        if self.hull is not None:
-            return np.asarray((points @ self.hull.planes[:, :3].T + self.hull.planes[:, 3] <= 0).all(axis=1))
-        geometry, half = self.shape.geometry, primitive(self.shape.geometry).half
-        if isinstance(geometry, Box):
-            return np.asarray((np.abs(points) <= half).all(axis=1))
-        if isinstance(geometry, (Sphere, Ellipsoid)):
-            return np.asarray(((points / half) ** 2).sum(axis=1) <= 1)
-        radius, _, length = half
-        across, along = (points[:, :2] ** 2).sum(axis=1), np.abs(points[:, 2])
-        if isinstance(geometry, Cylinder):
-            return np.asarray((across <= radius**2) & (along <= length))
-        return np.asarray(across + np.maximum(along - length + radius, 0) ** 2 <= radius**2)
-
-    def corners(self) -> Floats:
-        """Return corners (n, 3) around the solid in the frame of its body."""
-        import numpy as np
-
-        if self.mesh is not None:
-            return self.in_body(self.hull.corners if self.hull else np.array(self.mesh.box))
-        half = primitive(self.shape.geometry).half
-        return self.in_body(np.array(list(product(*((-side, side) for side in half)))))
+    def _in_hull(self, points: Floats) -> Any:
+        normals = self.hull.face_normals
+        return (points @ normals.T <= (normals * self.hull.triangles[:, 0]).sum(axis=1)).all(axis=1)
 
     def sample(self, count: int, generator: Any) -> Floats:
         """Return at most ``count`` random points (n, 3) inside the solid in the frame of its body."""
-        import numpy as np
-
-        if self.hull is not None:
-            lower, upper = self.hull.corners.min(axis=0), self.hull.corners.max(axis=0)
-        else:
-            upper = np.array(primitive(self.shape.geometry).half)
-            lower = -upper
+        lower, upper = self.hull.bounds
         points = lower + generator.random((4 * count, 3)) * (upper - lower)
-        return self.in_body(points[self._contains(points)][:count])
+        return self.in_body(points[self._in_hull(points)][:count])
 
     def surface(self) -> Floats:
         """Return points (n, 3) on the mesh in the frame of its body; of a primitive, points that fill it."""
@@ -243,8 +149,7 @@ class Solid:
 
         if self.mesh is None:
             return self.sample(SAMPLES, np.random.default_rng(2))
-        triangles = self.mesh.triangles
-        points = np.concatenate([triangles.mean(axis=1), triangles.reshape(-1, 3)])
+        points = np.concatenate([self.mesh.triangles_center, self.mesh.triangles.reshape(-1, 3)])
         return self.in_body(points[:: 1 + len(points) // _ON_SURFACE])
 
 
@@ -252,19 +157,13 @@ def solids_of(shapes: Sequence[Shape], link: str, place: Transform, meshes: Mesh
     """Return the shapes of a link that have a volume; ``place`` is the frame of the link in its body."""
     solids = []
     for number, shape in enumerate(shapes):
-        for solid in shape.solids():
-            mesh = None
-            if isinstance(solid.geometry, Mesh):
-                mesh = meshes.get(solid.geometry)
-                if mesh is None or mesh.hull is None or mesh.hull.volume < _SMALLEST**3:
-                    continue
-            elif not all(math.isfinite(size) and size > _SMALLEST for size in primitive(solid.geometry).size):
-                continue
-            solids.append(Solid(link, number, solid, place.then(solid.origin().transform()), mesh))
-    return solids
+        for piece in shape.solids():
+            mesh = meshes.get(piece.geometry) if isinstance(piece.geometry, Mesh) else None
+            solids.append(Solid(link, number, piece, place.then(piece.origin().transform()), mesh))
+    return [solid for solid in solids if solid.is_body]
 
 
-def winding(triangles: Floats, points: Floats) -> Floats:
+def _winding(triangles: Floats, points: Floats) -> Floats:
     """Return how often a surface of triangles (m, 3, 3) winds around points (n, 3): 1 inside a closed one, 0 outside.
 
     The sum of the solid angles (A. Van Oosterom, J. Strackee, 1983); a surface with holes gives something between

@@ -1,7 +1,7 @@
 """Scenarios: the robot holds its poses, drives, moves its joints over their ranges, and swings without damping.
 
-Each scenario starts again and returns numbers, which ``judging`` compares with limits. One that diverges has ``broken``
-and what was measured until then. ``curves`` are for the page.
+Each scenario starts again and returns numbers, which ``simulation`` compares with limits. One that diverges has
+``broken``, and no numbers.
 """
 
 from __future__ import annotations
@@ -12,14 +12,15 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import Joint, Robot, Twist
-from rosorin_compile.mujoco.rest_pose import HOME, home_of
+from rosorin_compile.mujoco.rest_pose import HOME, home_of, range_of
 from rosorin_compile.source.progress import Progress
 
-from .world import FREE, POSITION, VELOCITY, SimulationDiverged, Touch, World, single_joints
+from .world import FREE, POSITION, VELOCITY, SimulationDiverged, World
 
 LAST = 0.25  # s at the end of a scenario over which is averaged
 RAMP, DRIVING = 0.5, 2.0  # s until a drive is at its speed, and at speed, of which the second half counts
@@ -30,29 +31,11 @@ _SWEEP_SPEED, _SLIDE_SPEED = 1.0, 0.1  # rad/s and m/s at most, and half of the 
 _SHORTEST, _LONGEST, _AT_END = 0.25, 4.0, 0.4  # s from one end to the other, and there
 
 
-class Curve(NamedTuple):
-    """A quantity over time: its name, the unit of its values, times (s) and values."""
-
-    name: str
-    unit: str
-    times: list[float]
-    values: list[float]
-
-
-class Stop(NamedTuple):
-    """How a scenario ended early: why, when (s), and which joint diverged first, if that is known."""
-
-    why: str
-    time: float
-    joint: str = ""
-
-
 @dataclass
 class Result:
-    """What all scenarios have: how it ended early, and the curves."""
+    """What all scenarios have: when and why it diverged, or an empty text."""
 
-    broken: Stop | None = field(default=None, kw_only=True)
-    curves: list[Curve] = field(default_factory=list, repr=False, kw_only=True)
+    broken: str = field(default="", kw_only=True)
 
     @contextmanager
     def recording(self) -> Iterator[None]:
@@ -60,22 +43,7 @@ class Result:
         try:
             yield
         except SimulationDiverged as problem:
-            self.broken = Stop(str(problem), problem.time, problem.joint)
-
-    def add(self, time: float, unit: str, /, **values: float) -> None:
-        """Append a sample of quantities of one unit to their curves, which are made at the first one."""
-        for name, value in values.items():
-            curve = next((one for one in self.curves if (one.name, one.unit) == (name, unit)), None)
-            if curve is None:
-                curve = Curve(name, unit, [], [])
-                self.curves.append(curve)
-            curve.times.append(time)
-            curve.values.append(value)
-
-    def last(self, name: str, unit: str, count: int) -> list[float]:
-        """Return the last values of a curve."""
-        found = next((curve.values for curve in self.curves if (curve.name, curve.unit) == (name, unit)), [])
-        return found[-max(1, count) :]
+            self.broken = str(problem)
 
 
 @dataclass
@@ -84,8 +52,7 @@ class PoseTrial(Result):
 
     ``errors`` are the mean errors at the end (rad or m) by joint. ``drift`` (m) and ``turned`` (rad) are how far the
     base moved over the floor, ``leans`` (rad) how far it leans over, ``ripple`` (m) how much its height changes at the
-    end. ``touches`` are the links that touch there, ``stands_on`` those that touch the floor, ``above`` the wheels that
-    do not, by joint, with their height (m).
+    end. ``touches`` are the links that touch there, ``stands_on`` those that touch the floor.
     """
 
     pose: str
@@ -95,9 +62,8 @@ class PoseTrial(Result):
     turned: float = 0.0
     leans: float = 0.0
     ripple: float = 0.0
-    touches: list[Touch] = field(default_factory=list)
+    touches: list[tuple[str, str]] = field(default_factory=list)
     stands_on: list[str] = field(default_factory=list)
-    above: dict[str, float] = field(default_factory=dict)
 
     @property
     def worst(self) -> tuple[str, float] | None:
@@ -107,20 +73,18 @@ class PoseTrial(Result):
 
 @dataclass
 class Driven(Result):
-    """A command that was driven: ``asked`` and ``measured`` (m/s, rad/s), and the ripple of the height (m).
+    """A command that was driven, scaled to the limits of the wheels, and the velocity that was measured (m/s, rad/s).
 
-    ``asked`` is scaled to the limits of the wheels. ``off`` is the largest error of a commanded part of the velocity,
-    as a share of it; ``cross`` the largest part (m/s or rad/s) that was not commanded; ``touches`` are the links that
-    touch at the end.
+    ``off`` is the largest error of a commanded part of the velocity, as a share of it; ``cross`` the largest part (m/s
+    or rad/s) that was not commanded; ``ripple`` (m) the change of the height.
     """
 
     command: str
-    asked: Twist
+    commanded: Twist
     measured: Twist = field(default_factory=Twist)
     off: float = 0.0
     cross: float = 0.0
     ripple: float = 0.0
-    touches: list[Touch] = field(default_factory=list)
 
 
 class End(NamedTuple):
@@ -129,10 +93,10 @@ class End(NamedTuple):
     ``first_touch`` is the first contact on the way, ``touch_position`` the position of the joint then (rad or m).
     """
 
-    asked: float
+    target: float
     error: float
-    touches: list[Touch]
-    first_touch: Touch | None = None
+    touches: list[tuple[str, str]]
+    first_touch: tuple[str, str] | None = None
     touch_position: float = 0.0
 
 
@@ -156,35 +120,40 @@ class Swung(Result):
     lightest: str = ""
 
 
-@dataclass
-class Results:
+class Scenarios(NamedTuple):
     """The results of all scenarios of a robot."""
 
-    poses: list[PoseTrial] = field(default_factory=list)
-    drives: list[Driven] = field(default_factory=list)
-    sweeps: list[Swept] = field(default_factory=list)
-    swung: Swung | None = None
+    poses: tuple[PoseTrial, ...]
+    drive: tuple[Driven, ...]
+    ranges: tuple[Swept, ...]
+    energy: Swung | None
 
 
-def run_scenarios(world: World, seconds: float) -> Results:
+def run_scenarios(world: World, seconds: float) -> Scenarios:
     """Run all scenarios; each pose is held for ``seconds`` (at least twice ``LAST``)."""
-    results, poses = Results(), poses_of(world.robot)
-    home = poses[0][1]
-    commands = commands_of(world.robot) if world.robot.drive is not None and world.base == FREE else {}
-    joints = swept_joints(world)
-    total = len(poses) + len(commands) + len(joints) + 1
-    for number, (name, positions) in enumerate(poses):
-        Progress.step("simulating", number, total)
-        results.poses.append(hold(world, name, positions, seconds))
-    for number, (name, twist) in enumerate(commands.items(), len(poses)):
-        Progress.step("simulating", number, total)
-        results.drives.append(drive(world, home, name, twist))
-    for number, (joint, ends) in enumerate(joints, len(poses) + len(commands)):
-        Progress.step("simulating", number, total)
-        results.sweeps.append(sweep(world, home, joint, ends))
-    if single_joints(world.robot):
-        results.swung = swing(world, home)
-    return results
+    robot, poses, joints = world.robot, poses_of(world.robot), swept_joints(world)
+    home, commands = poses[0][1], dict[str, Twist]()
+    if robot.drive is not None and world.base == FREE:
+        others = {"turn": TURN}
+        if robot.driving.slides:
+            others = {"sideways": SIDEWAYS, "turn": TURN}
+        elif robot.driving.steering:
+            others = {"curve": CURVE}
+        commands = {"forward": FORWARD, **others}
+    done, total = 0, len(poses) + len(commands) + len(joints) + 1
+
+    def step(scenario: Callable[..., Any], *arguments: Any) -> Any:
+        nonlocal done
+        Progress.step("simulating", done, total)
+        done += 1
+        return scenario(world, *arguments)
+
+    return Scenarios(
+        tuple(step(hold, *pose, seconds) for pose in poses),
+        tuple(step(drive, home, *command) for command in commands.items()),
+        tuple(step(sweep, home, *joint) for joint in joints),
+        step(swing, home) if world.joints else None,
+    )
 
 
 def poses_of(robot: Robot) -> list[tuple[str, Mapping[str, float]]]:
@@ -195,72 +164,55 @@ def poses_of(robot: Robot) -> list[tuple[str, Mapping[str, float]]]:
 
 def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float) -> PoseTrial:
     """Leave the robot to its actuators in a pose for some seconds."""
-    result, root, samples = PoseTrial(pose, positions), world.robot.root, round(LAST / world.sample)
+    result, root, robot = PoseTrial(pose, positions), world.robot.root, world.robot
     world.reset(positions)
-    held = {joint: world.robot.position(joint, positions) for joint in _held_joints(world)}
+    actuated = set(world.targets) - set(world.own)
+    held = [joint for joint in world.joints if actuated.intersection((joint.name, _leader(robot, joint).name))]
+    targets = {joint.name: robot.position(joint, positions) for joint in held}
     turn_before, place_before = world.place(root)
+    errors, heights = list[list[float]](), list[float]()
     with result.recording():
-        for time in world.run(seconds):
-            for joint, target in held.items():
-                result.add(time, joint.unit, **{joint.name: world.position(joint.name) - target})
-            if world.base == FREE:
-                result.add(time, "m", height=float(world.place(root)[1][2]))
-    for joint in held:
-        tail = result.last(joint.name, joint.unit, samples)
-        if tail:
-            result.errors[joint.name] = abs(sum(tail) / len(tail))
-    if result.broken is None:
+        for _ in world.run(seconds):
+            errors.append([world.position(joint.name) - targets[joint.name] for joint in held])
+            heights.append(float(world.place(root)[1][2]))
+    if not result.broken:
+        last = max(1, round(LAST / world.sample))
+        means = (abs(sum(several) / len(several)) for several in zip(*errors[-last:], strict=True))
+        result.errors = {joint.name: mean for joint, mean in zip(held, means, strict=True)}
         result.touches, result.stands_on = world.touches(), world.stands_on()
-        result.above = world.above_floor()
-    if result.broken is None and world.base == FREE:
-        turn, place = world.place(root)
-        result.drift = math.hypot(*(place - place_before)[:2])
-        result.turned = abs(math.remainder(_yaw(turn) - _yaw(turn_before), math.tau))
-        result.leans = math.acos(max(-1.0, min(1.0, float(turn_before[2] @ turn[2]))))
-        height = result.last("height", "m", samples)
-        result.ripple = max(height) - min(height)
+        if world.base == FREE:
+            turn, place = world.place(root)
+            result.drift = math.hypot(*(place - place_before)[:2])
+            result.turned = abs(math.remainder(_yaw(turn) - _yaw(turn_before), math.tau))
+            result.leans = math.acos(max(-1.0, min(1.0, float(turn_before[2] @ turn[2]))))
+            result.ripple = max(heights[-last:]) - min(heights[-last:])
     return result
 
 
-def _held_joints(world: World) -> list[Joint]:
-    """Return the joints that an actuator of the robot holds, or that follow such a joint."""
-    held = set(world.targets) - set(world.own)
-    joints = []
-    for joint in single_joints(world.robot):
-        leader = joint
-        while leader.mimic is not None:
-            leader = world.robot.joint[leader.mimic.joint]
-        if leader.name in held or joint.name in held:
-            joints.append(joint)
-    return joints
+def _leader(robot: Robot, joint: Joint) -> Joint:
+    while joint.mimic is not None:
+        joint = robot.joint[joint.mimic.joint]
+    return joint
 
 
 def _yaw(turn: Any) -> float:
     return math.atan2(turn[1][0], turn[0][0])
 
 
-def commands_of(robot: Robot) -> dict[str, Twist]:
-    """Return the commands that the drive of a robot can follow, by name."""
-    if robot.driving.slides:
-        return {"forward": FORWARD, "sideways": SIDEWAYS, "turn": TURN}
-    return {"forward": FORWARD, "curve": CURVE} if robot.driving.steering else {"forward": FORWARD, "turn": TURN}
-
-
-def drive(world: World, positions: Mapping[str, float], command: str, asked: Twist) -> Driven:
+def drive(world: World, positions: Mapping[str, float], command: str, twist: Twist) -> Driven:
     """Drive a command from a pose: half a second to get to speed, a second to settle, and one that counts."""
     driving = world.robot.driving
-    scale = _scale(world, asked)
-    asked = Twist(*(scale * part for part in asked))
-    result, angles = Driven(command, asked), driving.angles(asked)
-    speeds, centre = driving.speeds(asked, angles), (*driving.centre, 0.0)
+    scale = _scale(world, twist)
+    twist = Twist(*(scale * part for part in twist))
+    result, angles = Driven(command, twist), driving.angles(twist)
+    speeds, centre = driving.speeds(twist, angles), (*driving.centre, 0.0)
     world.reset({**positions, **angles})
-    states: list[tuple[float, ...]] = []  # time, x, y, yaw of the centre of the drive
+    states: list[tuple[float, ...]] = []  # time, x, y, yaw and height of the centre of the drive
 
-    def sample(time: float) -> float:
+    def sample(time: float) -> None:
         turn, place = world.place(driving.frame)
         x, y, height = map(float, place + turn @ centre)
-        states.append((time, x, y, _yaw(turn)))
-        return height
+        states.append((time, x, y, _yaw(turn), height))
 
     def command_wheels(now: float) -> None:
         for name, speed in speeds.items():
@@ -271,35 +223,31 @@ def drive(world: World, positions: Mapping[str, float], command: str, asked: Twi
     sample(0.0)
     with result.recording():
         for time in world.run(RAMP + DRIVING, command_wheels):
-            height = sample(time)
-            velocity = _velocity(states[-2], states[-1])
-            result.add(time, "m/s", vx=velocity.vx, vy=velocity.vy)
-            result.add(time, "rad/s", wz=velocity.wz)
-            result.add(time, "m", height=height)
-    if result.broken is None:
+            sample(time)
+    if not result.broken:
         count = max(1, round(DRIVING / 2 / world.sample))
         last = [_velocity(*pair) for pair in pairwise(states)][-count:]
         result.measured = Twist(*(sum(parts) / len(last) for parts in zip(*last, strict=True)))
-        parts = list(zip(result.measured, asked, strict=True))
+        parts = list(zip(result.measured, twist, strict=True))
         result.off = max(abs(part - aim) / abs(aim) for part, aim in parts if aim)
         result.cross = max((abs(part) for part, aim in parts if not aim), default=0.0)
-        heights = result.last("height", "m", count)
-        result.ripple, result.touches = max(heights) - min(heights), world.touches()
+        heights = [state[-1] for state in states[-count:]]
+        result.ripple = max(heights) - min(heights)
     return result
 
 
-def _velocity(one: Sequence[float], other: Sequence[float]) -> Twist:
+def _velocity(before: Sequence[float], after: Sequence[float]) -> Twist:
     """Return the velocity in the axes of the base between two states of time (s), x, y (m) and yaw (rad)."""
-    seconds, turned = other[0] - one[0], math.remainder(other[3] - one[3], math.tau)
-    x, y, middle = other[1] - one[1], other[2] - one[2], one[3] + turned / 2
+    seconds, turned = after[0] - before[0], math.remainder(after[3] - before[3], math.tau)
+    x, y, middle = after[1] - before[1], after[2] - before[2], before[3] + turned / 2
     cosine, sine = math.cos(middle), math.sin(middle)
     return Twist((cosine * x + sine * y) / seconds, (cosine * y - sine * x) / seconds, turned / seconds)
 
 
-def _scale(world: World, asked: Twist) -> float:
+def _scale(world: World, twist: Twist) -> float:
     """Return the share of a command (0 to 1) that the limits of the wheels allow."""
     scale = 1.0
-    for name, speed in world.robot.driving.speeds(asked).items():
+    for name, speed in world.robot.driving.speeds(twist).items():
         servo, limit = world.servo(name, VELOCITY), world.robot.joint[name].limit
         ends = (servo.targets() if servo else None) or ()
         known = [one for one in (*map(abs, ends), limit.known("velocity") if limit else None) if one]
@@ -312,15 +260,13 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
     """Return the joints that an actuator can move over a range, with the ends of it (rad or m)."""
     wheels = world.robot.drive.wheels if world.robot.drive is not None else ()
     found = []
-    for joint in single_joints(world.robot):
-        limit, servo = joint.limit, world.servo(joint.name, POSITION)
-        if servo is None or joint.mimic is not None or joint.name in (*wheels, *world.own) or limit is None:
+    for joint in world.joints:
+        servo, ends = world.servo(joint.name, POSITION), range_of(joint)
+        if servo is None or ends is None or joint.limit is None or joint.type == "continuous":
             continue
-        if joint.type == "continuous" or limit.lower is None or limit.upper is None:
-            continue
-        lower, upper = servo.targets() or (limit.lower, limit.upper)
-        ends = (max(lower, limit.lower), min(upper, limit.upper))
-        if ends[0] < ends[1]:
+        lower, upper = servo.targets() or ends
+        ends = (max(lower, ends[0]), min(upper, ends[1]))
+        if ends[0] < ends[1] and joint.name not in (*wheels, *world.own):
             found.append((joint, ends))
     return found
 
@@ -328,41 +274,34 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
 def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tuple[float, float]) -> Swept:
     """Move a joint from a pose to its lower end, and from there to its upper one."""
     result = Swept(joint.name)
-    world.reset(positions)
-    at_start = {one.links for one in world.touches()}
-    here, clock = world.position(joint.name), 0.0
-    with result.recording():
-        for end in ends:
-            seconds = _seconds(joint, abs(end - here))
-            errors: deque[float] = deque(maxlen=max(1, round(LAST / world.sample / 2)))
-            first, first_position, before = None, 0.0, at_start | {one.links for one in world.touches()}
-            for time in world.run(seconds + _AT_END, _moving(world, joint.name, here, end, seconds)):
-                now, touches = world.position(joint.name), world.touches()
-                result.add(clock + time, joint.unit, **{joint.name: now, "asked for": world.targets[joint.name]})
-                errors.append(abs(now - end))
-                fresh = [one for one in touches if one.links not in before]
-                if fresh and first is None:
-                    first, first_position = fresh[0], now
-            left = [one for one in touches if one.links not in at_start]
-            result.ends.append(End(end, sum(errors) / len(errors), left, first, first_position))
-            clock, here = clock + seconds + _AT_END, end
-    return result
-
-
-def _moving(world: World, joint: str, start: float, end: float, seconds: float) -> Callable[[float], None]:
-    return lambda now: world.hold(joint, start + (end - start) * min(1.0, now / seconds))
-
-
-def _seconds(joint: Joint, way: float) -> float:
-    """Return how long a joint is moved over a way (rad or m)."""
     velocity = joint.limit.known("velocity") if joint.limit else None
     speed = min(_SLIDE_SPEED if joint.type == "prismatic" else _SWEEP_SPEED, velocity / 2 if velocity else math.inf)
-    return min(_LONGEST, max(_SHORTEST, way / speed))
+    world.reset(positions)
+    at_start, here = set(world.touches()), world.position(joint.name)
+
+    def move(start: float, end: float, seconds: float, now: float) -> None:
+        world.hold(joint.name, start + (end - start) * min(1.0, now / seconds))
+
+    with result.recording():
+        for end in ends:
+            seconds = min(_LONGEST, max(_SHORTEST, abs(end - here) / speed))
+            errors: deque[float] = deque(maxlen=max(1, round(LAST / world.sample / 2)))
+            first, first_position, before = None, 0.0, at_start | set(world.touches())
+            for _ in world.run(seconds + _AT_END, partial(move, here, end, seconds)):
+                now, touches = world.position(joint.name), world.touches()
+                errors.append(abs(now - end))
+                fresh = [pair for pair in touches if pair not in before]
+                if fresh and first is None:
+                    first, first_position = fresh[0], now
+            left = [pair for pair in touches if pair not in at_start]
+            result.ends.append(End(end, sum(errors) / len(errors), left, first, first_position))
+            here = end
+    return result
 
 
 def swing(world: World, positions: Mapping[str, float]) -> Swung:
     """Let the robot swing from a pose with nothing that gives or takes energy, and measure it (Runge-Kutta)."""
-    mujoco, free, joints = world.mujoco, copy.copy(world), single_joints(world.robot)
+    mujoco, free, joints = world.mujoco, copy.copy(world), world.joints
     free.model = model = copy.copy(world.model)
     for name in ("CONTACT", "EQUALITY", "LIMIT", "FRICTIONLOSS", "ACTUATION", "DAMPER"):
         model.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}"))
@@ -380,9 +319,8 @@ def swing(world: World, positions: Mapping[str, float]) -> Swung:
     inertia = {joint.name: float(model.dof_M0[model.joint(joint.name).dofadr[0]]) for joint in joints}
     result, at_start, most = Swung(lightest=min(inertia, key=lambda name: inertia[name])), free.data.energy.sum(), 0.0
     with result.recording():
-        for time in free.run(SWING):
-            change, kinetic = float(free.data.energy.sum() - at_start), float(free.data.energy[1])
-            result.add(time, "J", energy=change, kinetic=kinetic)
-            most, result.change = max(most, kinetic), max(result.change, abs(change))
+        for _ in free.run(SWING):
+            change = abs(float(free.data.energy.sum() - at_start))
+            most, result.change = max(most, float(free.data.energy[1])), max(result.change, change)
     result.change = result.change / most if most else 0.0
     return result

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import Joint, Output, Robot
+from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 
 from ..mjcf.bodies import body_name
@@ -30,7 +30,6 @@ FIXED, FREE = "fixed", "free"
 _SPEED_UP = 0.002  # s in which our servo brings the robot to speed: stiff, so that errors are those of the robot
 _OVER_DAMPING = 500  # how much stiffer than the damping of its joint such a servo is at least
 _STEER = 200.0  # rad/s: the frequency of our steering servo with the inertia at its joint, without damping
-_IN_THE_AIR = 5e-4  # m; a wheel that is pressed into the floor, or rolls on, is nearer
 _FAR = 1e6  # m: beyond any distance to the floor
 
 
@@ -43,19 +42,7 @@ class Refused(Exception):
 
 
 class SimulationDiverged(Exception):
-    """The simulation diverged after ``time`` (s), first at ``joint`` if that is known."""
-
-    def __init__(self, message: str, time: float, joint: str = "") -> None:
-        super().__init__(message)
-        self.time = time
-        self.joint = joint
-
-
-class Touch(NamedTuple):
-    """Two links that touch, by name, and how deep (m)."""
-
-    links: tuple[str, str]
-    depth: float
+    """The simulation diverged; the message has the time, the reason, and the first joint if it is known."""
 
 
 @dataclass(frozen=True)
@@ -107,28 +94,11 @@ def mjcf_text(robot: Robot, output: Output | None, templates: Templates, base: s
     return text
 
 
-def single_joints(robot: Robot) -> list[Joint]:
-    """Return the joints that move and have a single coordinate: no planar, floating or fixed ones."""
-    return [joint for joint in robot.joints if joint.moves]
-
-
-def describe_joint(robot: Robot, name: str) -> str:
-    """Return the end of a sentence with a joint, the mass it moves and the size of its link; empty without a joint."""
-    if name not in robot.joint:
-        return ""
-    child = robot.joint[name].child
-    inertials = (robot.link[link].inertial for link in robot.below(child))
-    mass = sum(inertial.mass for inertial in inertials if inertial is not None)
-    weight = f"{mass:.6g} kg" if mass >= 1 else f"{1e3 * mass:.6g} g" if mass >= 1e-3 else f"{1e6 * mass:.6g} mg"
-    sides = robot.link[child].size
-    size = f" of {round(1000 * max(sides), 1):.6g} mm" if sides else ""
-    return f'; joint "{name}" moves {weight} with "{child}"{size}'
-
-
 class World:
     """A robot in MuJoCo, fixed to the world or free on a floor. Lengths in m, angles in rad.
 
-    ``own`` are the joints of the drive that got a servo here, for the robot has none that drives them.
+    ``joints`` are those that move and have a single coordinate, ``own`` those of the drive that got a servo here,
+    because no actuator of the robot drives them.
     """
 
     def __init__(
@@ -139,20 +109,20 @@ class World:
         Raises Refused.
         """
         self.mujoco, self.robot, self.base = mujoco, robot, base
+        self.joints = [joint for joint in robot.joints if joint.moves]
         self.steps, self.cpu = 0, 0.0
-        self.floor = -1  # the number of its geom
         try:
             spec: Any = mujoco.MjSpec.from_string(text, assets=dict(meshes or {}))
             spec.modelfiledir = str(folder)
             for key in list(spec.keys):
                 spec.delete(key)  # states come from the poses of the description
             if base == FREE:
-                name = "floor"
-                while name in {geom.name for geom in spec.geoms}:
-                    name += "_"
-                spec.worldbody.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05])
+                floor = "floor"
+                while floor in {geom.name for geom in spec.geoms}:
+                    floor += "_"
+                spec.worldbody.add_geom(name=floor, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05])
             self.model = spec.compile()
-            self.floor = self.model.geom(name).id if base == FREE else -1
+            self.floor = self.model.geom(floor).id if base == FREE else -1
             self.own = self._add_servos(spec)
             self.model = spec.compile() if self.own else self.model
         except ValueError as problem:
@@ -166,32 +136,29 @@ class World:
         self.targets: dict[str, float] = {}  # of the joints that are held, rad or m
 
     def _actuators(self) -> list[Actuator]:
-        model, mujoco = self.model, self.mujoco
-        on_joint = {int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)}
-        actuators = []
+        model, mujoco, actuators = self.model, self.mujoco, []
         for number in range(model.nu):
-            is_on_joint = int(model.actuator_trntype[number]) in on_joint
+            kind_of_target = mujoco.mjtTrn(int(model.actuator_trntype[number])).name
+            is_on_joint = kind_of_target in ("mjTRN_JOINT", "mjTRN_JOINTINPARENT")
             joint = model.joint(int(model.actuator_trnid[number][0])).name if is_on_joint else ""
-            gain = float(model.actuator_gainprm[number][0])
-            is_affine = gain and int(model.actuator_biastype[number]) == int(mujoco.mjtBias.mjBIAS_AFFINE)
-            bias = model.actuator_biasprm[number][:3].tolist() if is_affine else (0.0, 0.0, 0.0)
-            offset, of_position, of_velocity = bias
-            kind = POSITION if of_position else VELOCITY if of_velocity else FORCE
+            gain, bias = float(model.actuator_gainprm[number][0]), model.actuator_biasprm[number][:3].tolist()
+            if not gain or model.actuator_biastype[number] != mujoco.mjtBias.mjBIAS_AFFINE:
+                bias = [0.0, 0.0, 0.0]
+            kind = POSITION if bias[1] else VELOCITY if bias[2] else FORCE
             low, high = map(float, model.actuator_ctrlrange[number])
             limits = (low, high) if model.actuator_ctrllimited[number] else None
-            gear, stiffness = float(model.actuator_gear[number][0]), of_position or of_velocity
-            actuators.append(Actuator(number, joint, kind, gear, gain, offset, stiffness, limits))
+            gear = float(model.actuator_gear[number][0])
+            actuators.append(Actuator(number, joint, kind, gear, gain, bias[0], bias[1] or bias[2], limits))
         return actuators
 
     def _add_servos(self, spec: Any) -> tuple[str, ...]:
         """Add a servo for each joint of the drive that has none; return the joints."""
-        drive, mujoco = self.robot.drive, self.mujoco
+        drive, mujoco, added = self.robot.drive, self.mujoco, []
         if drive is None or self.base != FREE:
             return ()
         known = {(one.joint, one.kind) for one in self._actuators()}
         mass_per_wheel = float(self.model.body_mass.sum()) / len(drive.wheels)
         radius = {wheel.joint: wheel.radius for wheel in self.robot.driving.wheels}
-        added = []
         for name in (*drive.wheels, *drive.steering):
             steers = name in drive.steering
             if (name, POSITION) in known or ((name, VELOCITY) in known and not steers):
@@ -203,28 +170,29 @@ class World:
             else:
                 gain = max(mass_per_wheel * radius[name] ** 2 / _SPEED_UP, _OVER_DAMPING * float(joint.damping[0]))
                 bias = [0.0, 0.0, -gain]
-            servo = spec.add_actuator(
-                target=name,
-                trntype=mujoco.mjtTrn.mjTRN_JOINT,
-                gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-                biastype=mujoco.mjtBias.mjBIAS_AFFINE,
-            )
+            servo = spec.add_actuator(target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+            servo.gaintype, servo.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
             servo.gainprm[0], servo.biasprm[:3] = gain, bias
             added.append(name)
         return tuple(added)
 
     def reset(self, positions: Mapping[str, float]) -> None:
         """Start again at joint positions, everything at rest and held there; on the floor if there is one."""
-        self.mujoco.mj_resetData(self.model, self.data)
-        for joint in single_joints(self.robot):
-            self.data.joint(joint.name).qpos[0] = self.robot.position(joint, positions)
-        self.mujoco.mj_forward(self.model, self.data)
+        model, data = self.model, self.data
+        self.mujoco.mj_resetData(model, data)
+        for joint in self.joints:
+            data.joint(joint.name).qpos[0] = self.robot.position(joint, positions)
+        self.mujoco.mj_forward(model, data)
         if self.base == FREE:
-            self.data.qpos[2] -= self._height() or 0.0
-            self.mujoco.mj_forward(self.model, self.data)
+            types, affinities, floor = model.geom_contype, model.geom_conaffinity, self.floor
+            meets = (types & affinities[floor]) | (affinities & types[floor])
+            geoms = [geom for geom in range(model.ngeom) if meets[geom] and model.geom_bodyid[geom]]
+            heights = [self.mujoco.mj_geomDistance(model, data, floor, geom, _FAR, None) for geom in geoms]
+            data.qpos[2] -= min(heights, default=0.0)
+            self.mujoco.mj_forward(model, data)
         for one in self.actuators:
             if one.kind == POSITION:
-                self.data.ctrl[one.number] = one.control(float(self.data.actuator_length[one.number]))
+                data.ctrl[one.number] = one.control(float(data.actuator_length[one.number]))
         held = {one.joint for one in self.actuators if one.kind == POSITION and one.joint in self.robot.joint}
         self.targets = {joint: self.position(joint) for joint in held}
 
@@ -268,31 +236,25 @@ class World:
         """Raise SimulationDiverged if MuJoCo warned, or reset the state, after the time ``before``."""
         import numpy as np
 
-        model, warnings = self.model, self.data.warning
-        for index in np.flatnonzero(warnings.number):
-            kind, at = self.mujoco.mjtWarning(int(index)), int(warnings.lastinfo[index])
-            of_position = kind == self.mujoco.mjtWarning.mjWARN_BADQPOS
-            addresses, joint = model.jnt_qposadr if of_position else model.jnt_dofadr, ""
-            about = ("mjWARN_INERTIA", "mjWARN_BADQPOS", "mjWARN_BADQVEL", "mjWARN_BADQACC")
-            if kind.name in about and 0 <= at < (model.nq if of_position else model.nv):
-                joint = model.joint(int(np.flatnonzero(addresses <= at)[-1])).name
-            text = self.mujoco.mju_warningText(int(index), at).partition(". ")[0].rstrip(".")
-            raise SimulationDiverged(f"MuJoCo warns: {text}", before, joint)
+        model, warnings, after = self.model, self.data.warning, f"after {round(before, 3):.6g} s"
+        by_velocity = dict.fromkeys(("mjWARN_INERTIA", "mjWARN_BADQVEL", "mjWARN_BADQACC"), model.jnt_dofadr)
+        for index in np.flatnonzero(warnings.number).tolist():
+            at, kind = int(warnings.lastinfo[index]), self.mujoco.mjtWarning(index).name
+            addresses = {"mjWARN_BADQPOS": model.jnt_qposadr, **by_velocity}.get(kind)
+            joint = "" if addresses is None else model.joint(int(np.flatnonzero(addresses <= at)[-1])).name
+            text = self.mujoco.mju_warningText(index, at).partition(". ")[0].rstrip(".")
+            raise SimulationDiverged(f"{after}: MuJoCo warns: {text}" + (f', joint "{joint}"' if joint else ""))
         if self.data.time <= before or not np.isfinite(self.data.qpos).all():
-            raise SimulationDiverged("its positions become infinite", before)
+            raise SimulationDiverged(f"{after}: its positions become infinite")
 
     def position(self, joint: str) -> float:
         """Return the position of a joint (rad or m)."""
         return float(self.data.joint(joint).qpos[0])
 
-    def touches(self) -> list[Touch]:
-        """Return the links that touch each other, each pair once with the deepest contact."""
-        found: dict[tuple[str, str], float] = {}
-        for contact in self.data.contact:
-            links = self._links(contact)
-            if len(links) == 2 and contact.dist < 0:
-                found[links[0], links[1]] = max(found.get((links[0], links[1]), 0.0), -float(contact.dist))
-        return [Touch(pair, depth) for pair, depth in sorted(found.items())]
+    def touches(self) -> list[tuple[str, str]]:
+        """Return the pairs of links that touch each other, sorted."""
+        pairs = [self._links(contact) for contact in self.data.contact if contact.dist < 0]
+        return sorted({(pair[0], pair[-1]) for pair in pairs if len(pair) > 1})
 
     def stands_on(self) -> list[str]:
         """Return the links that touch the floor."""
@@ -309,24 +271,3 @@ class World:
         """Return where a link is in the world: a rotation (3, 3), and its place (3,) in metres."""
         body = self.data.body(body_name(self.robot, link))
         return body.xmat.reshape(3, 3).copy(), body.xpos.copy()
-
-    def above_floor(self) -> dict[str, float]:
-        """Return the wheels of the drive that do not touch the floor, by joint, and how far they are above it (m)."""
-        drive, high = self.robot.drive, {}
-        for name in drive.wheels if drive is not None and self.base == FREE else ():
-            links = set(self.robot.below(self.robot.joint[name].child))
-            height = self._height({body for body, link in self.link_of.items() if link in links})
-            if height is not None and height > _IN_THE_AIR:
-                high[name] = height
-        return high
-
-    def _height(self, bodies: Collection[int] | None = None) -> float | None:
-        """Return the height (m) over the floor of the bodies, or of all, that collide with it; None if none does."""
-        model, heights = self.model, []
-        types, affinities = model.geom_contype, model.geom_conaffinity
-        for geom in range(model.ngeom):
-            body = int(model.geom_bodyid[geom])
-            meets = types[geom] & affinities[self.floor] or affinities[geom] & types[self.floor]
-            if meets and body != 0 and (bodies is None or body in bodies):
-                heights.append(self.mujoco.mj_geomDistance(model, self.data, self.floor, geom, _FAR, None))
-        return min(heights, default=None)

@@ -145,7 +145,7 @@ class _Reader:
                 raise self.fail("this is no parameter file: its top is no mapping", event)
         if not self.sections and not empty:
             message = f"no node has parameters here: there is no {PARAMETERS_KEY}"
-            self.told.append(Diagnostic("parameters-syntax", "warning", message, self.source.start(), help=_HELP))
+            self.told.append(Diagnostic("parameters-syntax", "warning", message, self.source.span(), help=_HELP))
 
     def names(self, above: str, start: Any, named: Span | None, depth: int) -> None:
         """Read a mapping of namespaces and nodes; ``named`` is the place of the last name."""

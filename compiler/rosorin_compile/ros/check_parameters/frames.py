@@ -8,7 +8,7 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.joints import pieces
 from rosorin_compile.rules.publishers import steps_in_modes
-from rosorin_compile.source.diagnostics import Diagnostic, Related, did_you_mean, error, quoted
+from rosorin_compile.source.diagnostics import Diagnostic, Related, Suggestion, did_you_mean, error, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.tables import Key
@@ -107,7 +107,7 @@ def _frame(
         yield from _base(case, node, key, setting, value, parts)
     elif value not in known:
         message = f'{name} is "{value}"{assumed}: there is no such frame'
-        yield error("parameters-frame", message, setting.span, did_you_mean(value, known, "name a frame of the robot"))
+        yield error("parameters-frame", message, setting.span, Suggestion(value, known, "name a frame of the robot"))
     elif not any(value in part for part in parts) and len(known) > 1:
         message = f'{name} is "{value}"{assumed}, a frame that nobody publishes'
         yield error("parameters-frame", message, setting.span, "say who publishes it", _unpublished(case, value))

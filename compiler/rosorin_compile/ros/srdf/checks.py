@@ -16,6 +16,7 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, at
 
 from ..sections.moveit import state_path
+from .matrix import RENEW, stale_pairs, stale_text
 from .planning import URDF, Planning, planning_of
 
 RULES = (
@@ -72,9 +73,9 @@ RULES = (
     ),
     Rule(
         "collisions-stale",
-        "A warning: the collision matrix was computed of other shapes, joints, limits or numbers. Its pairs are left "
-        "out of the SRDF, because one of them may collide now.",
-        "`rosorin-compile collisions` computes it again.",
+        "A warning: shapes, joints, limits or numbers changed since the collision matrix was computed. Its pairs stay "
+        "in the SRDF; those that depend on what changed are listed, because they may collide now.",
+        "`rosorin-compile collisions` computes them again.",
         Heading.OUTPUTS,
     ),
     Rule(
@@ -308,14 +309,11 @@ def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnost
         path: Path = ("outputs", output.name)
         yield case.problem("collisions-missing", message, path, help, severity=NOTE, key=True)
     elif matrix is not None and matrix.of != planning.digest:
-        message = (
-            "the collision matrix was computed of other shapes, joints, limits or numbers:"
-            f" the SRDF is without its {counted(len(matrix.pairs), 'pair')}"
-        )
-        help = "rosorin-compile collisions computes it again"
-        path = (_TOP, "collision_matrix", "of")
-        yield case.problem("collisions-stale", message, path, help, severity=WARNING)
-    elif matrix is not None:  # of a stale one nothing is written
+        pairs, _ = stale_pairs(planning)
+        message = "shapes, joints, limits or numbers changed since the collision matrix was computed: "
+        message += stale_text(pairs) if pairs else "links were added or removed"
+        yield case.problem("collisions-stale", message, (_TOP, "collision_matrix", "of"), RENEW, severity=WARNING)
+    elif matrix is not None:  # a link of a pair that was removed is stale, and no mistake
         yield from _unknown_in_pairs(case, (_TOP, "collision_matrix", "pairs"))
 
 

@@ -16,12 +16,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import DisabledCollision, Mesh, Shape, Transform
 from rosorin_compile.ros.moveit import Pair
+from rosorin_compile.source.diagnostics import counted, first_of
 from rosorin_compile.source.files import read_bytes
 
 if TYPE_CHECKING:
     from .planning import Planning
 
+_SHOWN = 20  # pairs in a message
 _DECIMALS = 9
+RENEW = "rosorin-compile collisions computes it again"
 _FORM = 1  # of the search: another one makes every matrix stale
 
 
@@ -151,13 +154,29 @@ def digests(names: Iterable[str], files: Mapping[str, Path]) -> dict[str, str]:
     return found
 
 
-def changed_meshes(planning: Planning) -> list[str]:
-    """Return the mesh files that are others than those that the matrix was computed of, as far as they were found."""
-    matrix = planning.said.matrix
-    if matrix is None:
-        return []
-    now = digests(meshes_of(planning), planning.robot.mesh_files)
-    return [name for name, one in now.items() if matrix.meshes.get(name) != one]
+def stale_pairs(planning: Planning) -> tuple[list[Pair], list[str]]:
+    """Return the pairs of the matrix whose shapes, joints or meshes changed since, and the mesh files that changed.
+
+    A pair that is adjacent stays so, whatever its shapes. Mesh files that were not found count as unchanged.
+    """
+    computed = planning.said.matrix
+    if computed is None:
+        return [], []
+    then, now = dict(computed.meshes), digests(meshes_of(planning), planning.robot.mesh_files)
+    changed = [name for name, digest in now.items() if then.get(name) != digest]
+    if computed.of == planning.digest and not changed:
+        return [], []
+    same = same_pairs(planning, parts(planning, {**then, **now}))
+    reasons = {ordered(pair.links): pair.reason for pair in computed.pairs}
+    adjacent = {pair for pair in planning.adjacent if reasons.get(pair) == DisabledCollision.ADJACENT}
+    existing = [pair for pair in reasons if planning.links.issuperset(pair)]
+    return [pair for pair in existing if pair not in same and pair not in adjacent], changed
+
+
+def stale_text(pairs: list[Pair]) -> str:
+    """Return the pairs whose result may be wrong, in a sentence."""
+    names = first_of([f"{one} and {other}" for one, other in pairs], _SHOWN)
+    return f"{counted(len(pairs), 'pair')} may collide now, though the SRDF still disables the check of {names}"
 
 
 def ordered(pair: Pair) -> Pair:

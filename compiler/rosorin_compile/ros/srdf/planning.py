@@ -181,11 +181,24 @@ class Planning:
             shapes[name] = list(solids(self.robot, name, self.urdf, self.links) or ())
         return {name: found for name, found in shapes.items() if found}
 
-    def disabled(self, current: bool) -> list[DisabledCollision]:
-        """Return the pairs that are not checked: of a ``current`` matrix, then what the description says; sorted."""
+    @cached_property
+    def adjacent(self) -> list[Pair]:
+        """The links with shapes that one joint joins, or joints and links without shapes between them; sorted."""
+        neighbours: dict[str, set[str]] = {name: set() for name in self.links}
+        for joint in self.joints.values():
+            neighbours[joint.parent].add(joint.child)
+            neighbours[joint.child].add(joint.parent)
+        for bare in sorted(self.links - self.solids.keys()):  # its neighbours become neighbours of each other
+            around = neighbours.pop(bare)
+            for name in around:
+                neighbours[name] = (neighbours[name] | around) - {name, bare}
+        return sorted({ordered((link, near)) for link, several in neighbours.items() for near in several})
+
+    def disabled(self) -> list[DisabledCollision]:
+        """Return the pairs that are not checked: of the matrix, then those of the description; sorted."""
         checked = {ordered(pair) for pair in self.said.checked}
         found: dict[Pair, DisabledCollision] = {}
-        matrix = self.said.matrix.pairs if current and self.said.matrix is not None else ()
+        matrix = self.said.matrix.pairs if self.said.matrix is not None else ()
         own = (DisabledCollision(pair) for pair in self.robot.disabled_contacts)
         for one in (*matrix, *self.said.disabled, *own):
             pair = ordered(one.links)

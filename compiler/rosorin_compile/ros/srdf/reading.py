@@ -24,8 +24,7 @@ from rosorin_compile.model import DisabledCollision, Output, Robot, Transform
 from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
 from rosorin_compile.source.diagnostics import Span, has_errors, nearest, quoted
 from rosorin_compile.source.tree import Map, Text
-from rosorin_compile.source.xml.describing import correction, named
-from rosorin_compile.source.xml.markup import Element
+from rosorin_compile.source.xml.markup import Element, correction, named
 
 from .matrix import ordered
 from .planning import URDF, Planning

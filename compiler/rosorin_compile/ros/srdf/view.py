@@ -13,7 +13,7 @@ from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
 from .matrix import ordered
 from .planning import Planning, planning_of
-from .write import NOTHING, base_position, is_current
+from .write import NOTHING, base_position
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -68,7 +68,7 @@ def view(robot: Robot, output: Output) -> Srdf:  # noqa: ARG001
         balls,
         frozenset(said.passive_joints),
         frozenset(said.unchecked_links),
-        frozenset(f"{' - '.join(one.links)} ({one.reason})" for one in planning.disabled(is_current(planning))),
+        frozenset(f"{' - '.join(one.links)} ({one.reason})" for one in planning.disabled()),
         frozenset(" - ".join(ordered(pair)) for pair in said.checked),
     )
 

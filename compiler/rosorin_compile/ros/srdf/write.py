@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from markupsafe import Markup
+
 from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model import DisabledCollision, Output, Pose, Robot
 from rosorin_compile.model.robot import JointPose
@@ -15,9 +17,8 @@ from rosorin_compile.ros.moveit import FIXED, PLANAR, Ball, Group
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, error, first_of
 from rosorin_compile.source.numbers import NumberFormat, number_format, vector
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.xml.escaping import Markup
 
-from .matrix import changed_meshes, ordered
+from .matrix import RENEW, ordered, stale_pairs, stale_text
 from .planning import Planning, planning_of
 
 RULES = (
@@ -79,16 +80,9 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     pairs = sorted(map(ordered, planning.said.checked))
     values["checked"] = [attributes(link1=one, link2=other) for one, other in pairs]
     values["passive_joints"] = [attributes(name=name) for name in planning.said.passive_joints]
-    others, current = changed_meshes(planning), is_current(planning)
-    values["computed"] = _computed(planning) if current else ""
-    values["disabled"] = [_disabled(one) for one in planning.disabled(current)]
-    return templates.own("ros/robot.srdf.jinja", values), [*_of_meshes(others), *_left_out(planning)]
-
-
-def is_current(planning: Planning) -> bool:
-    """Return True if the collision matrix was computed of the robot as it is."""
-    matrix = planning.said.matrix
-    return matrix is not None and not changed_meshes(planning) and matrix.of == planning.digest
+    values["computed"] = _computed(planning)
+    values["disabled"] = [_disabled(one) for one in planning.disabled()]
+    return templates.own("ros/robot.srdf.jinja", values), [*_of_meshes(planning), *_left_out(planning)]
 
 
 def _group(group: Group) -> tuple[Markup, Markup | None, list[tuple[str, Markup]]]:
@@ -153,12 +147,12 @@ def _disabled(one: DisabledCollision) -> tuple[Markup, str]:
     return attributes(link1=one.links[0], link2=one.links[1], reason=one.reason), remark
 
 
-def _of_meshes(names: Sequence[str]) -> Iterator[Diagnostic]:
-    """Yield a warning about mesh files that changed; the rule about all else is in ``checks``."""
-    if names:
-        message = f"the collision matrix was computed of another {first_of(names, 3)}: the SRDF is without its pairs"
-        help = "rosorin-compile collisions computes it again"
-        yield Diagnostic("collisions-stale", WARNING, message, help=help)
+def _of_meshes(planning: Planning) -> Iterator[Diagnostic]:
+    """Yield a warning about pairs whose mesh files changed; the rule about all else is in ``checks``."""
+    pairs, meshes = stale_pairs(planning)
+    if meshes and pairs:
+        message = f"{first_of(meshes, 3)} changed since the collision matrix was computed: {stale_text(pairs)}"
+        yield Diagnostic("collisions-stale", WARNING, message, help=RENEW)
 
 
 def _left_out(planning: Planning) -> Iterator[Diagnostic]:

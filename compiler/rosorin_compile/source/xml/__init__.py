@@ -1,5 +1,1 @@
-"""XML: text to elements that know their places, and back.
-
-To be read in this order: ``files`` (the text of a file), ``markup`` (elements of it, with places), ``elements``
-(elements that are kept as text: whether they are whole, how they look, when two are the same).
-"""
+"""XML: ``files`` reads the text, ``markup`` makes elements with places of it, ``elements`` is for XML kept as text."""

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from xml.parsers import expat
 
 from ..diagnostics import Source, error
-from .markup import RULE, TEXT, Document, Element, MarkupError, Remark, new_parser, parse
+from ..tree import Text
+from .markup import RULE, Document, Element, MarkupError, new_parser, parse
 
 if TYPE_CHECKING:
     from xml.etree import ElementTree
@@ -51,13 +52,11 @@ def canonical(element: ElementTree.Element) -> str:
         if isinstance(item, str):
             parts.append(item)
             continue
-        start = f"<{item.tag}" + "".join(f' {name}="{_words(item.attrib[name])}"' for name in sorted(item.attrib))
         text = _words(item.text or "")
-        if not text and not len(item):
-            parts.append(f"{start}/>")
-            continue
-        parts.append(f"{start}>{text}")
-        waiting.append(f"</{item.tag}>")
+        is_empty = not text and not len(item)
+        attributes = "".join(f' {name}="{_words(item.attrib[name])}"' for name in sorted(item.attrib))
+        parts.append(f"<{item.tag}{attributes}/>" if is_empty else f"<{item.tag}{attributes}>{text}")
+        waiting += [] if is_empty else [f"</{item.tag}>"]
         for child in reversed(item):
             waiting += [_words(child.tail or ""), child]
     return "".join(parts)
@@ -79,12 +78,11 @@ _NAMES = ("name", "class", "link", "joint", "body", "site")
 
 
 def values_of(text: str) -> list[tuple[str, str | float]]:
-    """Return the attributes and texts of an XML text, each by its place: the last three elements that have names.
+    """Return the attributes and texts of the elements in an XML element, each by its place.
 
-    Places that occur several times are numbered. The root element is part of the places of its own attributes alone.
-    Raises ValueError for a text that is not well formed. Not recursive.
+    A place is the last three elements that have names; places that occur several times are numbered. Raises ValueError
+    for a text that is not well formed.
     """
-    root = tree_of(text)
     found: list[tuple[str, str | float]] = []
     times: Counter[str] = Counter()
 
@@ -92,11 +90,7 @@ def values_of(text: str) -> list[tuple[str, str | float]]:
         times[place] += 1
         found.append((place if times[place] == 1 else f"{place} ({times[place]})", _value(value)))
 
-    for key, value in root.items():
-        add(f"{root.tag} {key}", value)
-    waiting: list[tuple[ElementTree.Element, tuple[str, ...]]] = [(inner, ()) for inner in reversed(root)]
-    while waiting:
-        element, above = waiting.pop()
+    def visit(element: ElementTree.Element, above: tuple[str, ...]) -> None:
         name = next((element.attrib[key] for key in _NAMES if key in element.attrib), "")
         here = (*above, f"{element.tag} {name}".rstrip())[-3:]
         for key, value in element.items():
@@ -104,7 +98,11 @@ def values_of(text: str) -> list[tuple[str, str | float]]:
         words = (element.text or "").strip()
         if words or not (len(element) or element.attrib):
             add(" ".join(here), words)
-        waiting += [(inner, here if name else above) for inner in reversed(element)]
+        for inner in element:
+            visit(inner, here if name else above)
+
+    for top in tree_of(text):
+        visit(top, ())
     return found
 
 
@@ -146,7 +144,7 @@ def found_in(text: str) -> list[Found]:
         for child in element.children:
             inner = (*tags, child.tag)
             visit(child, inner)
-            attributes = {name: one.value for name, one in child.attributes.items()}
+            attributes = {name: attribute.value for name, attribute in child.attributes.items()}
             found.append(Found(inner, attributes, child.text, child.span.line))
 
     try:
@@ -154,6 +152,24 @@ def found_in(text: str) -> list[Found]:
     except MarkupError:
         return []
     return found
+
+
+def kept(element: Element, text: str = "") -> Text:
+    """Return an element as text, its further lines moved left, where space means nothing.
+
+    ``text`` replaces it where something in it has been renamed. A prefix that an element around it declares
+    (``xmlns:sim``) is declared in the text as well.
+    """
+    text = re.sub("\r\n|\r", "\n", text or element.verbatim)
+    names = [name for inner in element.iter() for name in (inner.tag, *inner.attributes) if ":" in name]
+    declarations = ""
+    for key in dict.fromkeys(f"xmlns:{name.partition(':')[0]}" for name in names):
+        above = next((outer for outer in element.ancestors() if key in outer.attributes), None)
+        if above is not None and key not in names:
+            address = above.attributes[key].raw.replace('"', "&quot;")
+            declarations += f' {key}="{address}"'
+    at = 1 + len(element.tag)
+    return Text(indented(text[:at] + declarations + text[at:], ""))
 
 
 def indented(text: str, indent: str) -> str:
@@ -176,17 +192,15 @@ def _has_lines(text: str) -> bool:
     """Return True if a line end is part of a value or a text in elements."""
     if "<![CDATA[" in text or any("\n" in value for value in re.findall(r"=\s*(\"[^\"]*\"|'[^']*')", text)):
         return True
-    elements = _fragment(text).root.iter()
-    remarks = (item for element in elements for item in element.content if isinstance(item, Remark))
-    return any(remark.kind == TEXT and "\n" in remark.text for remark in remarks)
+    return any("\n" in piece.text for element in _fragment(text).root.iter() for piece in element.texts)
 
 
 _MARKUP = re.compile(
     r"(?s)<!--(?P<comment>.*?)(?:-->|\Z)|<!\[CDATA\[(?P<cdata>.*?)(?:\]\]>|\Z)|<\?.*?(?:\?>|\Z)|"
     r"<(?P<tag>(?:[^<>\"']|\"[^\"]*\"|'[^']*')*)(?P<end>>|\"|'|\Z)?"
 )
-_SPELT = {"&": "&amp;", "<": "&lt;", ">": "&gt;"}
-_IN_QUOTES = _SPELT | {'"': "&quot;", "'": "&apos;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
+_ESCAPES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
+_IN_QUOTES = _ESCAPES | str.maketrans({'"': "&quot;", "'": "&apos;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"})
 
 
 def fitted(before: str, value: str) -> str:
@@ -198,8 +212,7 @@ def fitted(before: str, value: str) -> str:
     >>> fitted("<a b='", 'x<"y"'), fitted("<a>", "1 < 2"), fitted("<a>", "<b/>")
     ('x&lt;&quot;y&quot;', '1 &lt; 2', '<b/>')
     """
-    matches = list(_MARKUP.finditer(before))
-    last = matches[-1] if matches else None
+    last = next(iter([*_MARKUP.finditer(before)][-1:]), None)
     if last is not None and last.end() == len(before):
         if last["comment"] is not None and not before.endswith("-->"):
             return re.sub("-(?=-|$)", "- ", value)
@@ -208,10 +221,8 @@ def fitted(before: str, value: str) -> str:
         if last["tag"] is not None and not last["end"]:
             return value
     if last is not None and last["end"] in ("'", '"'):
-        return "".join(_IN_QUOTES.get(letter, letter) for letter in value)
-    if "<" in value and not damage(value):
-        return value
-    return "".join(_SPELT.get(letter, letter) for letter in value)
+        return value.translate(_IN_QUOTES)
+    return value if "<" in value and not damage(value) else value.translate(_ESCAPES)
 
 
 def number_of(text: str) -> float:

@@ -6,9 +6,10 @@ document type is refused where it begins, so no entity is ever declared, expande
 
 from __future__ import annotations
 
+import difflib
 import re
 from bisect import bisect_right
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 from xml.parsers import expat
 
@@ -22,30 +23,27 @@ RULES = (
     Rule("xml-too-large", "There are more elements than in any robot.", "Name the right file.", READING),
 )
 
-
+RULE = "xml-syntax"
 MAX_DEPTH = 200
 MAX_ELEMENTS = 2_000_000
+COMMENT, TEXT, INSTRUCTION = "comment", "text", "instruction"
 
-_RIGHT = "is this the right file?"
-
-# As ``Source.line`` counts lines.
-_LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
+_LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # as ``Source.line`` counts lines
 _ATTRIBUTE = re.compile(r"""\s+([^\s=]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 _WORD = re.compile(r"[^ \t\r\n]+")
-
 
 MarkupError = SourceError  # a text that is not XML, or XML that is not safe to read
 
 
 class Word(NamedTuple):
-    """A piece of an attribute between white space, and its place."""
+    """A piece of an attribute or a text between white space."""
 
     text: str
     span: Span
 
 
 class Attribute(NamedTuple):
-    """An attribute: its value, and the offsets of its name and of ``raw``, the value as it stands in the text."""
+    """An attribute: its value, the offsets of its name and of ``raw``, which is the value as written."""
 
     document: Document
     name: str
@@ -61,15 +59,11 @@ class Attribute(NamedTuple):
 
     @property
     def name_span(self) -> Span:
-        """Return the place of the name."""
         return self.document.span(self.name_start, len(self.name))
 
     def words(self) -> list[Word]:
         """Return the pieces between white space. Those of a value with references (``&#48;``) have its whole place."""
-        if "&" in self.raw:
-            return [Word(text, self.span) for text in self.value.split()]
-        span, start = self.document.span, self.start
-        return [Word(m[0], span(start + m.start(), len(m[0]))) for m in _WORD.finditer(self.raw)]
+        return self.document.words(self.raw, self.value, self.start, self.span)
 
 
 class Remark(NamedTuple):
@@ -82,41 +76,35 @@ class Remark(NamedTuple):
 
     @property
     def is_comment(self) -> bool:
-        """Whether this is a comment."""
         return self.kind == COMMENT
 
 
-COMMENT, TEXT, INSTRUCTION = "comment", "text", "instruction"
-
-
 class Element:
-    """An element: name, attributes and content in order; ``start`` to ``end`` are its offsets in the text."""
+    """An element: name, attributes and content in order.
+
+    It begins at the offset ``start`` of the text and ends at ``end``; its start tag ends at ``opened``.
+    """
 
     __slots__ = ("attributes", "content", "document", "end", "opened", "parent", "start", "tag")
 
     def __init__(self, document: Document, tag: str, parent: Element | None, start: int) -> None:
-        self.document = document
-        self.tag = tag
-        self.parent = parent
-        self.start = start
-        self.opened = self.end = start
+        self.document, self.tag, self.parent = document, tag, parent
+        self.start = self.opened = self.end = start
         self.attributes: dict[str, Attribute] = {}
         self.content: list[Element | Remark] = []
 
     @property
     def children(self) -> list[Element]:
-        """The elements in it."""
         return [item for item in self.content if isinstance(item, Element)]
 
     @property
-    def comments(self) -> list[Remark]:
-        """The comments directly in it."""
-        return [item for item in self.content if isinstance(item, Remark) and item.is_comment]
+    def texts(self) -> list[Remark]:
+        return [item for item in self.content if isinstance(item, Remark) and item.kind == TEXT]
 
     @property
     def text(self) -> str:
         """The text directly in it, without white space around."""
-        return "".join(i.text for i in self.content if isinstance(i, Remark) and i.kind == TEXT).strip()
+        return "".join(item.text for item in self.texts).strip()
 
     @property
     def span(self) -> Span:
@@ -125,11 +113,9 @@ class Element:
 
     @property
     def verbatim(self) -> str:
-        """The element as it is in the text."""
         return self.document.source.text[self.start : self.end]
 
     def get(self, name: str, default: str = "") -> str:
-        """Return the value of an attribute."""
         attribute = self.attributes.get(name)
         return default if attribute is None else attribute.value
 
@@ -140,6 +126,13 @@ class Element:
             element = waiting.pop()
             yield element
             waiting += reversed(element.children)
+
+    def ancestors(self) -> Iterator[Element]:
+        """Yield the elements around it, the innermost first."""
+        element = self
+        while element.parent is not None:
+            element = element.parent
+            yield element
 
 
 class Document:
@@ -166,10 +159,56 @@ class Document:
             length = len(self.source.line(line)) - column
         return Span(self.source, line, column + 1, max(1, length))
 
+    def words(self, raw: str, text: str, start: int, whole: Span) -> list[Word]:
+        """Return the words of a text that begins at an offset as ``raw``; those of references are at ``whole``."""
+        if "&" in raw or "<" in raw:  # references, CDATA
+            return [Word(word, whole) for word in text.split()]
+        return [Word(found[0], self.span(start + found.start(), len(found[0]))) for found in _WORD.finditer(raw)]
+
+
+def named(element: Element) -> str:
+    """Return an element in words: its tag, with its name or that of the element that contains it."""
+    if name := element.get("name"):
+        return f'<{element.tag} name="{name}">'
+    above = next((outer for outer in element.ancestors() if outer.get("name")), None)
+    inside = f' of <{above.tag} name="{above.get("name")}">' if above is not None and above.parent is not None else ""
+    return f"<{element.tag}>{inside}"
+
+
+def words(element: Element) -> list[Word]:
+    """Return the words of the text of an element, each with its place."""
+    document = element.document
+    pieces = ((document.source.text[item.start : item.end], item) for item in element.texts)
+    return [word for raw, item in pieces for word in document.words(raw, item.text, item.start, element.span)]
+
+
+def place(element: Element) -> Span:
+    """Return the place of the text of an element: its only word, or the element itself."""
+    found = words(element)
+    return found[0].span if len(found) == 1 else element.span
+
+
+def correction(word: str, known: Iterable[str]) -> str | None:
+    """Return the known word that ``word`` is a misspelling of, or None if it is another word.
+
+    A word with a prefix (``drake:mass``) belongs to another program.
+    """
+    if ":" in word or len(word) < 2:
+        return None
+    lower = {name.lower(): name for name in known if len(name) > 2}
+    near = difflib.get_close_matches(word.lower(), lower, n=1, cutoff=0.8 if len(word) > 4 else 0.66)
+    return lower[near[0]] if near else None
+
 
 def parse(source: Source) -> Document:
     """Return a text as XML. Raises MarkupError, which names the place."""
-    return _Reader(source).read()
+    reader = _Reader(source)
+    try:
+        reader.parser.Parse(reader.data, True)
+    except expat.ExpatError as problem:
+        at = reader.offset(max(0, reader.parser.ErrorByteIndex))
+        raise MarkupError(_explained(reader.document, problem.code, at, reader.open)) from None
+    return reader.document
 
 
 def new_parser() -> expat.XMLParserType:
@@ -201,14 +240,6 @@ class _Reader:
         self.parser.CharacterDataHandler = self.characters
         self.parser.StartDoctypeDeclHandler = self.doctype
 
-    def read(self) -> Document:
-        try:
-            self.parser.Parse(self.data, True)
-        except expat.ExpatError as problem:
-            at = self.offset(max(0, self.parser.ErrorByteIndex))
-            raise MarkupError(_explained(self.document, problem.code, at, self.open)) from None
-        return self.document
-
     def offset(self, byte: int) -> int:
         """Return an offset in characters, given the one in bytes."""
         if self.is_ascii:
@@ -221,32 +252,28 @@ class _Reader:
     def here(self) -> int:
         return self.offset(self.parser.CurrentByteIndex)
 
-    def fail(self, rule: str, message: str, start: int, help: str = "", length: int = 1) -> MarkupError:
-        return MarkupError(error(rule, message, self.document.span(start, length), help))
-
     def start(self, tag: str, pairs: list[str]) -> None:
         start = self.here()
         self.count += 1
         self.depth += 1
-        if self.depth > MAX_DEPTH:
-            raise self.fail("xml-too-deep", f"elements are nested deeper than {MAX_DEPTH} levels", start + 1, _RIGHT)
-        if self.count > MAX_ELEMENTS:
-            raise self.fail("xml-too-large", f"there are more than {MAX_ELEMENTS:,} elements", start + 1, _RIGHT)
+        if self.depth > MAX_DEPTH or self.count > MAX_ELEMENTS:
+            rule, message = "xml-too-deep", f"elements are nested deeper than {MAX_DEPTH} levels"
+            if self.count > MAX_ELEMENTS:
+                rule, message = "xml-too-large", f"there are more than {MAX_ELEMENTS:,} elements"
+            raise MarkupError(error(rule, message, self.document.span(start + 1), "is this the right file?"))
         made = Element(self.document, tag, self.open, start)
         position = start + 1 + len(tag)
-        for name, value in zip(pairs[::2], pairs[1::2], strict=True):
-            match = _ATTRIBUTE.match(self.text, position)
-            if match is None:  # expat has read the tag: it has this form
-                raise self.fail("xml-syntax", "an attribute cannot be read", position)
+        found = _ATTRIBUTE.finditer(self.text, position)  # expat has read the tag: it has this form
+        for name, value, match in zip(pairs[::2], pairs[1::2], found, strict=False):
             group = 2 if match[2] is not None else 3
             at = (match.start(1), match.start(group))
             made.attributes[name] = Attribute(self.document, name, value, *at, match[group])
             position = match.end()
         made.opened = self.text.index(">", position) + 1
-        if self.open is None:
-            self.document.root = made
-        else:
+        if self.open:
             self.open.content.append(made)
+        else:
+            self.document.root = made
         self.open = made
 
     def finish(self, _tag: str) -> None:
@@ -260,10 +287,8 @@ class _Reader:
     def remark(self, kind: str, text: str, end: str) -> None:
         start = self.here()
         made = Remark(kind, text, start, self.text.index(end, start) + len(end))
-        if self.open is not None:
-            self.open.content.append(made)
-        else:
-            (self.document.after if self.count else self.document.before).append(made)
+        outside = self.document.after if self.count else self.document.before
+        (self.open.content if self.open else outside).append(made)
 
     def characters(self, text: str) -> None:
         if self.open is None or text.isspace():
@@ -277,16 +302,14 @@ class _Reader:
     def doctype(self, *_: object) -> None:
         message = "a document type (<!DOCTYPE>) may declare entities, which are not read"
         help = "remove the <!DOCTYPE ...>; no reader of robots needs one"
-        raise self.fail("xml-doctype", message, self.here(), help, len("<!DOCTYPE"))
+        raise MarkupError(error("xml-doctype", message, self.document.span(self.here(), len("<!DOCTYPE")), help))
 
-
-RULE = "xml-syntax"
 
 _ENDS = {"<!--": "comment", "<![CDATA[": "CDATA section", "<?": "instruction", "<": "tag"}
 _ESCAPES = 'write &lt; for <, &amp; for &, &quot; for "'
 _ENTITY = r"&(?!(?:lt|gt|amp|quot|apos);|#)[^;\s<\"']*;?"
 _ERRORS = expat.errors
-# What expat reports: the text at its place, if the place is that text alone, and the message with it, and the help.
+# What expat reports: the text at its place that is reported, the message, the help.
 _REPORTS = {
     _ERRORS.XML_ERROR_JUNK_AFTER_DOC_ELEMENT: ("", "text after the end of the root element", "XML has one root"),
     _ERRORS.XML_ERROR_DUPLICATE_ATTRIBUTE: (r"[^\s=/>]+", 'the attribute "{}" is repeated', "remove one"),
@@ -296,7 +319,6 @@ _REPORTS = {
         _ESCAPES,
     ),
     _ERRORS.XML_ERROR_MISPLACED_XML_PI: ("", "<?xml ...?> is not at the beginning", "remove what is before it"),
-    _ERRORS.XML_ERROR_BAD_CHAR_REF: ("", "this reference is not a character of XML", "write the character itself"),
     _ERRORS.XML_ERROR_UNCLOSED_CDATA_SECTION: ("", "this CDATA section is not closed", "add ]]>"),
 }
 
@@ -309,29 +331,25 @@ def _explained(document: Document, code: int, at: int, open_element: Element | N
     related = [Related("opened here", open_element.span)] if open_element else []
     is_unclosed = kind in (_ERRORS.XML_ERROR_UNCLOSED_TOKEN, _ERRORS.XML_ERROR_PARTIAL_CHAR)
     if kind == _ERRORS.XML_ERROR_TAG_MISMATCH:
-        match = re.compile(r"</\s*([^\s>]+)").match(text, text.rfind("<", 0, at + 1))
-        at, length = (match.start(), len(match[0])) if match else (at, 1)
-        message, help = f"</{match[1] if match else '?'}> does not close <{tag}>", f"close <{tag}> first"
+        at = text.rfind("<", 0, at + 1)
+        end = text[at:].partition(">")[0]
+        length, message, help = len(end), f"{end}> does not close <{tag}>", f"close <{tag}> first"
     elif is_unclosed and text.startswith("<", at):
         sign = next(sign for sign in _ENDS if text.startswith(sign, at))
         message, help, length, related = f"this {_ENDS[sign]} is not closed", "close it", len(sign), []
-    elif (is_unclosed or kind == _ERRORS.XML_ERROR_NO_ELEMENTS) and open_element:
-        at = max(0, len(text.rstrip()) - 1)
-        message, help = f"the file ends, but <{tag}> is not closed", f"add </{tag}>"
+    elif (is_unclosed or kind == _ERRORS.XML_ERROR_NO_ELEMENTS) and tag:
+        at, message, help = max(0, len(text.rstrip()) - 1), f"the file ends, but <{tag}> is not closed", f"add </{tag}>"
     elif is_unclosed or kind == _ERRORS.XML_ERROR_NO_ELEMENTS:
-        at, message, help = 0, "there is no XML element in this file", _RIGHT
+        at, message, help = 0, "there is no XML element in this file", "is this the right file?"
     elif kind == _ERRORS.XML_ERROR_INVALID_TOKEN:
-        at, message, help = _invalid_token(text, at)
-        related = []
+        (at, message, help), related = _invalid_token(text, at), []
     else:
-        default = ("", f"this is not well-formed XML: {expat.ErrorString(code)}", "")
+        default = ("", f"this is not well-formed XML: {expat.ErrorString(code)}", "correct it, or remove it")
         pattern, message, help = _REPORTS.get(kind, default)
-        found = re.compile(pattern).search(text, at)
-        if kind == _ERRORS.XML_ERROR_UNDEFINED_ENTITY and found:
-            at, length = found.start(), len(found[0])
-        message, related = message.format(found[0] if found else ""), []
-        if kind == _ERRORS.XML_ERROR_JUNK_AFTER_DOC_ELEMENT and document.root.tag:
-            related = [Related("the root element", document.root.span)]
+        if pattern and (found := re.compile(pattern).search(text, at)):
+            at, length, message = found.start(), len(found[0]), message.format(found[0])
+        is_second = kind == _ERRORS.XML_ERROR_JUNK_AFTER_DOC_ELEMENT and document.root.tag
+        related = [Related("the root element", document.root.span)] if is_second else []
     return error(RULE, message, document.span(at, length), help, related)
 
 
@@ -339,7 +357,6 @@ def _invalid_token(text: str, at: int) -> tuple[int, str, str]:
     """Return the place of a character that is not valid, the message and the help."""
     letter = text[at] if text else ""
     comment = text.rfind("<!--", 0, at + 1)
-    tag = re.search(r"<([^\s<>/!?]+)[^<>]*\Z", text[max(0, at - 1000) : at])
     if letter and not letter.isprintable() and letter not in "\r\n\t":
         is_end = letter == "\0" and not text[at:].strip("\0 \r\n\t")
         help = "remove it; --lenient ignores it" if is_end else "remove it"
@@ -348,7 +365,7 @@ def _invalid_token(text: str, at: int) -> tuple[int, str, str]:
         return at, '"--" is not allowed inside a comment', "write one dash; --lenient takes it as it is"
     if text[max(0, at - 1) : at] == "&":
         return at - 1, '"&" is not allowed here', _ESCAPES
-    if letter.isspace() and tag:
-        return at, f"the tag of <{tag[1]}> is not closed", "add >"
+    if letter.isspace():
+        return at, "a space is not allowed here", "the > of a tag, or a value in quotes, is missing"
     help = f"{_ESCAPES}; or a quote or a > is missing before" if letter in ("<", "&") else 'write name="value"'
     return at, f'"{letter}" is not allowed here', help

@@ -14,8 +14,8 @@ from rosorin_compile.model.mesh_triangles import TriangleMesh
 from rosorin_compile.output import OutputError, may_replace, write_file
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, RequestError, did_you_mean, error
-from rosorin_compile.source.installing import is_installed, pip_install
 from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.viewer.frame_trees import TooMany, frame_trees
 from rosorin_compile.viewer.frames import check_target

@@ -10,12 +10,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
+from markupsafe import escape
+
 from rosorin_compile.formats.distributions import HUMBLE, described_by
 from rosorin_compile.formats.templating import attributes
 from rosorin_compile.model import Joint, Output, Robot
 from rosorin_compile.ros.sections.control.hardware import POSITION, Block, Component, End, Interface, Words
 from rosorin_compile.source.numbers import NumberFormat
-from rosorin_compile.source.xml.escaping import escape
 
 OPTION = "control"
 

@@ -1,0 +1,254 @@
+"""Elements for Gazebo and ros2_control: sensors as text, and elements of a URDF compared by meaning, not by spelling.
+
+White space, comments, the order of what has other names, spare zeros and what SDF takes by default mean nothing.
+Within a plug-in, whose words are its own, texts and their order stay as they are. What Gazebo is told of a link or a
+joint it joins, however many ``<gazebo>`` say it (``gazebosim/sdformat@sdf14:src/parser_urdf.cc``).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from typing import TYPE_CHECKING, NamedTuple
+from xml.etree import ElementTree
+
+from markupsafe import escape
+
+from rosorin_compile.model import Pose
+from rosorin_compile.model.simulation import GazeboSensor, SdfElement
+from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.numbers import NumberFormat
+from rosorin_compile.source.xml.elements import canonical, tree_of
+from rosorin_compile.source.xml.markup import MarkupError, parse
+
+from .templating import attributes
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+    from rosorin_compile.model import Robot
+
+DISTRIBUTIONS = GazeboSensor.FRAME_ELEMENTS
+
+# The defaults of SDF, by the last two elements of a path
+# (sdformat@sdf14:sdf/1.11/{sensor,lidar,camera,noise}.sdf).
+SDF_DEFAULTS: Mapping[tuple[str, ...], str] = {
+    ("sensor", "always_on"): "false",
+    ("sensor", "visualize"): "false",
+    ("sensor", "update_rate"): "0",
+    ("sensor", "pose"): "0 0 0 0 0 0",
+    ("horizontal", "resolution"): "1",
+    ("vertical", "resolution"): "1",
+    ("range", "resolution"): "0",
+    ("camera", "horizontal_fov"): "1.047",
+    ("image", "width"): "320",
+    ("image", "height"): "240",
+    ("clip", "near"): "0.1",
+    ("clip", "far"): "100",
+    ("imu", "enable_orientation"): "true",
+    ("noise", "mean"): "0",
+    ("noise", "bias_mean"): "0",
+    ("noise", "bias_stddev"): "0",
+}
+SDF_FLAGS = ("always_on", "visualize", "enable_orientation", "enable_metrics")
+SDF_TRUTH = {"1": "true", "0": "false", "True": "true", "False": "false"}
+
+
+def distribution(asked: object) -> str:
+    """Return which Gazebo an output asks for: ``true`` is Harmonic; empty for none."""
+    return "harmonic" if asked is True else str(asked or "")
+
+
+def sensor_lines(
+    one: GazeboSensor, frame_id: str, number: NumberFormat, indent: str, pose: str, collisions: Sequence[str] = ()
+) -> Iterator[str]:
+    """Yield the lines of a sensor.
+
+    ``frame_id`` is the element that names the frame of its messages; empty: none. ``pose`` is its <pose>, empty where
+    it has none; ``collisions`` are the shapes that it feels by.
+    """
+    inner = indent + "  "
+    yield f"{indent}<sensor{attributes(name=one.name, type=one.type)}>"
+    if pose:
+        yield f"{inner}{pose}"
+    said = {element.name for element in one.elements} | one.without
+    if one.stamp and frame_id and not said & {*DISTRIBUTIONS.values(), frame_id}:
+        yield f"{inner}<{frame_id}>{escape(one.stamp)}</{frame_id}>"
+    shapes = [SdfElement("collision", name) for name in collisions]
+    for element in one.elements:
+        yield from _lines(element, inner, number, shapes if element.name == "contact" else ())
+    if collisions and "contact" not in said:
+        yield from _lines(SdfElement("contact"), inner, number, shapes)
+    yield f"{indent}</sensor>"
+
+
+def _lines(element: SdfElement, indent: str, number: NumberFormat, more: Sequence[SdfElement] = ()) -> Iterator[str]:
+    """Yield the lines of an element; ``more`` elements come first in it."""
+    values = {name: _word(value, number) for name, value in element.attributes.items()}
+    name = escape(element.name)
+    start = f"{indent}<{name}{attributes(**values)}"
+    if element.value is not None:
+        yield f"{start}>{escape(_word(element.value, number))}</{name}>"
+    elif not element.elements and not more:
+        yield f"{start}/>"
+    else:
+        yield f"{start}>"
+        for inner in (*more, *element.elements):
+            yield from _lines(inner, indent + "  ", number)
+        yield f"{indent}</{name}>"
+
+
+def _word(value: float | str | bool, number: NumberFormat) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return number(value) if isinstance(value, float) else str(value)
+
+
+_OF_NOISE = ("mean", "stddev", "bias_mean", "bias_stddev")
+_MEASURED = {"rate": "angular_velocity", "accel": "linear_acceleration"}
+
+
+def with_noise(text: str) -> str:
+    """Move the noise of an IMU to each axis, for the text of a ``<sensor>`` from Gazebo classic.
+
+    Up to version 1.4 of SDF ``<imu>`` has one ``<noise>`` with ``<rate>`` and ``<accel>``, which readers of later
+    versions ignore (``gazebosim/sdformat@sdf12:sdf/1.4/imu.sdf``).
+    """
+    if "<imu" not in text or "<noise" not in text:
+        return text
+    try:
+        root = parse(Source("", text)).root
+    except MarkupError:  # more than one element: the rules found them well formed
+        return text
+    pairs = [(noise, imu) for imu in root.iter() if imu.tag == "imu" for noise in imu.children if noise.tag == "noise"]
+    for noise, imu in reversed(pairs):
+        if not any(child.tag in _MEASURED for child in noise.children):
+            continue
+        kind = next((child.text for child in noise.children if child.tag == "type"), noise.get("type")) or "gaussian"
+        lines: list[str] = []
+        for child in noise.children:
+            what = _MEASURED.get(child.tag, "")
+            if what and all(sibling.tag != what for sibling in imu.children):
+                numbers = [
+                    f"<{one.tag}>{escape(one.text)}</{one.tag}>" for one in child.children if one.tag in _OF_NOISE
+                ]
+                noisy = f'<noise type="{escape(kind)}">{"".join(numbers)}</noise>'
+                lines += [f"<{what}>", *(f"  <{axis}>{noisy}</{axis}>" for axis in "xyz"), f"</{what}>"]
+        before = text[: noise.start]
+        indent = before.rpartition("\n")[2]
+        is_alone = "\n" in before and not indent.strip()
+        made = f"\n{indent}".join(lines) if is_alone else "".join(map(str.strip, lines))
+        text = f"{before}{made}{text[noise.end :]}"
+    return text
+
+
+_SIGNIFICANT = 9  # of numbers that are compared as texts: ``number_format: short`` is off by 1e-12
+_DIGITS = 10  # of metres and entries of a rotation, behind the point
+
+# A lidar has two names in the newer Gazebo, in the classic one only the first.
+_ALIASES = {"ray": "lidar"}
+_LIDARS = ("gpu_lidar", "lidar")
+
+
+class Context(NamedTuple):
+    """What decides on a meaning beside the element: the joints that follow another, and whether Humble reads it."""
+
+    followers: Set[str] = frozenset()
+    humble: bool = False
+
+
+Key = tuple[str, ...]
+
+
+def meanings(texts: Iterable[str], context: Context) -> Counter[Key]:
+    """Return the contents of some texts of elements, each with its count; of a text that is no XML its words."""
+    found: Counter[Key] = Counter()
+    for text in texts:
+        try:
+            root = tree_of(with_noise(f"<all>{text}</all>"))
+        except ValueError:
+            found["text", " ".join(text.split())] += 1
+            continue
+        for element in root:
+            if element.tag == "ros2_control":
+                found["ros2_control", element.get("name", ""), _form(element, context)] += 1
+            elif element.tag == "gazebo" and not (element.text or "").strip():
+                of = {key: value for key, value in sorted(element.attrib.items()) if key != "reference"}
+                for child in element:
+                    form = _form(child, context) if child.tag == "sensor" else canonical(child)
+                    found["gazebo", element.get("reference", ""), repr(of), child.tag, form] += 1
+            else:
+                found[element.tag, canonical(element)] += 1
+    return found
+
+
+def _form(element: Element, context: Context, above: tuple[str, ...] = (), lidar: bool = False) -> str:
+    """Return an element of SDF or of ros2_control in one spelling; empty if it has the default value.
+
+    Elements with one name keep their order, parameters have none.
+    """
+    if element.tag == "plugin":
+        return ElementTree.canonicalize(ElementTree.tostring(element), strip_text=True)
+    lidar = element.get("type") in _LIDARS if element.tag == "sensor" else lidar
+    tag = _ALIASES.get(element.tag, element.tag) if lidar and len(above) == 1 else element.tag
+    values = dict(element.attrib)
+    if tag == "joint" and values.get("name") in context.followers and not context.humble:
+        values.setdefault("mimic", "true")
+    start = tag + "".join(f" {name}={_numbers(value)}" for name, value in sorted(values.items()))
+    text = _numbers(element.text or "")
+    text = SDF_TRUTH.get(text, text) if tag in SDF_FLAGS else text
+    text = _pose(text) if tag == "pose" and not values else text
+    if not len(element):
+        default = SDF_DEFAULTS.get((above[-1], tag)) if above and not values else None
+        is_default = default is not None and text == (_pose(default) if tag == "pose" else _numbers(default))
+        return "" if is_default else f"<{start}>{text}</>"
+    children = sorted(
+        element, key=lambda child: (_ALIASES.get(child.tag, child.tag), child.tag == "param" and child.get("name", ""))
+    )
+    inner = "".join(_form(child, context, (*above, tag), lidar) for child in children)
+    return f"<{start}>{text}{inner}</>" if inner or values or text or tag not in ("imu", "clip") else ""
+
+
+def _pose(text: str) -> str:
+    """Return a pose in one spelling: its place and its rotation, which has several triples of angles."""
+    try:
+        x, y, z, roll, pitch, yaw = map(float, text.split())
+    except ValueError:
+        return text
+    transform = Pose((x, y, z), (roll, pitch, yaw)).transform()
+    numbers = (*transform.xyz, *(entry for row in transform.rows for entry in row))
+    return " ".join(f"{round(number, _DIGITS) + 0.0!r}" for number in numbers)
+
+
+def _numbers(text: str) -> str:
+    def spelling(word: str) -> str:
+        try:
+            return word if "_" in word else f"{float(word) + 0.0:.{_SIGNIFICANT}g}"
+        except ValueError:
+            return word
+
+    return " ".join(map(spelling, text.split()))
+
+
+def context_of(robot: Robot, humble: bool) -> Context:
+    """Return what decides on the meaning of elements of a robot."""
+    return Context(frozenset(joint.name for joint in robot.joints if joint.mimic is not None), humble)
+
+
+def element_differences(one: Iterable[str], other: Iterable[str], context: Context | None = None) -> list[str]:
+    """Return what only one of two lists of elements of a URDF says, in words."""
+    context = context or Context()
+    first, second = meanings(one, context), meanings(other, context)
+    return [f"{words(key)} is lost" for key in (first - second)] + [f"{words(key)} is new" for key in (second - first)]
+
+
+def spelt(key: Key) -> str:
+    """Return something that elements say as an element."""
+    return f'<gazebo reference="{key[1]}">{key[-1]}' if key[0] == "gazebo" and len(key) > 3 and key[1] else key[-1]
+
+
+def words(key: Key) -> str:
+    """Return what something that elements say is called in a message."""
+    if key[0] == "gazebo" and len(key) > 3:
+        return f'<{key[3]}> of <gazebo reference="{key[1]}">' if key[1] else f"<{key[3]}> of <gazebo>"
+    return f'<{key[0]} name="{key[1]}">' if len(key) > 2 else key[1][:80]

@@ -24,7 +24,16 @@ from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import ASKING, Rule
 from rosorin_compile.source.tree import Path
-from rosorin_compile.source.units import ANGLE, LENGTH, NUMBER, Quantity, describe, dimension_of, unknown_unit
+from rosorin_compile.source.units import (
+    ANGLE,
+    LENGTH,
+    NUMBER,
+    Dimension,
+    Quantity,
+    describe,
+    dimension_of,
+    unknown_unit,
+)
 from rosorin_compile.source.wording import listed
 
 RULES = (
@@ -93,7 +102,7 @@ def _single(joint: Joint, text: str) -> float:
     return _number(joint, text, LENGTH if joint.type == "prismatic" else ANGLE)
 
 
-def _number(joint: Joint, text: str, expected: tuple[int, ...]) -> float:
+def _number(joint: Joint, text: str, expected: Dimension) -> float:
     """Return a number in SI units from a number, a quantity or an expression. Raises RequestError."""
     subject = f'the position of joint "{joint.name}"'
     value: object = Quantity.parse(text)

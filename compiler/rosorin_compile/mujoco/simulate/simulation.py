@@ -267,17 +267,13 @@ class _Judge:
             if off > self.limits["hold"]:
                 joint = self.robot.joint[name]
                 yield self._not_held(held, joint, off, where, path if is_named else self.case.joint(joint))
-        message = ""
-        if held.leans > TIPPED:
-            message = f"{where}, the robot falls over: after a while it leans by {held.leans:.2g} rad"
-        elif held.drift > self.limits["drift"] or held.turned > 2 * self.limits["drift"]:
+        moves = held.drift > self.limits["drift"] or held.turned > 2 * self.limits["drift"]
+        if moves or held.leans > TIPPED or held.ripple > self.limits["ripple"]:
             message = (
-                f"{where}, the robot moves {1000 * held.drift:.3g} mm over the floor and turns by {held.turned:.2g}"
-                " rad, though nothing drives it"
+                f"{where}, the robot {'falls over' if held.leans > TIPPED else 'does not come to rest'}: it leans by"
+                f" {held.leans:.2g} rad, moves {1000 * held.drift:.3g} mm, turns by {held.turned:.2g} rad, and goes"
+                f" {1000 * held.ripple:.3g} mm up and down"
             )
-        elif held.ripple > self.limits["ripple"]:
-            message = f"{where}, the height of the robot does not come to rest: {1000 * held.ripple:.3g} mm up and down"
-        if message:
             yield self._found("base-drifts", message, path)
 
     def _not_held(self, held: PoseTrial, joint: Joint, off: float, where: str, path: TreePath) -> Diagnostic:

@@ -478,8 +478,7 @@ def pulses(
     if model is not None:
         if not Path(model).is_file():
             raise RequestError(no_file(Path(model)))
-        compared = against_model(case.robot, Path(model).read_bytes())
-        comparison = ModelComparison(str(model), compared.joints, compared.pulses, compared.differences)
+        comparison = ModelComparison(str(model), *against_model(case.robot, Path(model).read_bytes()))
         return Pulses(servos, model=comparison, diagnostics=diagnostics, robot=case.robot)
     found = queries.joint_pulses(case.robot, values or {}, pose, unit)
     state = {one.joint: one.position for one in found}

@@ -12,11 +12,11 @@ from types import MappingProxyType
 from typing import Literal
 
 from rosorin_compile.language.expression import ExpressionError, evaluate
-from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Joint, Publisher, Robot
-from rosorin_compile.model.joint import NODE
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Joint, Publisher, Robot, Transform, Vector
+from rosorin_compile.model.geometry import Quaternion, Rows, plus, quaternion_of, rotation_of_rpy
+from rosorin_compile.model.joint import NODE, motion
 from rosorin_compile.model.kinematics import Graph, NoWay, Position, Positions, Step, position_of
 from rosorin_compile.model.servos import nearest, servo_of, to_radians, within
-from rosorin_compile.model.tf2 import Answer, lookup, of_rows, rows_of_rpy
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import holds
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, UnknownName, did_you_mean, error
@@ -24,7 +24,16 @@ from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import ASKING, Rule
 from rosorin_compile.source.tree import Path
-from rosorin_compile.source.units import ANGLE, LENGTH, NUMBER, Quantity, describe, dimension_of, unknown_unit
+from rosorin_compile.source.units import (
+    ANGLE,
+    LENGTH,
+    NUMBER,
+    Dimension,
+    Quantity,
+    describe,
+    dimension_of,
+    unknown_unit,
+)
 from rosorin_compile.source.wording import listed
 
 RULES = (
@@ -83,7 +92,7 @@ def position(robot: Robot, name: str, text: str) -> Position:
     numbers = tuple(_number(joint, part, kind) for part, kind in zip(parts, kinds, strict=True))
     if "roll" in form:
         *xyz, roll, pitch, yaw = numbers
-        return (*xyz, *of_rows(rows_of_rpy((roll, pitch, yaw))))
+        return (*xyz, *quaternion_of(rotation_of_rpy((roll, pitch, yaw))))
     if "qw" in form and not any(numbers[-4:]):
         raise RequestError(f'the quaternion of joint "{name}" is zero: {text}')
     return numbers
@@ -93,7 +102,7 @@ def _single(joint: Joint, text: str) -> float:
     return _number(joint, text, LENGTH if joint.type == "prismatic" else ANGLE)
 
 
-def _number(joint: Joint, text: str, expected: tuple[int, ...]) -> float:
+def _number(joint: Joint, text: str, expected: Dimension) -> float:
     """Return a number in SI units from a number, a quantity or an expression. Raises RequestError."""
     subject = f'the position of joint "{joint.name}"'
     value: object = Quantity.parse(text)
@@ -312,18 +321,6 @@ class FrameTransform:
     matrix: tuple[tuple[float, ...], ...]
     chain: tuple[TransformStep, ...]
 
-    @classmethod
-    def of(cls, answer: Answer, positions: Mapping[str, Position]) -> FrameTransform:
-        """Return the result of a lookup at positions of joints."""
-        rows = [(*row, x) for row, x in zip(answer.rows, answer.translation, strict=True)]
-        chain = []
-        for step, up in answer.way:
-            name, kind = (None, "node") if step.joint is None else (step.joint.name, step.joint.type)
-            nodes = tuple(TransformPublisher(one.name, one.kind, when or "always") for one, when in step.publishers)
-            chain.append(TransformStep(step.parent, step.child, "up" if up else "down", name, kind, nodes))
-        where = (answer.translation, answer.quaternion, answer.rpy, answer.degrees, (*rows, (0.0, 0.0, 0.0, 1.0)))
-        return cls(answer.source, answer.target, dict(positions), *where, tuple(chain))
-
 
 class NotPublished(RequestError):
     """No node publishes a frame in the requested modes."""
@@ -347,15 +344,126 @@ def transforms(
             raise UnknownName(f'there is no frame "{frame}"; {did_you_mean(frame, every.frames)}')
         if frame not in graph.moves:
             raise NotPublished(f'in these modes nobody publishes the frame "{frame}"')
+    try:
+        way = graph.way(source, target)
+    except NoWay as problem:
+        return [], [_no_way(case, problem)]
     found = []
     for number, state in enumerate(states):
         Progress.step("looking up", number, len(states))
-        try:
-            answer = lookup(graph, source, target, state)
-        except NoWay as problem:
-            return [], [_no_way(case, problem)]
-        found.append(FrameTransform.of(answer, state))
-    return found, list(_remarks(case, [move.step for move in answer.way]))
+        found.append(lookup(graph, source, target, state))
+    return found, list(_remarks(case, [move.step for move in way]))
+
+
+# The operations of tf2 in the same order: ``lookupTransform`` (geometry2, ``tf2/src/buffer_core.cpp``) walks from both
+# frames up to where they meet and multiplies quaternions on the way, so that even signs and zeros of the result follow
+# from the order of operations. The formulas are those of ``tf2/LinearMath`` (equal in Humble and Jazzy).
+
+
+def lookup(graph: Graph, source: str, target: str, positions: Positions) -> FrameTransform:
+    """Return the pose of ``target`` in ``source`` at joint positions (rad or m), as tf2 computes it.
+
+    Raises NoWay, and KeyError for unknown frames.
+    """
+    way = graph.way(source, target)
+    to_top = [move.step for move in way if move.up]
+    from_top = [move.step for move in reversed(way) if not move.up]
+    below, above = _accumulate(graph, from_top, positions), _accumulate(graph, to_top, positions)
+    # tf2 leaves out the frame that it starts from only where it meets it on its way: never at the root of its tree.
+    quaternion, translation = below
+    if way and (to_top or source not in graph.published):
+        x, y, z, w = above[0]
+        quaternion = (-x, -y, -z, w)
+        x, y, z = above[1]
+        translation = _rotate(quaternion, (-x, -y, -z))
+        if from_top or target not in graph.published:
+            translation = plus(_rotate(quaternion, below[1]), translation)
+            quaternion = _product(quaternion, below[0])
+    rows = _rows_of(quaternion)
+    roll, pitch, yaw = angles = rpy(rows)
+    degrees = (roll * (180.0 / math.pi), pitch * (180.0 / math.pi), yaw * (180.0 / math.pi))
+    matrix = (*((*row, x) for row, x in zip(rows, translation, strict=True)), (0.0, 0.0, 0.0, 1.0))
+    chain = []
+    for step, up in way:
+        name, kind = (None, "node") if step.joint is None else (step.joint.name, step.joint.type)
+        nodes = tuple(TransformPublisher(one.name, one.kind, when or "always") for one, when in step.publishers)
+        chain.append(TransformStep(step.parent, step.child, "up" if up else "down", name, kind, nodes))
+    where = (translation, quaternion, angles, degrees, matrix)
+    return FrameTransform(source, target, dict(positions), *where, tuple(chain))
+
+
+def _accumulate(graph: Graph, steps: Iterable[Step], positions: Positions) -> tuple[Quaternion, Vector]:
+    """Return the lowest frame of steps in the highest, accumulated upwards."""
+    quaternion: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    vector: Vector = (0.0, 0.0, 0.0)
+    for step in steps:
+        joint = step.joint
+        pose = step.pose if joint is None else joint.origin
+        assert pose is not None  # noqa: S101 - the graph leaves out steps without numbers
+        # Not pose.transform(): publishers keep the rounding of sines, and the signs of the zeros that follow from it.
+        transform = Transform(rows_of_rpy(pose.rpy), pose.xyz)
+        if joint is not None and not joint.is_fixed:
+            position = position_of(graph.robot, joint, positions)
+            transform = transform.then(motion(joint.type, joint.axis, position))
+        rotation = quaternion_of(transform.rows)
+        vector = plus(_rotate(rotation, vector), transform.xyz)
+        quaternion = _product(rotation, quaternion)
+    return quaternion, vector
+
+
+def _product(a: Quaternion, b: Quaternion) -> Quaternion:
+    """Return the rotation ``b``, then ``a``."""
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    return (
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by + ay * bw + az * bx - ax * bz,
+        aw * bz + az * bw + ax * by - ay * bx,
+        aw * bw - ax * bx - ay * by - az * bz,
+    )
+
+
+def _rotate(q: Quaternion, v: Vector) -> Vector:
+    x, y, z, w = q
+    a, b, c = v
+    turned = (w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a, -x * a - y * b - z * c)
+    return _product(turned, (-x, -y, -z, w))[:3]
+
+
+def _rows_of(quaternion: Quaternion) -> Rows:
+    x, y, z, w = quaternion
+    s = 2.0 / (x * x + y * y + z * z + w * w)
+    xs, ys, zs = x * s, y * s, z * s
+    wx, wy, wz = w * xs, w * ys, w * zs
+    xx, xy, xz = x * xs, x * ys, x * zs
+    yy, yz, zz = y * ys, y * zs, z * zs
+    return (
+        (1.0 - (yy + zz), xy - wz, xz + wy),
+        (xy + wz, 1.0 - (xx + zz), yz - wx),
+        (xz - wy, yz + wx, 1.0 - (xx + yy)),
+    )
+
+
+def rows_of_rpy(angles: Vector) -> Rows:
+    """Return the rotation matrix of fixed-axis roll, pitch, yaw in radians, like tf2's ``Matrix3x3::setRPY``."""
+    (si, ci), (sj, cj), (sh, ch) = ((math.sin(angle), math.cos(angle)) for angle in angles)
+    cc, cs, sc, ss = ci * ch, ci * sh, si * ch, si * sh
+    return ((cj * ch, sj * sc - cs, sj * cc + ss), (cj * sh, sj * ss + cc, sj * cs - sc), (-sj, cj * si, cj * ci))
+
+
+def rpy(rows: Rows) -> Vector:
+    """Return fixed-axis roll, pitch, yaw (radians) like ``getRPY`` of tf2: the solution with a pitch within 90 degrees.
+
+    The pitch is exactly +-90 degrees, and the yaw zero, only where the matrix has 1 or more: within rounding is not
+    enough. A pitch of zero is -0.0, since tf2 negates an arc sine.
+    """
+    down = rows[2][0]
+    if abs(down) >= 1:
+        return (math.atan2(rows[2][1], rows[2][2]), math.copysign(math.pi / 2, -down), 0.0)
+    pitch = -math.asin(down)
+    level = math.cos(pitch)
+    roll = math.atan2(rows[2][1] / level, rows[2][2] / level)
+    return (roll, pitch, math.atan2(rows[1][0] / level, rows[0][0] / level))
 
 
 def _no_way(case: Case, problem: NoWay) -> Diagnostic:

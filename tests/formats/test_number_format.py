@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Inertial, Output, Pose
-from rosorin_compile.model.link import printed_inertia
 from rosorin_compile.source.numbers import exact, rounded, rounded_vector, short, vector
 from support.paths import ROOT
 from support.robots import ROSORIN, compiled
@@ -133,12 +132,12 @@ def edge(inertial: Inertial) -> float:
 
 def test_a_flat_plate_is_printed_with_all_digits() -> None:
     """MuJoCo refuses A + B < C, by whatever it is less."""
-    assert printed_inertia((1 / 3, 1 / 3, 2 / 3, 0, 0, 0), (1 / 3, 1 / 3, 2 / 3), short)[:3] == [
+    assert Inertial(1, Pose(), 1 / 3, 1 / 3, 2 / 3).printed(short)[:3] == [
         "0.3333333333333333",
         "0.3333333333333333",
         "0.6666666666666666",
     ]
-    assert printed_inertia((1 / 3, 1 / 3, 1 / 3, 1e-30, 0, 0), (1 / 3, 1 / 3, 1 / 3), short) == [
+    assert Inertial(1, Pose(), 1 / 3, 1 / 3, 1 / 3, 1e-30).printed(short) == [
         *["0.333333333333"] * 3,
         *["0"] * 3,
     ]

@@ -14,7 +14,6 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 from rosorin_compile.formats.compiled import compile_robot  # noqa: E402
 from rosorin_compile.model import Box, Capsule, Cylinder, Geometry, HeightMap, Inertial, Mesh, Pose, Shape, Sphere  # noqa: E402
 from rosorin_compile.model.mass import inertial_of  # noqa: E402
-from rosorin_compile.model.shape import volume_of  # noqa: E402
 from support.paths import data_text  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import written  # noqa: E402
@@ -91,17 +90,17 @@ def test_mass_and_inertia_are_those_of_many_points(solid: Geometry) -> None:
     centre = found.mean(0)
     spread = (found - centre).T @ (found - centre) / len(found)
     ours = inertial_of([Shape(solid)], mass=1.0)
-    assert volume_of(solid) == pytest.approx(volume, rel=0.05)
+    assert Shape(solid).volume == pytest.approx(volume, rel=0.05)
     np.testing.assert_allclose(ours.pose.xyz, centre, atol=5e-3)
     np.testing.assert_allclose(tensor(ours), np.trace(spread) * np.eye(3) - spread, rtol=0.05, atol=1e-3)
 
 
 def test_a_height_map_is_its_boxes_and_a_mesh_is_nothing() -> None:
     boxes = HeightMap((0.0, 0.0), 0.1, ((0.2, 0.1), (0.3, 0.3)), 0.1)
-    assert volume_of(boxes) == pytest.approx(0.009)
+    assert Shape(boxes).volume == pytest.approx(0.009)
     assert inertial_of([Shape(boxes)], density=1000).mass == pytest.approx(9)
     with pytest.raises(ValueError, match="a mesh"):
-        volume_of(Mesh("part.stl"))
+        _ = Shape(Mesh("part.stl")).volume
     with pytest.raises(ValueError, match="no shape"):
         inertial_of([], mass=1)
 

@@ -10,8 +10,8 @@ np = pytest.importorskip("numpy")
 mujoco = pytest.importorskip("mujoco")
 
 from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Geometry, Pose, Shape, Sphere, Transform  # noqa: E402
+from rosorin_compile.model.bounds import through  # noqa: E402
 from rosorin_compile.model.geometry import unit  # noqa: E402
-from rosorin_compile.model.rays import through  # noqa: E402
 
 FAR = 50.0  # m: beyond every shape here
 NEAR = 1e-6  # m: MuJoCo finds the same surface by the same equations, in another order

@@ -76,17 +76,6 @@ def test_libsdformat_reads_what_becomes_of_it(path, tmp_path):
     assert sdformat.said_of(written(imported(path), tmp_path, version="1.9")) == ""
 
 
-@pytest.mark.tier("engines")
-def test_a_joint_of_two_axes_turns_as_its_two_joints_do(tmp_path):
-    in_drake.need()
-    path = DATA / "sdf" / "told" / "universal.sdf"
-    robot = imported(path)
-    for one, other in ((0.3, -0.7), (-1.1, 0.4)):
-        source = in_drake.ask(path, "a", [{"j": [one, other]}], quiet=False)
-        result = in_drake.ask(written(robot, tmp_path), "a", [{"j": one, "j_2": other}])
-        np.testing.assert_allclose(result["frames"][0]["b"], source["frames"][0]["b"], atol=TOLERANCE)
-
-
 def test_a_planted_difference_is_seen(tmp_path):
     """The judge can say no."""
     in_drake.need()

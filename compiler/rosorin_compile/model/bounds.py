@@ -1,13 +1,20 @@
-"""The space that shapes take: axis-aligned boxes, enclosing balls, and how far a shape reaches in a direction."""
+"""The space that shapes take: axis-aligned boxes, enclosing balls, reach in a direction, and the part of a line inside.
+
+Lines: C. Ericson, "Real-Time Collision Detection", 2005, chapter 5.3.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
-from .geometry import IDENTITY, Transform, Vector, dot, plane_axes
+from .geometry import IDENTITY, Transform, Vector, dot, minus, plane_axes, plus
 from .shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
+
+_NOWHERE = (math.inf, -math.inf)
+_EVERYWHERE = (-math.inf, math.inf)
+_PARALLEL = 1e-12  # rounding of a direction, and of a line in a face, which is outside (m)
 
 
 class Bounds(NamedTuple):
@@ -18,9 +25,7 @@ class Bounds(NamedTuple):
 
     @property
     def size(self) -> Vector:
-        """The full extents along x, y and z (m)."""
-        (a, b, c), (d, e, f) = self
-        return (d - a, e - b, f - c)
+        return minus(self.upper, self.lower)
 
     @property
     def diagonal(self) -> float:
@@ -28,7 +33,6 @@ class Bounds(NamedTuple):
         return math.dist(self.lower, self.upper)
 
     def join(self, other: Bounds) -> Bounds:
-        """Return the box around both."""
         (a, b, c), (d, e, f) = self
         (g, h, i), (j, k, m) = other
         return Bounds((min(a, g), min(b, h), min(c, i)), (max(d, j), max(e, k), max(f, m)))
@@ -51,11 +55,11 @@ def bounds_of(shapes: Iterable[Shape]) -> Bounds | None:
             return None
         lower, upper = _corners(shape.geometry)
         if shape.pose != IDENTITY:
-            place = shape.pose.transform()
-            half = ((upper[0] - lower[0]) / 2, (upper[1] - lower[1]) / 2, (upper[2] - lower[2]) / 2)
-            x, y, z = place.apply((lower[0] + half[0], lower[1] + half[1], lower[2] + half[2]))
+            place, (x, y, z) = shape.pose.transform(), minus(upper, lower)
+            half = (x / 2, y / 2, z / 2)
+            middle = place.apply(plus(lower, half))
             a, b, c = (sum(abs(cell) * side for cell, side in zip(row, half, strict=True)) for row in place.rows)
-            lower, upper = (x - a, y - b, z - c), (x + a, y + b, z + c)
+            lower, upper = minus(middle, (a, b, c)), plus(middle, (a, b, c))
         bounds = bounds.join(Bounds(lower, upper)) if bounds else Bounds(lower, upper)
     return bounds
 
@@ -72,18 +76,10 @@ def ball_of(shape: Shape) -> Ball | None:
     """Return the ball around the box of a shape, whatever its rotation, or None for a mesh."""
     if isinstance(shape.geometry, Mesh):
         return None
-    known = shape.notes.get("ball")
-    if isinstance(known, Ball):
-        return known
     (a, b, c), (d, e, f) = _corners(shape.geometry)
-    middle, (x, y, z) = ((a + d) / 2, (b + e) / 2, (c + f) / 2), shape.pose.xyz
-    if any(middle) and any(shape.pose.rpy):
-        middle = shape.pose.transform().apply(middle)
-    else:
-        middle = (middle[0] + x, middle[1] + y, middle[2] + z)
-    ball = Ball(middle, math.hypot(d - a, e - b, f - c) / 2, (d - a) * (e - b) * (f - c))
-    shape.notes["ball"] = ball
-    return ball
+    middle = ((a + d) / 2, (b + e) / 2, (c + f) / 2)
+    middle = shape.pose.transform().apply(middle)
+    return Ball(middle, math.hypot(d - a, e - b, f - c) / 2, (d - a) * (e - b) * (f - c))
 
 
 def _corners(geometry: Geometry) -> tuple[Vector, Vector]:
@@ -110,49 +106,36 @@ def _corners(geometry: Geometry) -> tuple[Vector, Vector]:
 
 
 def along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
-    """Return the support function of a shape that is not a mesh: how far (m) it reaches along a unit vector.
-
-    ``place`` is the pose of its link.
-    """
+    """Return how far (m) a shape that is not a mesh, of a link at ``place``, reaches along a unit vector."""
     geometry, there = shape.geometry, place.then(shape.pose.transform())
     (a, b, c), (d, e, f), (g, h, i) = there.rows
-    u, v, w = there.xyz
-    extent: Callable[[float, float, float], float]
-    if isinstance(geometry, Capsule | Sphere):
-        radius, half = geometry.radius, geometry.length / 2 if isinstance(geometry, Capsule) else 0.0
-        extent = lambda x, y, z: abs(z) * half + radius  # noqa: ARG005, E731
-    elif isinstance(geometry, Cylinder):
-        radius, length = geometry.radius, geometry.length
-        extent = lambda x, y, z: abs(z) * length / 2 + radius * math.hypot(x, y)  # noqa: E731
-    elif isinstance(geometry, Ellipsoid):
-        p, q, r = geometry.radii
-        extent = lambda x, y, z: math.hypot(x * p, y * q, z * r)  # noqa: E731
-    else:
-        boxes = geometry.boxes(MERGED) if isinstance(geometry, HeightMap) else (geometry,)
-        extent = _extent_of_boxes([box for box in boxes if isinstance(box, Box)])
+    boxes = [solid.geometry for solid in shape.solids(MERGED) if isinstance(solid.geometry, Box)]
+    # By the sign of each component of a direction: the ends of all boxes on that side.
+    ends = [[[pick(b.lower[k], b.upper[k]) for b in boxes] for pick in (min, max)] for k in range(3)]
 
     def reach(direction: Vector) -> float:
         x, y, z = direction
-        return u * x + v * y + w * z + extent(a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z)
+        x, y, z = a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
+        if isinstance(geometry, Capsule):
+            extent = abs(z) * geometry.length / 2 + geometry.radius
+        elif isinstance(geometry, Sphere):
+            extent = geometry.radius
+        elif isinstance(geometry, Cylinder):
+            extent = abs(z) * geometry.length / 2 + geometry.radius * math.hypot(x, y)
+        elif isinstance(geometry, Ellipsoid):
+            extent = math.hypot(x * geometry.radii[0], y * geometry.radii[1], z * geometry.radii[2])
+        else:  # a height map without a body reaches nowhere
+            sides = zip(ends[0][x > 0], ends[1][y > 0], ends[2][z > 0], strict=True)
+            extent = max((x * p + y * q + z * r for p, q, r in sides), default=-math.inf)
+        return dot(there.xyz, direction) + extent
 
     return reach
 
 
-def _extent_of_boxes(boxes: Sequence[Box]) -> Callable[[float, float, float], float]:
-    if not boxes:  # a height map without a body
-        return lambda *_: -math.inf
-    # By the sign of each component of a direction: the ends of all boxes on that side.
-    xs, ys, zs = (
-        ([min(b.lower[k], b.upper[k]) for b in boxes], [max(b.lower[k], b.upper[k]) for b in boxes]) for k in range(3)
-    )
-    return lambda x, y, z: max([x * a + y * b + z * c for a, b, c in zip(xs[x > 0], ys[y > 0], zs[z > 0], strict=True)])
-
-
 def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> float:
-    """Return how far shapes that are not meshes reach from an axis through the origin (m).
+    """Return how far shapes that are not meshes reach from an axis through the origin (m); up to 40 um less at 1 m.
 
-    Each shape has the pose of its link. The support functions are evaluated in 360 directions and in that of the middle
-    of the shape: up to 40 um are missing at 1 m.
+    Each shape has the pose of its link.
     """
     u, v = plane_axes(axis)
     turns = [2 * math.pi * step / 360 for step in range(360)]
@@ -164,3 +147,58 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
             x, y, z = (across * first + up * second for first, second in zip(u, v, strict=True))
             farthest = max(farthest, reach((x, y, z)))
     return farthest
+
+
+class Way(NamedTuple):
+    """The part of a line inside a solid: distances along its direction (m)."""
+
+    enters: float
+    leaves: float
+
+
+def through(shape: Shape, place: Transform, origin: Vector, direction: Vector) -> Way | None:
+    """Return the part of a line inside a solid whose link is at ``place``, or None where it passes by.
+
+    ``direction`` is a unit vector. Lines pass by meshes and height maps.
+    """
+    back = place.then(shape.origin().transform()).inverse()
+    at, along, geometry = back.apply(origin), back.rotate(direction), shape.geometry
+    parts: list[tuple[float, float]] = []
+    if isinstance(geometry, Box):
+        slabs = [_slab(*line) for line in zip(at, along, geometry.size, strict=True)]
+        parts = [(max(start for start, _ in slabs), min(end for _, end in slabs))]
+    elif isinstance(geometry, Ellipsoid):
+        parts = [_ellipsoid(at, along, geometry.radii)]
+    elif isinstance(geometry, Sphere):
+        parts = [_ellipsoid(at, along, (geometry.radius,) * 3)]
+    elif isinstance(geometry, Cylinder | Capsule):
+        round_part = _ellipsoid(at, along, (geometry.radius, geometry.radius, math.inf))
+        flat_part = _slab(at[2], along[2], geometry.length)
+        parts = [(max(round_part[0], flat_part[0]), min(round_part[1], flat_part[1]))]
+        for end in (-geometry.length / 2, geometry.length / 2) if isinstance(geometry, Capsule) else ():
+            parts.append(_ellipsoid((at[0], at[1], at[2] + end), along, (geometry.radius,) * 3))
+    inside = [part for part in parts if part[0] < part[1]]  # all solids are convex: the parts are one
+    return Way(min(part[0] for part in inside), max(part[1] for part in inside)) if inside else None
+
+
+def _slab(start: float, step: float, side: float) -> tuple[float, float]:
+    """Return the part of a line between two planes across an axis, each half a side from zero."""
+    half = abs(side) / 2
+    if abs(step) < _PARALLEL:
+        return _EVERYWHERE if abs(start) < half - _PARALLEL else _NOWHERE
+    first, second = (-half - start) / step, (half - start) / step
+    return (first, second) if first < second else (second, first)
+
+
+def _ellipsoid(at: Vector, along: Vector, radii: Vector) -> tuple[float, float]:
+    """Return the part of a line in an ellipsoid; an infinite radius makes it an endless cylinder."""
+    if not all(radii):
+        return _NOWHERE
+    x, y, z = (start / radius for start, radius in zip(at, radii, strict=True))
+    u, v, w = (step / radius for step, radius in zip(along, radii, strict=True))
+    a, b, c = u * u + v * v + w * w, x * u + y * v + z * w, x * x + y * y + z * z - 1.0
+    if a == 0.0:
+        return _EVERYWHERE if c < 0.0 else _NOWHERE
+    under = b * b - a * c
+    root = math.sqrt(max(under, 0.0))
+    return ((-b - root) / a, (-b + root) / a) if under > 0.0 else _NOWHERE

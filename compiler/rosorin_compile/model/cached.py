@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import update_wrapper
-from typing import TYPE_CHECKING, Concatenate, ParamSpec, TypeVar
+from functools import wraps
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 
 if TYPE_CHECKING:
     from .robot import Robot
 
-Given = ParamSpec("Given")
-Made = TypeVar("Made")
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
 
 
-def of_robot(work: Callable[Concatenate[Robot, Given], Made]) -> Callable[Concatenate[Robot, Given], Made]:
-    """Make a function one that is worked out once for a robot: what came of it stays with the robot."""
+def of_robot(work: Callable[Concatenate[Robot, Arguments], Result]) -> Callable[Concatenate[Robot, Arguments], Result]:
+    """Cache the results of a function of a robot with the robot."""
 
-    def cached(robot: Robot, /, *given: Given.args, **named: Given.kwargs) -> Made:
-        key = (work.__module__, work.__qualname__, given, *named.items())
+    @wraps(work)
+    def cached(robot: Robot, /, *arguments: Arguments.args, **named: Arguments.kwargs) -> Any:
+        key = (work.__module__, work.__qualname__, arguments, *named.items())
         if key not in robot.worked_out:
-            robot.worked_out[key] = work(robot, *given, **named)
-        made: Made = robot.worked_out[key]
-        return made
+            robot.worked_out[key] = work(robot, *arguments, **named)
+        return robot.worked_out[key]
 
-    update_wrapper(cached, work)
     return cached

@@ -7,21 +7,18 @@ move alike:
     g . (v + wz * (-p.y, p.x)) = w * r * (g . d)
 
 For a plain wheel and for an omni wheel, which slides along its axle, g is d. For a mecanum wheel g is the axis of the
-roller on the ground, half-way between d and the axle. With axles along +y this gives, for four wheels, the table of
-ros2_controllers (mecanum_drive_controller/src/mecanum_drive_controller.cpp; the others are in its
-doc/mobile_robot_kinematics.rst, and the equation in K. M. Lynch and F. C. Park, "Modern Robotics" (2017), 13.2).
+roller on the ground, half-way between d and the axle. Sources: ros2_controllers (mecanum_drive_controller.cpp and
+doc/mobile_robot_kinematics.rst); K. M. Lynch and F. C. Park, "Modern Robotics" (2017), 13.2.
 
-A steered wheel is turned into the velocity of its place: atan2 of its two components, at most a quarter turn.
-
-Velocities are those of the centre of the drive, in the axes of the base frame (REP 103: x forward, y left, wz counter-
-clockwise). The centre is the middle of the four wheels (mecanum), of all wheels (omni), of the axle between left and
-right (differential), of the axle that is not steered (tricycle, ackermann). The last three have no vy.
+A steered wheel is turned into the velocity of its place, at most a quarter turn. Velocities are those of the centre of
+the drive in the axes of the base frame (REP 103): the middle of the four wheels (mecanum), of all wheels (omni), of the
+axle between left and right (differential), of the axle that is not steered (tricycle, ackermann).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
@@ -47,8 +44,8 @@ ROLES: Mapping[str, tuple[str, ...]] = {
 STEERED = (TRICYCLE, ACKERMANN)
 SLIDING = (MECANUM, OMNI)  # drives that move sideways
 
-# The grip of a mecanum wheel along x and y, in the X layout: from above, the axes of the upper rollers point at the
-# middle, so those on the ground are across.
+# The grip of a mecanum wheel along x and y, of any length, in the X layout: from above, the axes of the upper rollers
+# point at the middle, so those on the ground are across.
 _GRIPS = {"front_left": (1.0, -1.0), "rear_left": (1.0, 1.0), "front_right": (1.0, 1.0), "rear_right": (1.0, -1.0)}
 _SINGULAR = 1e-9
 
@@ -80,7 +77,6 @@ class Drive:
 
     @property
     def steering(self) -> tuple[str, ...]:
-        """The joints that steer."""
         return self.joints.get("steering", ())
 
     @property
@@ -141,7 +137,6 @@ class Driving:
 
     @property
     def slides(self) -> bool:
-        """Whether the base moves sideways."""
         return self.kind in SLIDING
 
     def angles(self, twist: Twist) -> dict[str, float]:
@@ -159,8 +154,7 @@ class Driving:
 
         ``vy`` of a base that does not move sideways is ignored.
         """
-        if not self.slides:
-            twist = twist._replace(vy=0.0)
+        twist = twist if self.slides else twist._replace(vy=0.0)
         angles = self.angles(twist) if angles is None else angles
         rows = {wheel.joint: self._row(wheel, angles) for wheel in self.wheels}
         return {joint: dot(row, twist) / rolled for joint, (row, rolled) in rows.items()}
@@ -169,22 +163,18 @@ class Driving:
         """Return the velocity of the base for speeds of the wheels (rad/s) and positions of the steering (rad).
 
         Joints that are not named are at zero. Speeds that contradict each other give the best fit (least squares).
-        Raises ValueError if the wheels do not determine it, such as two wheels in one place.
+        Raises ValueError if the wheels do not determine it.
         """
         angles = angles or {}
-        rows, values = [], []
-        for wheel in self.wheels:
-            row, rolled = self._row(wheel, angles)
-            rows.append(row)
-            values.append(rolled * speeds.get(wheel.joint, 0.0))
+        equations = [(self._row(wheel, angles), speeds.get(wheel.joint, 0.0)) for wheel in self.wheels]
+        rows = [(*row, rolled * speed) for (row, rolled), speed in equations]
         for axis in self.steering:
             angle = axis.sign * angles.get(axis.joint, 0.0)
-            rows.append(_coefficients((-math.sin(angle), math.cos(angle)), axis.x, axis.y))
-            values.append(0.0)
+            rows.append((*_coefficients((-math.sin(angle), math.cos(angle)), axis.x, axis.y), 0.0))
         if self.slides:
-            vx, vy, wz = _least_squares(rows, values)
+            vx, vy, wz = _least_squares(rows)
             return Twist(vx, vy, wz)
-        vx, wz = _least_squares([(row[0], row[2]) for row in rows], values)
+        vx, wz = _least_squares([(row[0], *row[2:]) for row in rows])
         return Twist(vx, 0.0, wz)
 
     def _row(self, wheel: Wheel, angles: Mapping[str, float]) -> tuple[Vector, float]:
@@ -197,9 +187,8 @@ class Driving:
             if axis.joint == wheel.steering:
                 angle, x, y = axis.sign * angles.get(axis.joint, 0.0), axis.x, axis.y
         sine, cosine = math.sin(angle), math.cos(angle)
-        return _coefficients((cosine * gx - sine * gy, sine * gx + cosine * gy), x, y), wheel.radius * (
-            gx * dx + gy * dy
-        )
+        grip = (cosine * gx - sine * gy, sine * gx + cosine * gy)
+        return _coefficients(grip, x, y), wheel.radius * (gx * dx + gy * dy)
 
 
 def _coefficients(direction: tuple[float, float], x: float, y: float) -> Vector:
@@ -207,11 +196,13 @@ def _coefficients(direction: tuple[float, float], x: float, y: float) -> Vector:
     return (direction[0], direction[1], direction[1] * x - direction[0] * y)
 
 
-def _least_squares(rows: Sequence[Sequence[float]], values: Sequence[float]) -> list[float]:
-    """Solve linear equations in the sense of least squares: the normal equations by Gauss. Raises ValueError."""
-    size = len(rows[0]) if rows else 0
-    full = [[*row, value] for row, value in zip(rows, values, strict=True)]
-    normal = [[sum(row[i] * row[j] for row in full) for j in range(size + 1)] for i in range(size)]
+def _least_squares(rows: Sequence[Sequence[float]]) -> list[float]:
+    """Solve linear equations, each with its value last, in the sense of least squares: the normal equations by Gauss.
+
+    Raises ValueError if they do not determine the unknowns.
+    """
+    size = len(rows[0]) - 1 if rows else 0
+    normal = [[sum(row[i] * row[j] for row in rows) for j in range(size + 1)] for i in range(size)]
     scale = max((abs(number) for line in normal for number in line[:-1]), default=0.0)
     for column in range(size):
         best = max(range(column, size), key=lambda line: abs(normal[line][column]))
@@ -227,24 +218,33 @@ def _least_squares(rows: Sequence[Sequence[float]], values: Sequence[float]) -> 
 
 @of_robot
 def driving_of(robot: Robot) -> Driving:
-    """Return the kinematics of the drive of a robot at zero. Raises ValueError without a drive, or for a broken one."""
+    """Return the kinematics of the drive of a robot at zero. Raises ValueError without a valid drive."""
     drive = robot.drive
     if drive is None:
         raise ValueError(f'the robot "{robot.name}" has no drive')
-    base = drive.frame or robot.root
-    for name in (base, *(end for joint in robot.joints for end in (joint.parent, joint.child))):
-        if name not in robot.link:
-            raise ValueError(f'there is no link "{name}"')
-    names = [name for names in drive.joints.values() for name in names]
-    for name in names:
-        if name not in robot.joint:
-            raise ValueError(f'there is no joint "{name}"')
-    at = {name: place_in_base(robot, drive, name) for name in names}
+    try:
+        at = {name: place_in_base(robot, drive, name) for names in drive.joints.values() for name in names}
+    except KeyError as problem:
+        raise ValueError(problem.args[0]) from None
+
+    def middle(*roles: str) -> tuple[float, float]:
+        points = [at[name] for role in roles for name in drive.joints[role]]
+        return (sum(p[0] for p in points) / len(points), sum(p[1] for p in points) / len(points))
+
+    wheelbase, track, roles = 0.0, 0.0, [role for role in ROLES[drive.kind] if drive.joints.get(role)]
     if drive.kind == DIFFERENTIAL:
-        (xl, yl), (xr, yr) = (_middle(at, drive.joints[side]) for side in ROLES[DIFFERENTIAL])
+        track = middle("left")[1] - middle("right")[1]
+    elif drive.kind == MECANUM:
+        wheelbase = middle("front_left", "front_right")[0] - middle("rear_left", "rear_right")[0]
+        track = middle("front_left", "rear_left")[1] - middle("front_right", "rear_right")[1]
+    elif drive.kind in STEERED:
+        roles = ["rolling" if drive.joints.get("rolling") else "driven"]
+        sides = [at[name][1] for name in drive.joints[roles[0]]]
+        wheelbase, track = abs(middle("steering")[0] - middle(*roles)[0]), max(sides) - min(sides)
+    x, y = middle(*roles)
+    if drive.kind == DIFFERENTIAL:
+        (xl, yl), (xr, yr) = middle("left"), middle("right")
         x, y = (xl + xr) / 2, (yl + yr) / 2
-    else:
-        x, y = _middle(at, drive.joints.get("rolling") or drive.wheels)
     steering = tuple(
         Steering(name, at[name][0] - x, at[name][1] - y, math.copysign(1, axis_in_base(robot, drive, name)[2]))
         for name in drive.steering
@@ -260,33 +260,11 @@ def driving_of(robot: Robot) -> Driving:
             raise ValueError("a wheel that lies flat rolls nowhere")
         direction = grip = (ay / across, -ax / across)
         if drive.kind == MECANUM:
-            gx, gy = _GRIPS[next(role for role, members in drive.joints.items() if name in members)]
-            grip = (gx / math.sqrt(2), gy / math.sqrt(2))
+            grip = _GRIPS[next(role for role, members in drive.joints.items() if name in members)]
         steered_by = steering_of(robot, drive, name)
         wheels.append(Wheel(name, at[name][0] - x, at[name][1] - y, radius, direction, grip, steered_by))
-    return Driving(drive.kind, base, (x, y), tuple(wheels), steering, *_wheelbase_and_track(drive, at))
-
-
-def _middle(at: Mapping[str, Vector], names: Iterable[str]) -> tuple[float, float]:
-    points = [at[name] for name in names]
-    return (sum(p[0] for p in points) / len(points), sum(p[1] for p in points) / len(points))
-
-
-def _wheelbase_and_track(drive: Drive, at: Mapping[str, Vector]) -> tuple[float, float]:
-    def middle(*roles: str) -> tuple[float, float]:
-        return _middle(at, [name for role in roles for name in drive.joints[role]])
-
-    if drive.kind == MECANUM:
-        front, rear = middle("front_left", "front_right"), middle("rear_left", "rear_right")
-        left, right = middle("front_left", "rear_left"), middle("front_right", "rear_right")
-        return front[0] - rear[0], left[1] - right[1]
-    if drive.kind == DIFFERENTIAL:
-        return 0.0, middle("left")[1] - middle("right")[1]
-    if drive.kind == OMNI:
-        return 0.0, 0.0
-    axle = drive.joints.get("rolling") or drive.joints["driven"]
-    across = [at[name][1] for name in axle]
-    return abs(middle("steering")[0] - _middle(at, axle)[0]), max(across) - min(across)
+    base = drive.frame or robot.root
+    return Driving(drive.kind, base, (x, y), tuple(wheels), steering, wheelbase, track)
 
 
 def axis_in_base(robot: Robot, drive: Drive, name: str) -> Vector:

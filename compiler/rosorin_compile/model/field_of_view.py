@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from typing import Any
 
 from .geometry import IDENTITY, Pose, pose_of
@@ -56,26 +57,20 @@ def seen_by(sensor: Sensor) -> list[Data]:
 def _of_mujoco(one: Simulated) -> Data | None:
     pose, attributes = one.pose or IDENTITY, one.attributes
     place = {"frame": one.link, **placed(pose)}
-    if one.kind == BODY_ELEMENT and one.element == "camera":
-        fovy, resolution = attributes.get("fovy"), attributes.get("resolution")
-        if not isinstance(fovy, float | int) or not isinstance(resolution, tuple):
-            return None
+    kind = one.element if one.kind in (BODY_ELEMENT, SENSOR_ELEMENT) else ""
+    fovy, resolution, size, cutoff = (attributes.get(key) for key in ("fovy", "resolution", "size", "cutoff"))
+    if kind == "camera" and isinstance(fovy, float | int) and isinstance(resolution, tuple):
         wide, tall = (float(value) for value in resolution)
         vertical = math.radians(float(fovy))
         horizontal = 2 * math.atan(math.tan(vertical / 2) * wide / tall)
         return _frustum(one.link, pose, _CAMERA, horizontal, vertical)
-    if one.kind == BODY_ELEMENT and one.element == "site" and attributes.get("type") == "box":
-        size = attributes.get("size")
-        if not isinstance(size, tuple) or not all(isinstance(half, float | int) for half in size):
-            return None
+    if kind == "site" and attributes.get("type") == "box" and isinstance(size, tuple):
         return {"kind": "box", **place, "size": [2 * float(half) for half in size]}
-    if one.kind != SENSOR_ELEMENT:
-        return None
-    if one.element != "rangefinder" or one.pose is None:
-        return {"kind": "axes", **place} if one.element in _AXES else None
+    if kind != "rangefinder" or one.pose is None:
+        return {"kind": "axes", **place} if kind in _AXES else None
     # A rangefinder measures along z of its site, and its copies are turned about z of the link.
     x, y, z = pose.transform().rotate((0.0, 0.0, 1.0))
-    copies, cutoff = one.replicas, attributes.get("cutoff")
+    copies = one.replicas
     fan: Data = {"kind": "fan", "frame": one.link, "xyz": numbers(pose.xyz), "rpy": [0.0, 0.0, 0.0]}
     fan |= {"layers": [math.atan2(z, math.hypot(x, y))], "first": math.atan2(y, x)}
     fan |= {"step": copies.step.rpy[2] if copies else 0.0, "count": copies.count if copies else 1}
@@ -113,14 +108,11 @@ def _number(one: GazeboSensor, *path: str) -> float:
     elements, value = one.elements, None
     for name in path:
         found = next((element for element in _all(elements) if element.name == name), None)
-        if found is None:
-            return 0.0
-        elements, value = found.elements, found.value
-    try:
+        elements, value = ((), None) if found is None else (found.elements, found.value)
+    with suppress(ValueError):
         number = float(value or 0.0)
-    except ValueError:
-        return 0.0
-    return number if math.isfinite(number) else 0.0
+        return number if math.isfinite(number) else 0.0
+    return 0.0
 
 
 def _all(elements: Sequence[SdfElement]) -> Iterator[SdfElement]:

@@ -22,8 +22,7 @@ _LEFT = "text-align: left"
 class Row(NamedTuple):
     """One transform: ``why`` nobody publishes it, and ``when``, the modes in which somebody does ("" is always).
 
-    ``first`` is the parent in the first row of this child. ``joint`` and ``kind`` are empty for the transforms of other
-    nodes.
+    ``first`` is the parent in the first row of this child. ``joint`` and ``kind`` are empty for other nodes.
     """
 
     parent: str
@@ -38,25 +37,19 @@ class Row(NamedTuple):
 
     @property
     def published(self) -> bool:
-        """Whether tf2 receives the edge."""
         return self.topic != NO_TOPIC
 
     @property
     def who(self) -> str:
-        """The publisher, or "nobody: why"."""
         return f"{self.publisher}: {self.why}" if self.why else self.publisher
 
     @property
     def style(self) -> str:
-        """How the edge is drawn: moving, static or nobody."""
         return {TF: "moving", TF_STATIC: "static"}.get(self.topic, NOBODY)
 
 
 def rows(robot: Robot) -> tuple[Row, ...]:
-    """Return all edges without frames of simulations: joints from the root down, then the transforms of other nodes.
-
-    A joint that another node publishes under the same parent is one edge with that transform.
-    """
+    """Return all edges without frames of simulations: joints from the root down, then the transforms of other nodes."""
 
     def add(parent: str, child: str, publisher: Publisher, moving: bool, when: str, joint: str, kind: str) -> None:
         who, why, topic = publisher.name, "", TF if moving else TF_STATIC
@@ -66,16 +59,13 @@ def rows(robot: Robot) -> tuple[Row, ...]:
             topic = TF_STATIC
         table.append(Row(parent, child, who, why, topic, when, first.setdefault(child, parent), joint, kind))
 
-    first: dict[str, str] = {}
-    table: list[Row] = []
+    first, table = dict[str, str](), list[Row]()
     joints = {(joint.parent, joint.child): joint for joint in robot.joints_down()}
     for joint in joints.values():
-        if joint.child in robot.simulated_frames:
-            continue
-        first.setdefault(joint.child, joint.parent)
-        if joint.name in robot.turns and joint.publisher.kind == UNPUBLISHED:
-            continue  # its publishers are edges below, each in its modes
-        add(joint.parent, joint.child, joint.publisher, joint.moves_on_tf, "", joint.name, joint.type)
+        if joint.child not in robot.simulated_frames:
+            first.setdefault(joint.child, joint.parent)
+            if joint.name not in robot.turns or joint.publisher.kind != UNPUBLISHED:  # else it is an edge for each mode
+                add(joint.parent, joint.child, joint.publisher, joint.moves_on_tf, "", joint.name, joint.type)
     for edge in robot.edges:
         same = joints.get((edge.parent, edge.child))
         name, kind = (same.name, same.type) if same is not None else ("", "")
@@ -92,8 +82,7 @@ class Line(NamedTuple):
     """A line of the tree: its frame, and the edge that leads there (None for a root).
 
     ``on`` is the index of the parent's line (-1 for a root), ``last`` whether it is the last line of that parent.
-    ``up``: the frame is the parent in ``row``, and tf2 has another parent for the child. Then ``again`` means that the
-    frame also has a line of its own.
+    ``up``: the frame is the parent in ``row``, but not in tf2; with ``again`` it also has a line of its own.
     """
 
     frame: str
@@ -108,8 +97,7 @@ class Line(NamedTuple):
 def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
     """Return the tree of edges and further frames: parents above children, each frame once.
 
-    The parent of a frame is that of tf2 if it has one. A frame that is only a parent in the description, on no topic,
-    is a line below its child.
+    The parent of a frame is that of tf2 if it has one. A frame that is a parent on no topic is a line below its child.
     """
     names = list(dict.fromkeys([*frames, *(name for row in edges for name in (row.parent, row.child))]))
     into: dict[str, Row] = {}
@@ -126,7 +114,7 @@ def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
     for row in edges:
         if into.get(row.child) is row:
             children.setdefault(row.parent, []).append(row.child)
-    # Frames whose only line is that of the parent in one row outside the tree.
+    # frames that only appear as the parent in one row outside the tree
     parents = Counter(row.parent for rows in more.values() for row in rows)
     in_tree = into.keys() | children.keys() | more.keys()
     lone = {name for name in names if parents[name] == 1 and name not in in_tree}
@@ -160,19 +148,17 @@ def html(robot: Robot) -> str:
     """Return the tree of frames in all modes as a table for a notebook; every name is escaped."""
     from html import escape  # imports thousands of entities
 
-    tree = lines(rows(robot), robot.frames)
-    heads = "".join(f'<th style="{_LEFT}">{h}</th>' for h in ("frame", "published by", "topic", "joint", "when"))
-    body = ""
+    tree, body = lines(rows(robot), robot.frames), ""
     for line in tree[:_MAX_HTML_ROWS]:
-        row, cells = line.row, [""] * 4
+        row, name = line.row, f"\u2191 {line.frame}" if line.up else line.frame
+        cells = ["", "", "", ""]
         if row is not None:
             joint = f"{row.joint} ({row.kind})" if row.joint else ""
             cells = [row.who, row.topic if row.published else "", joint, row.when]
-        indent = f"{_LEFT}; padding-left: {0.5 + 1.5 * min(line.depth, 40)}em"
-        name = f"\u2191 {line.frame}" if line.up else line.frame
-        body += f'<tr><td style="{indent}">{escape(name)}</td>'
+        body += f'<tr><td style="{_LEFT}; padding-left: {0.5 + 1.5 * min(line.depth, 40)}em">{escape(name)}</td>'
         body += "".join(f'<td style="{_LEFT}">{escape(cell)}</td>' for cell in cells) + "</tr>"
     if len(tree) > _MAX_HTML_ROWS:
         body += f'<tr><td colspan="5">{and_more(len(tree) - _MAX_HTML_ROWS).strip()}</td></tr>'
+    heads = "".join(f'<th style="{_LEFT}">{h}</th>' for h in ("frame", "published by", "topic", "joint", "when"))
     caption = f'<caption style="{_LEFT}">{escape(repr(robot)[1:-1])}</caption>'
     return f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table>"

@@ -18,10 +18,8 @@ Quaternion = tuple[float, float, float, float]
 
 _UNIT_ROWS: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
-# Below this, a sine or cosine is rounding: pi itself is stored to 1.2e-16, a product of three rotations to about 1e-15.
-_ROUNDING = 4e-15
-# The cosine of a pitch within about half a degree of +-90 degrees: the atan2 of numbers so small loses digits.
-_STEEP = 1e-2
+_ROUNDING = 4e-15  # of a sine or cosine: a product of three rotations is exact to about 1e-15
+_STEEP = 1e-2  # the cosine of a pitch near +-90 degrees: the atan2 of numbers so small loses digits
 
 
 def dot(a: Vector, b: Vector) -> float:
@@ -66,14 +64,10 @@ def _snap(value: float) -> float:
     return float(nearest) if abs(value - nearest) < _ROUNDING else value
 
 
+@lru_cache(maxsize=20_000)
 def rotation_of_rpy(rpy: Vector) -> Rows:
     """Return the 3x3 rotation matrix, as rows, of fixed-axis roll, pitch, yaw in radians."""
-    if rpy == _ORIGIN:
-        return _UNIT_ROWS
-    roll, pitch, yaw = rpy
-    sr, cr = _snap(math.sin(roll)), _snap(math.cos(roll))
-    sp, cp = _snap(math.sin(pitch)), _snap(math.cos(pitch))
-    sy, cy = _snap(math.sin(yaw)), _snap(math.cos(yaw))
+    (sr, cr), (sp, cp), (sy, cy) = ((_snap(math.sin(angle)), _snap(math.cos(angle))) for angle in rpy)
     return (
         (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
         (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
@@ -102,14 +96,12 @@ def rotation_about(axis: Vector, angle: float) -> Rows:
 def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
     """Return the axes x and y of the plane of a planar joint, of unit length, in the frame of the joint.
 
-    They are those of the frame, turned the shortest way that brings z to the normal, like in MuJoCo's reader of URDF.
-    Raises ValueError for a zero normal.
+    They are turned the shortest way that brings z to the normal, like in MuJoCo. Raises ValueError for a zero normal.
     """
-    length = norm(normal)
-    if length == 0:
-        raise ValueError("a motion needs an axis that is not zero")
-    x, y, z = (component / length for component in normal)
+    x, y, z = unit(normal)
     across = math.hypot(x, y)
+    if not any(normal):
+        raise ValueError("a motion needs an axis that is not zero")
     if across == 0.0:
         return (1.0, 0.0, 0.0), (0.0, math.copysign(1.0, z), 0.0)
     rotation = rotation_about((-y / across, x / across, 0.0), math.atan2(across, z))
@@ -117,7 +109,28 @@ def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
     return (a + 0.0, b + 0.0, c + 0.0), (d + 0.0, e + 0.0, f + 0.0)
 
 
-# Several rules and formats ask, and many links of a large robot weigh the same.
+def quaternion_of(rows: Rows) -> Quaternion:
+    """Return the quaternion (x, y, z, w) of a rotation matrix as a tf2 buffer stores it.
+
+    w is positive if the trace of the matrix is, otherwise the largest of x, y and z (``tf2/LinearMath/Matrix3x3.h``).
+    """
+    trace = rows[0][0] + rows[1][1] + rows[2][2]
+    if trace > 0:
+        s = math.sqrt(trace + 1.0)
+        w, s = s * 0.5, 0.5 / s
+        return ((rows[2][1] - rows[1][2]) * s, (rows[0][2] - rows[2][0]) * s, (rows[1][0] - rows[0][1]) * s, w)
+    diagonal = [rows[i][i] for i in range(3)]
+    i = diagonal.index(max(diagonal))  # the first of equals, like tf2
+    j, k = (i + 1) % 3, (i + 2) % 3
+    s = math.sqrt(rows[i][i] - rows[j][j] - rows[k][k] + 1.0)
+    made = [0.0, 0.0, 0.0, 0.0]
+    made[i], s = s * 0.5, 0.5 / s
+    made[3] = (rows[k][j] - rows[j][k]) * s
+    made[j] = (rows[j][i] + rows[i][j]) * s
+    made[k] = (rows[k][i] + rows[i][k]) * s
+    return (made[0], made[1], made[2], made[3])
+
+
 @lru_cache(maxsize=20_000)
 def eigenvalues(rows: Rows) -> Vector:
     """Return the eigenvalues of a symmetric 3x3 matrix, smallest first.
@@ -127,28 +140,22 @@ def eigenvalues(rows: Rows) -> Vector:
     """
     matrix = [list(row) for row in rows]
     for _ in range(60):
-        b, c, e = abs(matrix[0][1]), abs(matrix[0][2]), abs(matrix[1][2])
-        p, q = (0, 1) if b >= c and b >= e else (0, 2) if c >= e else (1, 2)
-        if abs(matrix[p][q]) <= 1e-17 * max(abs(matrix[0][0]), abs(matrix[1][1]), abs(matrix[2][2])):
+        p, q = max(((0, 1), (0, 2), (1, 2)), key=lambda pair: abs(matrix[pair[0]][pair[1]]))
+        if abs(matrix[p][q]) <= 1e-17 * max(abs(matrix[i][i]) for i in range(3)):
             break
-        _turn(matrix, p, q)
-    low, middle, high = sorted((matrix[0][0], matrix[1][1], matrix[2][2]))
+        theta = (matrix[q][q] / 2 - matrix[p][p] / 2) / matrix[p][q]
+        tangent = math.copysign(1.0, theta) / (abs(theta) + math.hypot(theta, 1.0))
+        cosine = 1 / math.hypot(tangent, 1.0)
+        sine = tangent * cosine
+        matrix[p][p] -= tangent * matrix[p][q]
+        matrix[q][q] += tangent * matrix[p][q]
+        matrix[p][q] = matrix[q][p] = 0.0
+        r = 3 - p - q
+        first, second = matrix[p][r], matrix[q][r]
+        matrix[p][r] = matrix[r][p] = cosine * first - sine * second
+        matrix[q][r] = matrix[r][q] = sine * first + cosine * second
+    low, middle, high = sorted(matrix[i][i] for i in range(3))
     return (low, middle, high)
-
-
-def _turn(matrix: list[list[float]], p: int, q: int) -> None:
-    """Make the product of the axes ``p`` and ``q`` zero by turning about the third axis, in place."""
-    theta = (matrix[q][q] / 2 - matrix[p][p] / 2) / matrix[p][q]
-    tangent = math.copysign(1.0, theta) / (abs(theta) + math.hypot(theta, 1.0))
-    cosine = 1 / math.hypot(tangent, 1.0)
-    sine = tangent * cosine
-    matrix[p][p] -= tangent * matrix[p][q]
-    matrix[q][q] += tangent * matrix[p][q]
-    matrix[p][q] = matrix[q][p] = 0.0
-    r = 3 - p - q
-    first, second = matrix[p][r], matrix[q][r]
-    matrix[p][r] = matrix[r][p] = cosine * first - sine * second
-    matrix[q][r] = matrix[r][q] = sine * first + cosine * second
 
 
 @dataclass(frozen=True, repr=False)
@@ -176,16 +183,13 @@ class Transform:
         return Transform(rows, xyz)
 
     def __repr__(self) -> str:
-        """Return the translation and the rotation as people read them, to six digits."""
         x, y, z = (f"{value + 0.0:.6g}" for value in self.xyz)
         roll, pitch, yaw = (f"{round(math.degrees(angle), 9) + 0.0:.6g}" for angle in self.rpy())
         return f"<Transform xyz {x} {y} {z} m, rpy {roll} {pitch} {yaw} deg>"
 
     def apply(self, point: Vector) -> Vector:
         """Return a point of the child frame in the parent frame (metres)."""
-        (a, b, c), (d, e, f), (g, h, i) = self.rows
-        (x, y, z), (u, v, w) = point, self.xyz
-        return (a * x + b * y + c * z + u, d * x + e * y + f * z + v, g * x + h * y + i * z + w)
+        return plus(self.rotate(point), self.xyz)
 
     def rotate(self, vector: Vector) -> Vector:
         """Return a direction of the child frame in the parent frame."""
@@ -205,33 +209,17 @@ class Transform:
     def inverse(self) -> Transform:
         """Return the transform from child to parent."""
         (a, b, c), (d, e, f), (g, h, i) = self.rows
-        x, y, z = self.xyz
-        there = (-(a * x + d * y + g * z), -(b * x + e * y + h * z), -(c * x + f * y + i * z))
-        return Transform(((a, d, g), (b, e, h), (c, f, i)), there)
+        rows = ((a, d, g), (b, e, h), (c, f, i))
+        x, y, z = Transform(rows).rotate(self.xyz)
+        return Transform(rows, (-x, -y, -z))
 
     def quaternion(self) -> Quaternion:
-        """Return the rotation as a unit quaternion (w, x, y, z) with w >= 0 (Shepperd's method, 1978)."""
-        if self.rows == _UNIT_ROWS:
-            return (1.0, 0.0, 0.0, 0.0)
-        (a, b, c), (d, e, f), (g, h, i) = self.rows
-        trace = a + e + i
-        largest = max(trace, a, e, i)
-        if largest == trace:
-            q = (1 + trace, h - f, c - g, d - b)
-        elif largest == a:
-            q = (h - f, 1 + a - e - i, d + b, c + g)
-        elif largest == e:
-            q = (c - g, d + b, 1 + e - a - i, h + f)
-        else:
-            q = (d - b, c + g, h + f, 1 + i - a - e)
-        length = math.hypot(*q) * (-1 if q[0] < 0 else 1)
-        return (q[0] / length, q[1] / length, q[2] / length, q[3] / length)
+        """Return the rotation as a unit quaternion (w, x, y, z) with w >= 0."""
+        x, y, z, w = quaternion_of(self.rows)
+        return (-w, -x, -y, -z) if w < 0 else (w, x, y, z)
 
     def turn_to(self, other: Transform) -> tuple[Vector, float]:
-        """Return the axis and the angle (rad, 0 to pi) that turn this rotation into another one.
-
-        The axis has length 1 and is seen from this frame; where nothing is turned it is zero.
-        """
+        """Return the axis (length 1, in this frame; zero for no turn) and angle (rad, 0 to pi) to another rotation."""
         w, x, y, z = Transform(self.rows).inverse().then(Transform(other.rows)).quaternion()
         return unit((x, y, z)), 2 * math.atan2(norm((x, y, z)), w)
 
@@ -246,7 +234,7 @@ class Transform:
         if horizontal < 1e-12:
             return (math.atan2(-f if g < 0 else f, e) * (1 if g < 0 else -1) + 0.0, math.atan2(-g, horizontal), 0.0)
         if horizontal < _STEEP:
-            # Roll and yaw are hardly told apart: the yaw is what the roll leaves, in numbers that are not small.
+            # the yaw is what the roll leaves, in numbers that are not small
             roll = math.atan2(h, i)
             sine, cosine = math.sin(roll), math.cos(roll)
             yaw = math.atan2(c * sine - b * cosine, e * cosine - f * sine)
@@ -262,7 +250,6 @@ class Pose:
     rpy: Vector = _ORIGIN
 
     def transform(self) -> Transform:
-        """Return the pose as a transform."""
         return Transform(rotation_of_rpy(self.rpy), self.xyz)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from .geometry import IDENTITY, Pose, Transform, Vector, norm, plane_axes, plus, rotation_about
+from .geometry import IDENTITY, Pose, Transform, Vector, plane_axes, plus, rotation_about, unit
 from .link import NO_SOURCE, Source
 from .simulation import Actuator, Values
 
@@ -21,9 +21,7 @@ AXLELESS = ("floating", "ball")
 # The coordinates of a joint by its type, in radians and metres; a quaternion may have any length but zero.
 COORDINATES: Mapping[str, tuple[str, ...]] = {
     "fixed": (),
-    "revolute": ("position",),
-    "continuous": ("position",),
-    "prismatic": ("position",),
+    **dict.fromkeys(MOVING_TYPES, ("position",)),
     "planar": ("x", "y", "angle"),
     "floating": ("x", "y", "z", "qx", "qy", "qz", "qw"),
     "ball": ("qx", "qy", "qz", "qw"),
@@ -37,18 +35,18 @@ def motion(kind: str, axis: Vector, position: float | Sequence[float]) -> Transf
     then a quaternion in the order of ROS. ball: the quaternion alone.
     Raises ValueError for another number of coordinates, for a zero axis, and for a quaternion of length zero.
     """
-    if kind not in SEVERAL_COORDINATES:
-        if not isinstance(position, (int, float)):
-            raise ValueError(f"the position of a {kind} joint is one number")
-        if kind in ("revolute", "continuous"):
-            return Transform(rotation_about(axis, position))
-        return Transform(xyz=_along(axis, position)) if kind == "prismatic" else Transform()
+    names = COORDINATES[kind]
     numbers: Sequence[float] = position if isinstance(position, Sequence) else (position,)
-    if position == 0.0:
-        numbers = (*(0.0 for _ in COORDINATES[kind][1:]), 0.0 if kind == "planar" else 1.0)
-    if len(numbers) != len(COORDINATES[kind]):
-        names = ", ".join(COORDINATES[kind])
-        raise ValueError(f"the position of a {kind} joint is {names}, not {len(numbers)} numbers")
+    if kind in SEVERAL_COORDINATES and position == 0.0:
+        numbers = (*(0.0 for _ in names[1:]), 0.0 if kind == "planar" else 1.0)
+    if names and (len(numbers) != len(names) or (isinstance(position, Sequence) and len(names) == 1)):
+        raise ValueError(f"the position of a {kind} joint is {', '.join(names)}, not {len(numbers)} numbers")
+    if kind == "fixed":
+        return Transform()
+    if kind in ("revolute", "continuous"):
+        return Transform(rotation_about(axis, numbers[0]))
+    if kind == "prismatic":
+        return Transform(xyz=_along(axis, numbers[0]))
     if kind == "planar":
         first, second = plane_axes(axis)
         return Transform(rotation_about(axis, numbers[2]), plus(_along(first, numbers[0]), _along(second, numbers[1])))
@@ -58,11 +56,10 @@ def motion(kind: str, axis: Vector, position: float | Sequence[float]) -> Transf
 
 
 def _along(axis: Vector, distance: float) -> Vector:
-    length = norm(axis)
-    if length == 0:
+    if not any(axis):
         raise ValueError("a motion needs an axis that is not zero")
-    x, y, z = (component / length * distance for component in axis)
-    return (x, y, z)
+    x, y, z = unit(axis)
+    return (x * distance, y * distance, z * distance)
 
 
 @dataclass(frozen=True)
@@ -88,8 +85,8 @@ class Limit:
 class Mimic:
     """A joint that follows another: position = multiplier * leader + offset.
 
-    ``solref`` and ``solimp`` are parameters of MuJoCo's solver for the coupling, or empty for the defaults. ``name`` is
-    the name of the coupling in MuJoCo, or empty for that of the joint.
+    In MuJoCo, ``solref`` and ``solimp`` are parameters of the solver (empty: the defaults), ``name`` is that of the
+    coupling (empty: that of the joint).
     """
 
     joint: str
@@ -137,10 +134,9 @@ class SafetyController:
 class Publisher:
     """Who puts an edge on /tf or /tf_static.
 
-    ``kind`` is ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, NODE (any other node) or UNPUBLISHED. ``name`` is the
-    name of the node; ``about`` says what is worth knowing, for UNPUBLISHED why nobody publishes it. ``stamps`` are
-    frames that the node writes into the headers of messages. ``simulated``: the edge is one of simulations alone, and
-    what hangs on it no frame of the robot's.
+    ``kind`` is ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, NODE (any other node ``name``) or UNPUBLISHED;
+    ``about`` is a remark, for UNPUBLISHED the reason. ``stamps`` are frames that the node writes into the headers of
+    messages. ``simulated``: the edge and what hangs on it exist in simulations alone.
     """
 
     kind: str
@@ -152,13 +148,7 @@ class Publisher:
 
     @property
     def publishes(self) -> bool:
-        """Whether anybody does; where nobody does, ``about`` says why."""
         return self.kind != UNPUBLISHED
-
-    @property
-    def is_node(self) -> bool:
-        """Whether it is a node that is neither robot_state_publisher nor a static_transform_publisher."""
-        return self.kind == NODE
 
 
 @dataclass(frozen=True, repr=False)
@@ -186,7 +176,6 @@ class Joint:
     mjcf: Values = field(default_factory=dict, hash=False)
 
     def __repr__(self) -> str:
-        """Return the name, the type and the links that it joins."""
         return f"<Joint {self.name}: {self.type}, {self.parent} -> {self.child}>"
 
     @property
@@ -196,22 +185,18 @@ class Joint:
 
     @property
     def unit(self) -> str:
-        """The unit of its position: "m" of a slide, else "rad"."""
         return "m" if self.type == "prismatic" else "rad"
 
     @property
     def is_several(self) -> bool:
-        """Whether more than one number says where it is."""
         return self.type in SEVERAL_COORDINATES
 
     @property
     def is_axleless(self) -> bool:
-        """Whether it turns or moves about no single axis."""
         return self.type in AXLELESS
 
     @property
     def is_fixed(self) -> bool:
-        """Whether the child never moves in the parent."""
         return self.type == "fixed"
 
     @property
@@ -228,12 +213,9 @@ class Joint:
     def limits_of(self, interface: str) -> tuple[float | None, float | None]:
         """Return the limits for an interface of ros2_control: position, velocity or effort; a stand-in is none."""
         limit = self.limit
-        if limit is None:
-            return None, None
-        if interface == "position":
-            turns_on = self.type == "continuous"
-            return (None, None) if turns_on else (limit.known("lower"), limit.known("upper"))
-        size = limit.known(interface) if interface in ("velocity", "effort") else None
+        if limit is not None and interface == "position" and self.type != "continuous":
+            return limit.known("lower"), limit.known("upper")
+        size = limit.known(interface) if limit is not None and interface in ("velocity", "effort") else None
         return (None, None) if size is None else (-size, size)
 
     @property

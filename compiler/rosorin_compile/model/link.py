@@ -16,10 +16,7 @@ from .simulation import Marked, Values
 
 
 def only_in(default: Any, **formats: str) -> Any:
-    """Return a field of a link that only some formats carry, each with its word for it: ``mjcf="gravcomp"``.
-
-    MJCF writes and reads it as that attribute of the body; every other format of robots reports that it is missing.
-    """
+    """Return a field of a link that only some formats carry, each by an attribute of its body: ``mjcf="gravcomp"``."""
     return field(default=default, metadata={"formats": formats})
 
 
@@ -45,25 +42,6 @@ _THIN = 3e-3  # smallest by largest principal moment: all digits matter for how 
 _FLAT = 1e-10  # all digits matter for whether such a body is possible: A + B = C, and engines refuse A + B < C
 
 
-def printed_inertia(six: Sequence[float], principal: Sequence[float], number: NumberFormat) -> list[str]:
-    """Return the moments and products of an inertia (xx yy zz xy xz yz) in print; ``principal``: smallest first.
-
-    Moments are numbers, products entries of the tensor. All digits are kept where others would be another body.
-    """
-    if number is not short:
-        return list(map(number, six))
-    moments, products = six[:3], six[3:]
-    least, middle, most = principal
-    near = [rounded(moment) for moment in moments]
-    low, medium, high = sorted(moments)
-    near_low, near_medium, near_high = sorted(near)
-    is_delicate = any(products) and (least < _THIN * most or least + middle - most < _FLAT * most)
-    if is_delicate or (low + medium >= high and near_low + near_medium < near_high):
-        return list(map(exact, six))
-    largest = max(map(abs, moments))
-    return [*map(exact, near), *(exact(rounded(product, largest)) for product in products)]
-
-
 @dataclass(frozen=True)
 class Inertial:
     """Mass (kg), the pose of the centre of mass, and the inertia (kg*m^2) about it along the axes of that pose."""
@@ -77,24 +55,36 @@ class Inertial:
     ixz: float = 0.0
     iyz: float = 0.0
 
-    @cached_property  # rules and formats ask for them, some more than once
+    @cached_property
     def principal_moments(self) -> Vector:
-        """The eigenvalues of the inertia in kg*m^2, smallest first."""
         xy, xz, yz = self.ixy, self.ixz, self.iyz
         return eigenvalues(((self.ixx, xy, xz), (xy, self.iyy, yz), (xz, yz, self.izz)))
 
     def printed(self, number: NumberFormat, along: Sequence[float] | None = None) -> list[str]:
-        """Return the inertia in print, as xx yy zz xy xz yz; ``along`` is the same inertia along other axes."""
+        """Return the inertia in print, as xx yy zz xy xz yz; ``along`` is the same inertia along other axes.
+
+        Moments are numbers, products entries of the tensor. All digits are kept where others would be another body.
+        """
         six = along or (self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz)
-        return printed_inertia(six, self.principal_moments, number)
+        if number is not short:
+            return list(map(number, six))
+        moments, products = six[:3], six[3:]
+        least, middle, most = self.principal_moments
+        near = [rounded(moment) for moment in moments]
+        (low, medium, high), (near_low, near_medium, near_high) = sorted(moments), sorted(near)
+        is_delicate = any(products) and (least < _THIN * most or least + middle - most < _FLAT * most)
+        if is_delicate or (low + medium >= high and near_low + near_medium < near_high):
+            return list(map(exact, six))
+        largest = max(map(abs, moments))
+        return [*map(exact, near), *(exact(rounded(product, largest)) for product in products)]
 
 
 @dataclass(frozen=True, repr=False)
 class Link:
     """A rigid part, or a mere frame if it has no inertial and no shape.
 
-    ``urdf_elements``, here and elsewhere, are elements of XML that the URDF has in it and nothing else knows;
-    ``mjcf_elements`` those that the MJCF has, and ``mjcf`` attributes of it. ``marked`` are sites, cameras and lights.
+    ``urdf_elements``, here and elsewhere, are elements of XML for the URDF alone; ``mjcf_elements`` those for the MJCF,
+    and ``mjcf`` attributes there. ``marked`` are sites, cameras and lights.
     """
 
     name: str
@@ -114,11 +104,9 @@ class Link:
         return {word: getattr(self, name) for name, word in words.items() if getattr(self, name) != getattr(Link, name)}
 
     def __repr__(self) -> str:
-        """Return the name, the mass and how many shapes there are."""
-        mass = [] if self.inertial is None else [f"{self.inertial.mass:.6g} kg"]
-        counts = {"visual": len(self.visual), "collision": len(self.collision)}
-        shapes = [f"{count} {word}" for word, count in counts.items() if count]
-        return f"<Link {self.name}: {', '.join(mass + shapes) or 'a frame'}>"
+        parts = [] if self.inertial is None else [f"{self.inertial.mass:.6g} kg"]
+        parts += [f"{len(some)} {word}" for word in ("visual", "collision") if (some := getattr(self, word))]
+        return f"<Link {self.name}: {', '.join(parts) or 'a frame'}>"
 
     @property
     def size(self) -> Vector | None:
@@ -131,8 +119,7 @@ class Link:
 class DisabledCollision:
     """A pair of links that MoveIt does not check, and why: a ``reason`` other than ``REASONS`` is read as User.
 
-    ``nearest`` is the smallest distance that was measured (m, below zero inside each other), ``beyond`` one that was
-    never reached, or None.
+    ``nearest`` is the smallest measured distance (m, below zero inside each other), ``beyond`` one never reached.
     """
 
     ADJACENT: ClassVar[str] = "Adjacent"

@@ -1,8 +1,4 @@
-"""A colour for each link, and visuals for links that only have collision shapes.
-
-The description does not have these colours: they are not facts about a robot. Pages and pictures use them too, so that
-a robot looks the same everywhere.
-"""
+"""A colour for each link, and visuals for links that only have collision shapes, equal in pages, pictures and files."""
 
 from __future__ import annotations
 
@@ -10,7 +6,7 @@ import zlib
 from collections.abc import Mapping, Sequence
 from colorsys import hls_to_rgb, rgb_to_hls
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .cached import of_robot
 from .link import Link
@@ -30,14 +26,13 @@ _ROUNDED = 0.01  # what rounding to three digits changes of lightness and satura
 def own_colours(robot: Robot) -> Mapping[str, Rgba]:
     """Return a muted colour for each link, by its name.
 
-    It follows from the name, and where it would be near that of the parent, it moves on: a link that is added changes
-    only the colours of those below it. A base is grey.
+    It follows from the name, and differs from that of the parent. A base is grey.
     """
     hues: dict[str, float] = {}
     colours: dict[str, Rgba] = {}
     for link in robot.walk():
         above = robot.joint_to.get(link.name)
-        # A number that is the same on every machine, and differs much for similar names.
+        # equal on every machine, and very different for similar names
         number = (zlib.crc32(link.name.encode("utf-8", "surrogatepass")) * 2_654_435_761 >> 8) & 0xFFFFFF
         hue = number % 3600 / 10
         while above is not None and abs((hue - hues[above.parent] + 180) % 360 - 180) < _NEAR:
@@ -53,9 +48,8 @@ def is_own(rgba: Sequence[float]) -> bool:
     """Return True if a colour can be one of ``own_colours``."""
     if len(rgba) != 4 or rgba[3] != 1.0 or not all(0 <= part <= 1 for part in rgba):
         return False
-    _, light, saturation = rgb_to_hls(*rgba[:3])
-    is_light = min(abs(light - one) for one in _LIGHTNESSES) < _ROUNDED
-    return is_light and min(abs(saturation - one) for one in _SATURATIONS) < _ROUNDED
+    pairs = zip(rgb_to_hls(*rgba[:3])[1:], (_LIGHTNESSES, _SATURATIONS), strict=True)
+    return all(min(abs(value - one) for one in usual) < _ROUNDED for value, usual in pairs)
 
 
 def colours_of(robot: Robot) -> dict[str, Material]:
@@ -75,21 +69,20 @@ def colours_of(robot: Robot) -> dict[str, Material]:
 def with_visuals(robot: Robot) -> Robot:
     """Return a robot whose links are all visible: a link without a visual as its collision shapes, in one colour.
 
-    The colours are added to the materials (``colours_of``). The visuals do not have the names and elements of XML of
-    the collision shapes.
+    The colours are added to the materials (``colours_of``). The visuals have no names and no elements of XML.
     """
     colours = colours_of(robot)
     links = []
     for link in robot.links:
         if link.name in colours:
-            look = {"name": "", "material": colours[link.name].name, "stand_in": "", "urdf_elements": ()}
-            link = replace(link, visual=tuple(replace(shape, **look) for shape in link.collision))  # type: ignore[arg-type]
+            look: Any = {"name": "", "material": colours[link.name].name, "stand_in": "", "urdf_elements": ()}
+            link = replace(link, visual=tuple(replace(shape, **look) for shape in link.collision))
         links.append(link)
     return replace(robot, links=tuple(links), materials=(*robot.materials, *colours.values())) if colours else robot
 
 
 def shows_collision(link: Link) -> bool:
-    """Return True if the visuals of a link are those of ``with_visuals``: its collision shapes, in such a colour."""
+    """Return True if the visuals of a link are those of ``with_visuals``."""
     visual, collision = ([(shape.geometry, shape.pose) for shape in some] for some in (link.visual, link.collision))
     made = all((shape.material or "").rstrip("_").endswith("_colour") for shape in link.visual)
     return bool(visual) and made and visual == collision

@@ -7,14 +7,13 @@ J. Steiner).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 
 from .geometry import Pose, Transform, Vector, dot, minus, pose_of
 from .link import Inertial
 from .shape import Shape, volume_and_moments
-
-_TOO_SMALL = "a shape is so small that its volume is no number"
 
 
 def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: float | None = None) -> Inertial:
@@ -26,10 +25,7 @@ def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: 
     solids = [solid for shape in shapes for solid in shape.solids()]
     if not solids:
         raise ValueError("no shape, no mass")
-    if mass is None and density is None:
-        raise ValueError("a mass or a density is needed")
-    too_large = ValueError("a shape is so large that its mass is no number")
-    try:
+    with _finite("a shape is so large that its mass is no number"):
         sizes = [volume_and_moments(solid.geometry) for solid in solids]
         volume = math.fsum(size for size, _ in sizes)
         total = density * volume if density is not None else mass or 0.0
@@ -38,41 +34,39 @@ def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: 
             share = total * size / volume if len(solids) > 1 else total
             x, y, z = (share * moment for moment in moments)
             bodies.append((Inertial(share, solid.origin(), x, y, z), Transform()))
-        made = bodies[0][0] if len(bodies) == 1 else replace(_combine(bodies), mass=total)
-    except OverflowError:
-        raise too_large from None
-    except ZeroDivisionError:
-        raise ValueError(_TOO_SMALL) from None
-    if not _is_finite(made):
-        raise too_large
-    return made
+        return _checked(bodies[0][0] if len(bodies) == 1 else replace(_combine(bodies), mass=total))
 
 
 def together(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
     """Return the inertial of bodies that move as one: each with the pose of its link in the frame of the result.
 
-    A single body keeps its axes, several are along those of the frame. Without any mass the inertia is about the frame.
-    Raises ValueError if there is none, or a number overflows.
+    A single body keeps its axes, several are along those of the frame. Raises ValueError if there is none, or a number
+    overflows.
     """
     if not parts:
         raise ValueError("no inertial, no mass")
     if len(parts) == 1:
         inertial, transform = parts[0]
         return replace(inertial, pose=pose_of(transform.then(inertial.pose.transform())))
-    too_large = ValueError("masses so large, or so far apart, that together they are no number")
+    with _finite("masses so large, or so far apart, that together they are no number"):
+        return _checked(_combine(parts))
+
+
+@contextmanager
+def _finite(message: str) -> Iterator[None]:
+    """Raise ValueError instead of errors of arithmetic in the block; ``message`` is that for a number too large."""
     try:
-        made = _combine(parts)
+        yield
     except OverflowError:
-        raise too_large from None
+        raise ValueError(message) from None
     except ZeroDivisionError:
-        raise ValueError(_TOO_SMALL) from None
-    if not _is_finite(made):
-        raise too_large
-    return made
+        raise ValueError("a shape is so small that its volume is no number") from None
 
 
-def _is_finite(inertial: Inertial) -> bool:
-    return all(map(math.isfinite, (inertial.mass, *inertial.pose.xyz, inertial.ixx, inertial.iyy, inertial.izz)))
+def _checked(inertial: Inertial) -> Inertial:
+    if not all(map(math.isfinite, (inertial.mass, *inertial.pose.xyz, inertial.ixx, inertial.iyy, inertial.izz))):
+        raise OverflowError
+    return inertial
 
 
 def _combine(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:

@@ -1,7 +1,7 @@
 """Triangles of mesh files in metres, read by trimesh.
 
-A file that is broken, empty or hostile is an ``ExtractProblem``, never a traceback. Side files are not read, except the
-buffers of a .gltf and the materials of an .obj in the same folder; a .dae with a DTD is not parsed.
+A file that is broken, empty or hostile is an ``ExtractProblem``. Side files are not read, except the buffers of a .gltf
+and the materials of an .obj in the same folder; a .dae with a DTD is not parsed.
 """
 
 from __future__ import annotations
@@ -9,13 +9,14 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, error
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, SourceError, Span, error
 from rosorin_compile.source.rule_registry import MESHES, Rule
 from rosorin_compile.source.system import pip_install
 from rosorin_compile.source.wording import counted
@@ -34,8 +35,7 @@ if TYPE_CHECKING:
 RULES = (
     Rule(
         "mesh-unreadable",
-        "A mesh cannot be read: it is not there, broken, or of a format that `extract` does not know. A warning where "
-        "a robot names it.",
+        "A mesh is missing, broken, or of a format that `extract` does not read. A warning where a robot names it.",
         "Export it again; [which meshes](meshes.md#supported-mesh-formats).",
         MESHES,
         asked="physics",
@@ -52,16 +52,11 @@ _UNIT = re.compile(rb"""<unit\b[^>]*\bmeter\s*=\s*["']\s*(\d+\.?\d*(?:[eE][+-]?\
 Colour = tuple[float, float, float]
 
 
-class ExtractProblem(Exception):
+class ExtractProblem(SourceError):
     """A mesh cannot be used; carries the diagnostic that says why, and what to do."""
-
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
 
     @classmethod
     def of(cls, rule: str, message: str, help: str = "", span: Span | None = None) -> ExtractProblem:
-        """Return a problem, to be raised."""
         return cls(error(rule, message, span, help))
 
 
@@ -86,23 +81,20 @@ class TriangleMesh:
     def of_shape(
         cls, case: Case, shape: tuple[str, str, int], files: Mapping[str, Path], coloured: bool = False
     ) -> TriangleMesh | Diagnostic:
-        """Return the mesh of a shape, or a warning at its place if it cannot be read.
+        """Return the mesh of a shape (link, "visual" or "collision", index), or a warning if it cannot be read.
 
-        ``shape`` is the link, "visual" or "collision", and the index there; ``files`` are mesh files by the names in
-        the description.
+        ``files`` are mesh files by the names in the description.
         """
         link, purpose, number = shape
         mesh = getattr(case.robot.link[link], purpose)[number].geometry
-        file = files.get(mesh.file)
-        help = "its shape is left out here; a package is named by --package NAME=PATH"
-        message = f'the mesh {mesh.file} of link "{link}" is not found'
-        if file is not None:
-            try:
-                return load_mesh(file, mesh.scale, coloured)
-            except ExtractProblem as problem:
-                message, help = problem.diagnostic.message, "its shape is left out here"
-                if problem.diagnostic.rule == "extra-missing":
-                    help += f"; {problem.diagnostic.help}"
+        message, help = f'the mesh {mesh.file} of link "{link}" is not found', "its shape is left out here"
+        try:
+            if mesh.file in files:
+                return load_mesh(files[mesh.file], mesh.scale, coloured)
+            help += "; a package is named by --package NAME=PATH"
+        except ExtractProblem as problem:
+            message = problem.diagnostic.message
+            help += f"; {problem.diagnostic.help}" if problem.diagnostic.rule == "extra-missing" else ""
         path = (*case.link(link), purpose, number, "mesh", "file")
         return case.problem("mesh-unreadable", message, path, help, severity=WARNING)
 
@@ -121,10 +113,8 @@ class TriangleMesh:
         """Return triangles (n, 3, 3) turned by the rotation matrix ``rows`` and moved by ``xyz`` (metres)."""
         import numpy as np
 
-        rotation = np.asarray(rows, dtype=np.float64)
-        moved = triangles if (rotation == np.eye(3)).all() else triangles @ rotation.T
-        offset = np.asarray(xyz, dtype=np.float64)
-        return moved + offset if offset.any() else moved
+        moved: Floats = triangles @ np.asarray(rows, np.float64).T + np.asarray(xyz, np.float64)
+        return moved
 
 
 def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bool = False) -> TriangleMesh:
@@ -145,14 +135,14 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
     text = data.replace(b"\0", b"") if kind == "dae" else b""  # UTF-16 as well
     if re.search(rb"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):  # a small file could be endless, or read other files
         raise _unreadable(f"{path} has a DTD, which no mesh needs", "remove the <!DOCTYPE ...>")
-    if not _are_finite(text):  # pycollada turns NaN into zero
+    if not _are_finite(text):
         raise _unreadable(f"{path} has corners that are not finite numbers")
-    unit = _UNIT.search(text)
     parsed = [piece for piece in _parse(path, kind, data, coloured) if len(piece[0])]
     if not parsed:
         raise ExtractProblem.of("mesh-empty", f"{path} has no triangle", "name a mesh that has a surface")
     triangles = np.concatenate([piece for piece, _ in parsed])
-    factors = np.asarray(scale, dtype=np.float64) * (float(unit[1]) if unit and float(unit[1]) else 1.0)
+    unit = _UNIT.search(text)
+    factors = np.asarray(scale, dtype=np.float64) * (float(unit[1]) if unit else 1.0)
     if not (factors == 1.0).all():
         triangles = triangles * factors
         if factors.prod() < 0:  # the corners of a mirrored mesh go round the other way
@@ -165,17 +155,15 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
 
 
 def _are_finite(text: bytes) -> bool:
-    """Return True if the positions in the text of a DAE are finite numbers of 32 bits."""
+    """Return True if the positions in the text of a DAE are finite numbers of 32 bits; pycollada takes NaN for zero."""
     import numpy as np
 
     for name in re.findall(rb"""semantic=["']POSITION["']\s+source=["']#([^"']+)["']""", text):
         array = re.search(rb"<source\s+id=.%s.[^>]*>\s*<float_array[^>]*>([^<]*)" % re.escape(name), text)
-        try:
-            with np.errstate(over="ignore"):
-                if array and not np.isfinite(np.array(array[1].split(), np.float64).astype(np.float32)).all():
-                    return False
-        except ValueError:
-            return False
+        with np.errstate(over="ignore"), suppress(ValueError):
+            if np.isfinite(np.array(array[1].split() if array else (), np.float64).astype(np.float32)).all():
+                continue
+        return False
     return True
 
 
@@ -188,10 +176,8 @@ def mesh_inertial(path: Path, scale: Sequence[float]) -> Inertial:
     mesh = trimesh.Trimesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3), process=True)
     if not mesh.is_watertight or not abs(mesh.volume) > 0:
         raise _unreadable(f"{path} is not a closed mesh", "close it, or list primitive shapes")
-    x, y, z = map(float, mesh.center_mass)
-    moments = mesh.moment_inertia * (1 if mesh.volume > 0 else -1)
-    (ixx, ixy, ixz), (_, iyy, iyz), (_, _, izz) = moments.tolist()
-    return Inertial(abs(float(mesh.volume)), Pose((x, y, z)), ixx, iyy, izz, ixy, ixz, iyz)
+    (ixx, ixy, ixz), (_, iyy, iyz), (_, _, izz) = (mesh.moment_inertia * np.sign(mesh.volume)).tolist()
+    return Inertial(abs(float(mesh.volume)), Pose(tuple(mesh.center_mass.tolist())), ixx, iyy, izz, ixy, ixz, iyz)
 
 
 def _unreadable(message: str, help: str = "export it again") -> ExtractProblem:
@@ -205,16 +191,14 @@ def _missing(message: str) -> ExtractProblem:
 
 def _read(path: Path) -> bytes:
     try:
-        if files.is_special(path):
-            raise _unreadable(f"{path} is no regular file", "name a mesh file")
-        if files.is_file(path) and path.stat().st_size > MAX_BYTES:
-            raise _unreadable(f"{path} is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
-        data = files.read_bytes(path)
+        data = files.read_bytes(path, MAX_BYTES + 1)
     except (FileNotFoundError, NotADirectoryError):
         raise NotThere.of("mesh-unreadable", f'there is no file "{path}"', "check the name") from None
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
         raise _unreadable(f"cannot read {path}: {reason}", "check the name and the permissions") from None
+    if len(data) > MAX_BYTES:
+        raise _unreadable(f"{path} is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
     if not data:
         raise ExtractProblem.of("mesh-empty", f"{path} is an empty file", "export it again")
     return data
@@ -227,12 +211,10 @@ def _parse(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Flo
 
     import trimesh
 
-    options: dict[str, Any] = {"process": False}
-    if kind == "gltf" or (kind == "obj" and coloured):
-        options["resolver"] = _Resolver(path.parent)
-    if kind != "obj" or not coloured:
-        options |= {"skip_materials": True} if kind in ("obj", "gltf", "glb") else {}
-    log = logging.getLogger("trimesh")  # which logs whole tracebacks of a broken file, and goes on
+    options: dict[str, Any] = {"process": False, "resolver": _Resolver(path.parent)}
+    if kind in ("gltf", "glb") or (kind == "obj" and not coloured):
+        options["skip_materials"] = True
+    log = logging.getLogger("trimesh")  # logs tracebacks of broken files
     level = log.level
     log.setLevel(logging.CRITICAL + 1)
     try:
@@ -256,16 +238,13 @@ def _pieces(path: Path, loaded: Any) -> Iterator[tuple[Floats, Colour | None]]:
     import numpy as np
     import trimesh
 
-    nodes = [(np.eye(4), loaded)]
-    if isinstance(loaded, trimesh.Scene):
-        placed = [loaded.graph[node] for node in sorted(loaded.graph.nodes_geometry)]
-        nodes = [(np.asarray(matrix, dtype=np.float64), loaded.geometry.get(name)) for matrix, name in placed]
-    for matrix, mesh in nodes:
+    scene = loaded if isinstance(loaded, trimesh.Scene) else trimesh.Scene(loaded)
+    for matrix, name in (scene.graph[node] for node in sorted(scene.graph.nodes_geometry)):
+        mesh = scene.geometry.get(name)
         if not isinstance(mesh, trimesh.Trimesh):
             continue
         corners, faces = np.asarray(mesh.vertices, np.float64).reshape(-1, 3), np.asarray(mesh.faces).reshape(-1, 3)
-        broken = int(((faces < 0) | (faces >= len(corners))).any(axis=1).sum())
-        if broken:
+        if broken := int(((faces < 0) | (faces >= len(corners))).any(axis=1).sum()):
             raise _unreadable(f"{path} has {counted(broken, 'triangle')} with a corner that the file does not have")
         triangles = TriangleMesh.placed(corners[faces], matrix[:3, :3].tolist(), matrix[:3, 3].tolist())
         yield triangles[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else triangles, _colour(mesh)
@@ -282,17 +261,17 @@ def _colour(mesh: Any) -> Colour | None:
 
 
 class _Resolver:
-    """Gives trimesh the side files of a mesh: the buffers of a .gltf, and materials of an .obj without images.
+    """Gives trimesh the side files of a mesh, from its folder or below: buffers of a .gltf, and materials of an .obj.
 
-    They are in the folder of the mesh or below. A material with an image is white.
+    A material with an image is white.
     """
 
     def __init__(self, folder: Path) -> None:
-        self.folder = folder
+        self.folder = files.resolve(folder)
 
     def __getitem__(self, name: str) -> bytes:
         file = files.resolve(self.folder / name)
-        if not file.is_relative_to(files.resolve(self.folder)) or not files.is_file(file):
+        if not file.is_relative_to(self.folder) or not files.is_file(file):
             raise FileNotFoundError(f'the file "{name}" is not next to it')
         if file.suffix.lower() != ".mtl":
             return files.read_bytes(file)

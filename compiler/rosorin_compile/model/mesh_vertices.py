@@ -1,7 +1,6 @@
-"""Vertices of STL, OBJ and MSH files, read without any package.
+"""Vertices of STL, OBJ and MSH files, read without any package: artifacts do not depend on which extras there are.
 
-Every value in an artifact that follows from the size of a mesh comes from this reader, so artifacts do not depend on
-which extras are installed. Triangles and other formats are read by trimesh (``mesh_triangles``).
+Triangles and other formats are read by trimesh (``mesh_triangles``).
 """
 
 from __future__ import annotations
@@ -71,20 +70,19 @@ def why_unread(robot: Robot, name: str) -> str:
 
 
 def _read_cloud(robot: Robot, name: str, as_opened: bool) -> tuple[Vector, ...]:
-    if as_opened and name in robot.mesh_contents:
-        coordinates = read_vertices(*robot.mesh_contents[name])
-    else:
+    data, ending = robot.mesh_contents.get(name, (b"", "")) if as_opened else (b"", "")
+    if not ending:
         path = robot.mesh_files.get(name)
         try:
             if path is None or not files.is_file(path):
                 raise UnreadableMesh("the file is not found")
-            if path.stat().st_size > MAX_BYTES:
-                raise UnreadableMesh(f"the file is larger than {MAX_BYTES:,} bytes")
-            coordinates = read_vertices(files.read_bytes(path), path.suffix.lower())
+            data, ending = files.read_bytes(path, MAX_BYTES + 1), path.suffix.lower()
         except OSError as problem:
             raise UnreadableMesh(problem.strerror or "the file cannot be read") from None
-    xs, ys, zs = coordinates[::3], coordinates[1::3], coordinates[2::3]
-    return tuple(dict.fromkeys(zip(xs, ys, zs, strict=True)))
+    if len(data) > MAX_BYTES:
+        raise UnreadableMesh(f"the file is larger than {MAX_BYTES:,} bytes")
+    coordinates = read_vertices(data, ending)
+    return tuple(dict.fromkeys(zip(coordinates[::3], coordinates[1::3], coordinates[2::3], strict=True)))
 
 
 def read_vertices(data: bytes, ending: str) -> array[float]:
@@ -97,8 +95,12 @@ def read_vertices(data: bytes, ending: str) -> array[float]:
     if ending not in (".stl", ".obj", ".msh"):
         raise UnreadableMesh("only STL, OBJ and MSH files are measured", "export it as STL or OBJ")
     coordinates = array("d")
-    if ending == ".msh":
-        coordinates.extend(_msh_coordinates(data))
+    if ending == ".msh":  # of MuJoCo: the numbers of vertices, normals, texture coordinates and faces, then all of them
+        counts = struct.unpack_from("<4i", data) if len(data) >= 16 else (-1, 0, 0, 0)
+        size = 16 + sum(count * size for count, size in zip(counts, (12, 12, 8, 12), strict=True))
+        if min(counts) < 0 or size != len(data) or {counts[1], counts[2]} - {0, counts[0]}:
+            raise UnreadableMesh("the MSH is damaged")
+        coordinates.extend(struct.unpack_from(f"<{3 * counts[0]}f", data, 16))
     elif ending == ".stl" and not is_ascii_stl(data):
         if stl_count(data) is None:
             raise UnreadableMesh("the STL is damaged")
@@ -118,16 +120,6 @@ def read_vertices(data: bytes, ending: str) -> array[float]:
     if not math.isfinite(sum(map(abs, coordinates))):
         raise UnreadableMesh("a coordinate of a vertex is not a finite number")
     return coordinates
-
-
-def _msh_coordinates(data: bytes) -> tuple[float, ...]:
-    """Return the coordinates of the vertices of a mesh in MuJoCo's binary format. Raises UnreadableMesh."""
-    header = struct.Struct("<4i")  # numbers of vertices, normals, texture coordinates and faces
-    counts = header.unpack_from(data) if len(data) >= header.size else (-1, 0, 0, 0)
-    size = header.size + sum(count * size for count, size in zip(counts, (12, 12, 8, 12), strict=True))
-    if min(counts) < 0 or size != len(data) or {counts[1], counts[2]} - {0, counts[0]}:
-        raise UnreadableMesh("the MSH is damaged")
-    return struct.unpack_from(f"<{3 * counts[0]}f", data, header.size)
 
 
 def check_content(data: bytes) -> None:

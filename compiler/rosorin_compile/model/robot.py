@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from .cached import of_robot
 from .geometry import Pose, Transform
-from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher, motion
+from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
 from .link import NO_SOURCE, Inertial, Link, Source
 from .mass import together
 from .sections import NO_SECTIONS, Sections
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 class ByName(dict[str, "Named"]):
     """A mapping by name; an unknown name raises a KeyError with a suggestion. ``kind`` is the word for its values."""
 
-    __slots__ = ("kind",)
-
     def __init__(self, kind: str, items: Mapping[str, Named]) -> None:
         super().__init__(items)
         self.kind = kind
@@ -53,6 +51,13 @@ def unknown(kind: str, name: object, known: Iterable[str], more: str = "") -> Ke
 
     way_out = more or did_you_mean(str(name), known) or "the robot has none"
     return KeyError(f'there is no {kind} "{name}"; {way_out}')
+
+
+def _grouped(pairs: Iterable[tuple[str, Named]]) -> dict[str, tuple[Named, ...]]:
+    groups: dict[str, list[Named]] = {}
+    for name, value in pairs:
+        groups.setdefault(name, []).append(value)
+    return {name: tuple(values) for name, values in groups.items()}
 
 
 @dataclass(frozen=True)
@@ -139,8 +144,7 @@ class Robot:
 
     ``missing_meshes`` are the names of mesh files that were not found. ``mesh_files`` maps the names of the others, and
     of images, to files. ``mesh_contents`` has the bytes of the mesh files that artifacts open, by name.
-    ``root_in_world`` is the pose and the joint of the root link in a simulation. ``sections`` has the values of
-    sections of plug-ins.
+    ``root_in_world`` is for simulations, ``sections`` has the values of plug-ins.
     """
 
     name: str
@@ -171,27 +175,23 @@ class Robot:
     mesh_contents: Mapping[str, tuple[bytes, str]] = field(default_factory=dict, compare=False)
 
     def __repr__(self) -> str:
-        """Return the name and the numbers of parts: a robot in full is pages long."""
         from rosorin_compile.source.wording import counted
 
         moving = sum(not joint.is_fixed for joint in self.joints)
         links, joints = counted(len(self.links), "link"), counted(len(self.joints), "joint")
-        sensors = counted(len(self.sensors), "sensor")
-        return f"<Robot {self.name}: {links}, {joints} ({moving} that move{'s' if moving == 1 else ''}), {sensors}>"
+        joints += f" ({moving} that move{'s' if moving == 1 else ''})"
+        return f"<Robot {self.name}: {links}, {joints}, {counted(len(self.sensors), 'sensor')}>"
 
     def _repr_html_(self) -> str:
-        """Return the tree of frames, for a notebook."""
         from .frame_tree import html
 
         return html(self)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the fields, without cached values."""
         return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
     @cached_property
     def worked_out(self) -> dict[tuple[Any, ...], Any]:
-        """The cache of ``of_robot``, by function and arguments."""
         return {}
 
     def has_free_base(self, output: Output) -> bool:
@@ -207,12 +207,10 @@ class Robot:
 
     @cached_property
     def link(self) -> Mapping[str, Link]:
-        """The links by name; an unknown name raises a KeyError with a suggestion."""
         return ByName("link", {link.name: link for link in self.links})
 
     @cached_property
     def joint(self) -> Mapping[str, Joint]:
-        """The joints by name; an unknown name raises a KeyError with a suggestion."""
         return ByName("joint", {joint.name: joint for joint in self.joints})
 
     @cached_property
@@ -226,39 +224,25 @@ class Robot:
         return materials
 
     def colour(self, visual: Shape) -> Rgba | None:
-        """Return the colour of a visual, or that of its material, or None."""
         return self._look(visual).rgba
 
     def texture(self, visual: Shape) -> str:
-        """Return the image of a visual, or that of its material, or an empty text."""
         return self._look(visual).texture
 
     def _look(self, visual: Shape) -> Shape | Material:
-        has_own = visual.rgba is not None or visual.texture or visual.material not in self.material
-        return visual if has_own else self.material[visual.material]
+        has_own = visual.rgba is not None or visual.texture
+        return visual if has_own else self.material.get(visual.material, visual)
 
     def look_of(self, link: Link) -> Rgba | None:
-        """Return the first colour of the visuals of a link, or None."""
         return next((colour for shape in link.visual if (colour := self.colour(shape)) is not None), None)
 
     @property
     def has_looks(self) -> bool:
-        """Whether a link that is a frame of the robot has visuals."""
         return any(link.visual for link in self.links if link.name not in self.simulated_frames)
-
-    @property
-    def own_colours(self) -> Mapping[str, Rgba]:
-        """A colour for each link, by its name, for links without a visual."""
-        from .looks import own_colours
-
-        return own_colours(self)
 
     def positions(self, pose: str) -> Mapping[str, float]:
         """Return the positions (radians or metres by joint) of a named pose. Raises KeyError if there is none."""
-        for known in self.poses:
-            if known.name == pose:
-                return known.positions
-        raise unknown("pose", pose, [known.name for known in self.poses])
+        return ByName("pose", {one.name: one.positions for one in self.poses})[pose]
 
     # The tree of links and joints.
 
@@ -270,37 +254,27 @@ class Robot:
     @cached_property
     def joints_from(self) -> Mapping[str, tuple[Joint, ...]]:
         """The joints that a link is the parent of, in the order of the description, by link name."""
-        below: dict[str, list[Joint]] = {}
-        for joint in self.joints:
-            below.setdefault(joint.parent, []).append(joint)
-        return {name: tuple(joints) for name, joints in below.items()}
+        return _grouped((joint.parent, joint) for joint in self.joints)
 
     @cached_property
     def root(self) -> str:
-        """The name of the link that is not the child of a joint."""
         return next(link.name for link in self.links if link.name not in self.joint_to)
 
     @cached_property
     def is_tree(self) -> bool:
-        """Whether joints and links are one tree."""
-        children = {joint.child for joint in self.joints}
-        if not (children <= self.link.keys() and self.joints_from.keys() <= self.link.keys()):
+        if not (self.joint_to.keys() | self.joints_from.keys()) <= self.link.keys():
             return False
         # Each link but one has one joint above it; what cannot be reached from there is a circle.
-        return len(children) == len(self.joints) == len(self.link) - 1 and len(self._down) == len(self.links)
+        return len(self.joint_to) == len(self.joints) == len(self.link) - 1 and len(self._down) == len(self.links)
 
     @cached_property
     def mimics_resolve(self) -> bool:
         """Whether each mimic joint leads, directly or not, to a joint that exists and mimics no other."""
-        for joint in self.joints:
-            leader: Joint | None = joint
-            for _ in self.joints:
-                if leader is None or leader.mimic is None:
-                    break
-                leader = self.joint.get(leader.mimic.joint)
-            if leader is None or leader.mimic is not None:
-                return False
-        return True
+        followers = [joint for joint in self.joints if joint.mimic]
+        resolved = {joint.name for joint in self.joints if not joint.mimic}
+        for _ in followers:
+            resolved |= {joint.name for joint in followers if joint.mimic and joint.mimic.joint in resolved}
+        return resolved == self.joint.keys()
 
     def walk(self) -> Iterator[Link]:
         """Yield the links from the root, parents before children, children in the order of their joints."""
@@ -308,12 +282,7 @@ class Robot:
 
     @cached_property
     def _down(self) -> tuple[Link, ...]:
-        found: list[Link] = []
-        waiting = [self.root]
-        while waiting:
-            found.append(self.link[waiting.pop()])
-            waiting += [joint.child for joint in reversed(self.joints_from.get(found[-1].name, ()))]
-        return tuple(found)
+        return tuple(self.link[name] for name in self.below(self.root))
 
     @of_robot
     def joints_down(self) -> tuple[Joint, ...]:
@@ -321,7 +290,6 @@ class Robot:
         return tuple(self.joint_to[link.name] for link in self._down if link.name in self.joint_to)
 
     def chain(self, link: str) -> tuple[Joint, ...]:
-        """Return the joints from the root to a link."""
         joints: list[Joint] = []
         while link in self.joint_to:
             joints.append(self.joint_to[link])
@@ -329,18 +297,17 @@ class Robot:
         return tuple(reversed(joints))
 
     def below(self, link: str) -> tuple[str, ...]:
-        """Return a link and all links that joints lead to from it, each once; ends on any graph."""
+        """Return a link and all links below it, children in the order of their joints; ends on any graph."""
         found: dict[str, None] = {}
         waiting = [link]
         while waiting:
             name = waiting.pop()
             if name not in found:
                 found[name] = None
-                waiting += [joint.child for joint in self.joints_from.get(name, ())]
+                waiting += [joint.child for joint in reversed(self.joints_from.get(name, ()))]
         return tuple(found)
 
     def moves_between(self, first: str, second: str) -> bool:
-        """Return True if a joint between two links moves."""
         ways = ({joint.name for joint in self.chain(name)} for name in (first, second))
         return any(not self.joint[name].is_fixed for name in set.symmetric_difference(*ways))
 
@@ -358,11 +325,7 @@ class Robot:
     @cached_property
     def turns(self) -> Mapping[str, tuple[Edge, ...]]:
         """The edges of joints whose publisher depends on the mode, in the order of the description, by joint name."""
-        by_joint: dict[str, list[Edge]] = {}
-        for edge in self.edges:
-            if edge.joint:
-                by_joint.setdefault(edge.joint, []).append(edge)
-        return {name: tuple(edges) for name, edges in by_joint.items()}
+        return _grouped((edge.joint, edge) for edge in self.edges if edge.joint)
 
     @cached_property
     def simulated_frames(self) -> Mapping[str, str]:
@@ -393,16 +356,12 @@ class Robot:
 
     @of_robot
     def in_urdf(self) -> tuple[Joint, ...]:
-        """Return the joints of the URDF: those of robot_state_publisher, and those that it cannot move.
-
-        A joint with several coordinates is in the URDF for other readers, whoever publishes it.
-        """
+        """Return the joints of the URDF: those of robot_state_publisher, and for other readers those it cannot move."""
         ours = ROBOT_STATE_PUBLISHER
         return tuple(j for j in self.joints if j.publisher.kind == ours or j.type in SEVERAL_COORDINATES)
 
     @property
     def asks_for_humble(self) -> bool:
-        """Whether an output has its hardware blocks for ROS 2 Humble."""
         return any(output.options.get("control") == "humble" for output in self.outputs)
 
     # Poses of links.
@@ -418,26 +377,17 @@ class Robot:
 
     def pose_in_root(self, link: str, positions: Mapping[str, float]) -> Transform:
         """Return a link in the root frame at joint positions (radians or metres; joints not named are at zero)."""
-        result = Transform()
-        for joint in self.chain(link):
-            result = result.then(joint.transform(self.position(joint, positions)))
-        return result
+        steps = [joint.transform(self.position(joint, positions)) for joint in self.chain(link)]
+        return reduce(Transform.then, steps, Transform())
 
     def poses_in_root(self, positions: Mapping[str, float | Sequence[float]]) -> dict[str, Transform]:
         """Return all links in the root frame; a joint with several coordinates takes a number for each of them."""
         single = {name: value for name, value in positions.items() if not isinstance(value, Sequence)}
         poses = {self.root: Transform()}
-        for joint, place in self._joint_places:
-            if not joint.is_fixed:
-                several = len(joint.coordinates) > 1
-                position = positions.get(joint.name, 0.0) if several else self.position(joint, single)
-                place = place.then(motion(joint.type, joint.axis, position))
-            poses[joint.child] = poses[joint.parent].then(place)
+        for joint in self.joints_down():
+            position = self.position(joint, single) if joint.moves else positions.get(joint.name, 0.0)
+            poses[joint.child] = poses[joint.parent].then(joint.transform(position))
         return poses
-
-    @cached_property
-    def _joint_places(self) -> tuple[tuple[Joint, Transform], ...]:
-        return tuple((joint, joint.origin.transform()) for joint in self.joints_down())
 
     def transform(
         self, source: str, target: str, positions: Mapping[str, float] | None = None, *, pose: str = ""
@@ -449,13 +399,11 @@ class Robot:
         """
         for name in (source, target):
             if name not in self.link:
-                owners = {edge.parent: edge.publisher.name for edge in self.edges}
-                owners |= {edge.child: edge.publisher.name for edge in reversed(self.edges)}
-                owner = owners.get(name)
+                edges = sorted(self.edges, key=lambda edge: edge.child != name)
+                owner = next((edge.publisher.name for edge in edges if name in (edge.parent, edge.child)), "")
                 raise unknown("link", name, self.link, f"it is a frame of another node, {owner}" if owner else "")
         for name in positions or ():
-            if name not in self.joint:
-                raise unknown("joint", name, self.joint)
+            _ = self.joint[name]
         state = {**(self.positions(pose) if pose else {}), **(positions or {})}
         return self.pose_in_root(source, state).inverse().then(self.pose_in_root(target, state))
 
@@ -478,9 +426,8 @@ class Robot:
 
         Names of unknown links are ignored. Raises ValueError where a sum overflows.
         """
-
-        def heavier(link: Link) -> Link:
-            parts = (*([link.inertial] if link.inertial else []), *more[link.name])
-            return replace(link, inertial=together([(one, Transform()) for one in parts]))
-
-        return replace(self, links=tuple(heavier(link) if more.get(link.name) else link for link in self.links))
+        links = []
+        for link in self.links:
+            parts = [(one, Transform()) for one in (link.inertial, *more.get(link.name, ())) if one]
+            links.append(replace(link, inertial=together(parts)) if more.get(link.name) else link)
+        return replace(self, links=tuple(links))

@@ -18,11 +18,12 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 Entry = TypeVar("Entry")
+Schema = Mapping[str, Any]
 Adds = Callable[["Robot", Any], "Robot"]
 Lower = Callable[[Mapping[str, Any], Any], Any]  # of the tree, and of what reports a problem (``Problem``)
 
-# The module of each section of the tool that is not defined in the core; the record has its name in capitals. A value
-# is the field of ``Robot`` with the name of the section.
+# The module of each section of ROS and MuJoCo, in which the record has its name in capitals. A value is the field of
+# ``Robot`` with the name of the section.
 SECTIONS = {
     "control": "rosorin_compile.ros.sections.control",
     "controllers": "rosorin_compile.ros.sections.controllers",
@@ -38,15 +39,14 @@ ENTRIES, ITEMS, ONE = "entries", "items", "one"
 class Section(Generic[T]):
     """A section of descriptions: its schema, the dataclass of its entries, its rules and its conversion.
 
-    The tool and plug-ins define sections in the same way; a plug-in calls ``by_name``, ``listed`` or ``single``.
+    A plug-in calls ``by_name`` (many entries by name), ``listed`` (a list) or ``single`` (one entry, or None), with
+    ``adds``, ``checks`` and ``lower`` as keywords.
 
     ``entry`` is the dataclass of one entry: each field is the key of its name, in SI units; ``name`` is that of an
-    entry by name, and a field of type ``Pose`` is made of ``xyz`` and ``rpy``. ``schema`` is the piece of the schema of
-    descriptions: JSON Schema of draft 7, which may refer to the definitions of ours, with the annotations of
-    docs/extend.md; the sections of the tool are in ``schemas/description.schema.json``. ``checks`` are functions under
-    ``@rule``. ``lower`` converts the whole tree to the value of the section where the fields of the dataclass are not
-    enough; it gets the tree and ``problem(rule, message, path, help)``. ``adds`` returns the robot with what the
-    section means for it: a mass, shapes, links that are fixed, elements; it gets the robot and the value.
+    entry by name, and a field of type ``Pose`` is made of ``xyz`` and ``rpy``. ``schema`` is JSON Schema of draft 7
+    with the annotations of docs/extend.md; it may refer to the definitions of ours. ``checks`` are functions under
+    ``@rule``. ``lower`` converts the tree and ``problem(rule, message, path, help)`` to the value of the section where
+    the fields of the dataclass are not enough. ``adds`` returns the robot with what the value means for it.
 
     Only of the tool: ``urdf`` returns elements for a URDF whose output has an option with the name of the section, and
     ``check_urdf`` validates them.
@@ -54,7 +54,7 @@ class Section(Generic[T]):
 
     name: str
     entry: type[Any] = object
-    schema: Mapping[str, Any] = field(default_factory=dict)
+    schema: Schema = field(default_factory=dict)
     form: str = ENTRIES
     adds: Adds | None = None
     checks: tuple[Check, ...] = ()
@@ -63,105 +63,53 @@ class Section(Generic[T]):
     check_urdf: Callable[[Case, Output], Iterator[Diagnostic]] | None = None
 
     @classmethod
-    def by_name(
-        cls,
-        name: str,
-        entry: type[Entry],
-        schema: Mapping[str, Any],
-        *,
-        adds: Callable[[Robot, Mapping[str, Entry]], Robot] | None = None,
-        checks: tuple[Check, ...] = (),
-        lower: Lower | None = None,
-    ) -> Section[Mapping[str, Entry]]:
-        """Return a section of many entries by name."""
-        return Section(name, entry, schema, ENTRIES, adds, checks, lower)
+    def by_name(cls, name: str, entry: type[Entry], schema: Schema, **more: Any) -> Section[Mapping[str, Entry]]:
+        return Section(name, entry, schema, ENTRIES, **more)
 
     @classmethod
-    def listed(
-        cls,
-        name: str,
-        entry: type[Entry],
-        schema: Mapping[str, Any],
-        *,
-        adds: Callable[[Robot, tuple[Entry, ...]], Robot] | None = None,
-        checks: tuple[Check, ...] = (),
-        lower: Lower | None = None,
-    ) -> Section[tuple[Entry, ...]]:
-        """Return a section that is a list of entries."""
-        return Section(name, entry, schema, ITEMS, adds, checks, lower)
+    def listed(cls, name: str, entry: type[Entry], schema: Schema, **more: Any) -> Section[tuple[Entry, ...]]:
+        return Section(name, entry, schema, ITEMS, **more)
 
     @classmethod
-    def single(
-        cls,
-        name: str,
-        entry: type[Entry],
-        schema: Mapping[str, Any],
-        *,
-        adds: Callable[[Robot, Entry], Robot] | None = None,
-        checks: tuple[Check, ...] = (),
-        lower: Lower | None = None,
-    ) -> Section[Entry | None]:
-        """Return a section that is one entry; None is the value where a robot does not have it."""
-        return Section(name, entry, schema, ONE, adds, checks, lower)
+    def single(cls, name: str, entry: type[Entry], schema: Schema, **more: Any) -> Section[Entry | None]:
+        return Section(name, entry, schema, ONE, **more)
 
     def empty(self) -> Any:
-        """Return the value of a section that is not there."""
         return {ENTRIES: {}, ITEMS: (), ONE: None}[self.form]
 
     def check(self) -> None:
-        """Raise ValueError or TypeError for an invalid record: a schema of another form, fields without a key."""
+        """Raise ValueError or TypeError for an invalid record: a schema of another form, an entry of another type."""
         if not (isinstance(self.name, str) and self.name.isidentifier() and self.name == self.name.lower()):
             raise ValueError(f'"{self.name}" cannot be the name of a section: small letters, digits and _')
         if not (isinstance(self.entry, type) and is_dataclass(self.entry)):
             raise TypeError(f"the entry of section {self.name} is {str(self.entry)[:60]!r}, not a dataclass")
         if not isinstance(self.schema, Mapping) or not isinstance(self.checks, tuple):
-            raise TypeError(f"the schema of section {self.name} is a mapping, its checks are a tuple")
-        for key in ("adds", "lower"):
-            if getattr(self, key) is not None and not callable(getattr(self, key)):
-                raise TypeError(f"{key} of section {self.name} is a function")
-        for key in ("urdf", "check_urdf"):
-            if getattr(self, key) is not None:
-                raise TypeError(f"section {self.name} has {key}, which only sections of the tool itself have")
-        form = _form_of(self.schema)
+            raise TypeError(f"the schema of section {self.name} must be a mapping, its checks a tuple")
+        if not all(one is None or callable(one) for one in (self.adds, self.lower)) or self.urdf or self.check_urdf:
+            raise TypeError(f"adds and lower of section {self.name} must be functions; it may have no urdf")
+        form = ITEMS if "items" in self.schema else ONE
+        form = ENTRIES if isinstance(self.schema.get("additionalProperties"), Mapping) else form
         if form != self.form:
-            raise ValueError(f"the schema of section {self.name} says {_WORDS[form]}, its record {_WORDS[self.form]}")
-
-
-def _form_of(schema: Mapping[str, Any]) -> str:
-    """Return the form of the section that a piece of the schema is for."""
-    if isinstance(schema.get("additionalProperties"), Mapping):
-        return ENTRIES
-    return ITEMS if "items" in schema else ONE
-
-
-_WORDS = {ENTRIES: "many entries by name", ITEMS: "a list of entries", ONE: "one entry"}
+            raise ValueError(f"the schema of section {self.name} is of {form}, its record of {self.form}")
 
 
 @cache
-def section_named(name: str) -> Section[Any]:
-    """Return the record of a section in ``SECTIONS``; imports its module."""
-    record: Section[Any] = getattr(import_module(SECTIONS[name]), name.upper())
-    return record
+def own_sections() -> tuple[Section[Any], ...]:
+    """Return the records of all sections in ``SECTIONS``; imports their modules."""
+    return tuple(getattr(import_module(module), name.upper()) for name, module in SECTIONS.items())
 
 
-def own_sections() -> Iterator[Section[Any]]:
-    """Yield the records of all sections in ``SECTIONS``."""
-    return map(section_named, SECTIONS)
-
-
-def sections_in_urdf(output: Output) -> Iterator[Section[Any]]:
-    """Yield the sections of which a URDF has elements: those that the options of its output name."""
-    for name in SECTIONS:
-        if output.options.get(name) and section_named(name).urdf is not None:
-            yield section_named(name)
+def sections_in_urdf(output: Output) -> list[Section[Any]]:
+    """Return the sections of which a URDF has elements: those that the options of its output name."""
+    return [section for section in own_sections() if section.urdf is not None and output.options.get(section.name)]
 
 
 @dataclass(frozen=True)
 class Sections:
-    """The values of sections of plug-ins, and what of the robot is theirs.
+    """The values of sections of plug-ins by name.
 
-    ``values`` are by name; ``said`` is what the description says there, as plain lists, mappings, texts and numbers in
-    SI units, with the defaults of the schema. ``without`` is the robot without what its sections add; None: the same.
+    ``said`` has the same as plain lists, mappings, texts and numbers in SI units, with the defaults of the schema.
+    ``without`` is the robot without what its sections add; None: the same.
     """
 
     values: Mapping[str, Any] = field(default_factory=dict)
@@ -175,14 +123,10 @@ class Sections:
     def __getitem__(self, section: str) -> Any: ...
 
     def __getitem__(self, section: Section[Any] | str) -> Any:
-        """Return the value of a section; an empty one if the robot does not have it.
-
-        Raises KeyError for the name of a section that the robot does not have.
-        """
+        # A record has an empty value if the robot does not have the section; for a name, that is a KeyError.
         return self.values[section] if isinstance(section, str) else self.values.get(section.name, section.empty())
 
     def __contains__(self, section: object) -> bool:
-        """Return True if the robot has a section, given by its record or its name."""
         return getattr(section, "name", section) in self.values
 
 

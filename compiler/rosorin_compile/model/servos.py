@@ -22,20 +22,19 @@ if TYPE_CHECKING:
     from .joint import Limit
     from .robot import Robot
 
-# Of a pulse: a limit that was computed from a pulse is at that pulse.
-ROUNDING = 1e-6
+ROUNDING = 1e-6  # pulses: a limit that was computed from a pulse is at that pulse
 
 
 class NoServo(UnknownName):
-    """There is no such joint, or it has no servo; the message lists those that have one."""
+    """There is no such joint, or it has no servo."""
 
 
 class NoPulse(ValueError):
-    """A pulse that does not exist, or a position that no pulse gives; the message has the range."""
+    """A pulse that does not exist, or a position that no pulse gives."""
 
 
 class NoModel(ValueError):
-    """A file that is not a model of the driver; the message says why."""
+    """A file that is not a model of the driver."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,6 @@ class ServoGroup:
     source: Source = NO_SOURCE
 
     def radians(self, pulse: int) -> float:
-        """Return the joint position of a pulse (rad or m)."""
         difference = self.zero_pulse - pulse if self.flipped else pulse - self.zero_pulse
         return difference * self.rad_per_pulse
 
@@ -73,11 +71,10 @@ def servo_of(robot: Robot, joint: str) -> ServoGroup:
     for group in robot.servos:
         if joint in group.joints:
             return group
-    with_servo = [name for group in robot.servos for name in group.joints]
+    joints = [name for group in robot.servos for name in group.joints]
     if joint in robot.joint:
-        have = f"these have one: {', '.join(with_servo)}" if with_servo else "the robot has none at all"
-        raise NoServo(f'joint "{joint}" has no servo; {have}')
-    raise NoServo(f'there is no joint "{joint}"; {did_you_mean(joint, with_servo or robot.joint)}')
+        raise NoServo(f'joint "{joint}" has no servo; joints with a servo: {", ".join(joints) or "none"}')
+    raise NoServo(f'there is no joint "{joint}"; {did_you_mean(joint, joints or robot.joint)}')
 
 
 def to_radians(robot: Robot, pulses: Mapping[str, int]) -> dict[str, float]:
@@ -89,20 +86,17 @@ def position_of(group: ServoGroup, pulse: int, joint: str = "") -> float:
     """Return the position (rad or m) of a pulse. Raises NoPulse if it is not an integer or outside the pulse range."""
     low, high = group.pulse_range
     if not isinstance(pulse, Integral) or not low <= pulse <= high:
-        why = "outside the range" if isinstance(pulse, Integral) else "a pulse is a whole number"
-        raise NoPulse(f"there is no pulse {pulse}{_of(joint)}: {why}; {low} to {high} exist")
+        raise NoPulse(f"there is no pulse {pulse}{_of(joint)}: pulses are whole numbers from {low} to {high}")
     return group.radians(int(pulse))
 
 
 def nearest(group: ServoGroup, position: float, joint: str = "") -> Nearest:
     """Return the pulse nearest to a position (rad or m). Raises NoPulse if it is outside the pulse range."""
-    low, high = group.pulse_range
-    exact = group.exact_pulse(position)
+    (low, high), (first, last), exact = group.pulse_range, travel(group), group.exact_pulse(position)
     if not low - 0.5 <= exact <= high + 0.5:
-        first, last = travel(group)
         span = f"the pulses {low} to {high} give {first:.6g} to {last:.6g}"
         raise NoPulse(f"no pulse gives the position {position:.6g}{_of(joint)}: {span}")
-    candidates = {min(max(math.floor(exact), low), high), min(max(math.ceil(exact), low), high)}
+    candidates = {min(max(whole, low), high) for whole in (math.floor(exact), math.ceil(exact))}
     pulse = min(candidates, key=lambda one: (abs(group.radians(one) - position), abs(one - group.zero_pulse)))
     return Nearest(pulse, group.radians(pulse), group.radians(pulse) - position)
 
@@ -117,8 +111,7 @@ def within(group: ServoGroup, limit: Limit | None) -> tuple[int, int] | None:
     """Return the smallest and the largest pulse within the limits of a joint, or None if there is none."""
     low, high = group.pulse_range
     for bound, is_upper in ((limit.lower, False), (limit.upper, True)) if limit is not None else ():
-        exact = math.inf if bound is None else group.exact_pulse(bound)
-        if not math.isfinite(exact):
+        if bound is None or not math.isfinite(exact := group.exact_pulse(bound)):
             continue
         # The upper limit bounds the pulses above if they increase with the position, otherwise below.
         if is_upper is (group.flipped == (group.rad_per_pulse < 0)):
@@ -132,30 +125,17 @@ def _of(joint: str) -> str:
     return f' of joint "{joint}"' if joint else ""
 
 
-class Compared(NamedTuple):
-    """The number of joints and pulses that were compared with a model of the driver, and the differences."""
-
-    joints: int
-    pulses: int
-    differences: tuple[str, ...]
-
-
-def against_model(robot: Robot, content: bytes) -> Compared:
+def against_model(robot: Robot, content: bytes) -> tuple[int, int, tuple[str, ...]]:
     """Compare the driver's model (robot_model.json) with the description: each pulse of each of its joints.
 
-    The driver computes (pulse - zero) * rad_per_pulse, or (zero - pulse) * rad_per_pulse if flipped. Equal means the
-    same double. Raises NoModel.
+    Return the numbers of joints and of pulses, and the differences. Equal means the same double. Raises NoModel.
     """
     try:
         entry = json_of(content)["pulse_to_rad"]
-        joints, rad, zero, flipped = (entry[key] for key in ("joints", "rad_per_pulse", "zero", "flipped"))
+        rad, zero = (entry[key] + 0.0 for key in ("rad_per_pulse", "zero"))
+        model = ServoGroup("model", tuple(map(str, entry["joints"])), rad, zero, bool(entry["flipped"]), (0, 0))
     except (ValueError, TypeError, KeyError):
         raise NoModel("it is no robot_model.json with pulse_to_rad: joints, rad_per_pulse, zero, flipped") from None
-    names = isinstance(joints, list) and all(isinstance(name, str) for name in joints)
-    numbers = all(isinstance(number, (int, float)) and not isinstance(number, bool) for number in (rad, zero))
-    if not (names and numbers and isinstance(flipped, bool)):
-        raise NoModel("its pulse_to_rad has values of other kinds than a list of names, two numbers, true or false")
-    model = ServoGroup("model", tuple(joints), rad, zero, flipped, (0, 0))
     differences: list[str] = []
     count = 0
     for joint in model.joints:
@@ -168,7 +148,7 @@ def against_model(robot: Robot, content: bytes) -> Compared:
         count += high - low + 1
         unequal = [pulse for pulse in range(low, high + 1) if model.radians(pulse) != group.radians(pulse)]
         if unequal:
-            first = unequal[0]
-            values = f"pulse {first} is {model.radians(first)!r} there, {group.radians(first)!r} in the description"
+            there, here = (one.radians(unequal[0]) for one in (model, group))
+            values = f"pulse {unequal[0]} is {there!r} there, {here!r} in the description"
             differences.append(f'joint "{joint}": {values} ({len(unequal):,} of {high - low + 1:,} pulses differ)')
-    return Compared(len(model.joints), count, tuple(differences))
+    return len(model.joints), count, tuple(differences)

@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import count
+from itertools import product
 
-from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
+from .geometry import IDENTITY, Pose, Transform, Vector, minus, pose_of
 from .simulation import Contact, Values
 
 
@@ -21,15 +21,12 @@ class Box:
 
     @property
     def centre(self) -> Vector:
-        """The middle of the box."""
         a, b = self.lower, self.upper
         return ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2)
 
     @property
     def size(self) -> Vector:
-        """The full extents along x, y and z."""
-        a, b = self.lower, self.upper
-        return (b[0] - a[0], b[1] - a[1], b[2] - a[2])
+        return minus(self.upper, self.lower)
 
 
 @dataclass(frozen=True)
@@ -66,8 +63,7 @@ class Ellipsoid:
 class Mesh:
     """A mesh file by reference, in the units of the file times ``scale``.
 
-    ``inertia`` is what MuJoCo takes it for (shell, ...); empty is MuJoCo's own choice. ``mjcf`` are attributes of
-    MuJoCo's that the language has no word for.
+    ``inertia`` is what MuJoCo takes it for (shell, ...; empty: the default), ``mjcf`` are other attributes of MuJoCo's.
     """
 
     file: str
@@ -76,21 +72,19 @@ class Mesh:
     mjcf: Values = field(default_factory=dict, compare=False)
 
 
-# How a height map is cut into boxes; each fills the same space.
+# How a height map is cut into boxes.
 ROWS = "rows"  # one for each run of equal cells within a row of constant x
 MERGED = "merged"  # equal cells along x and y together: fewer boxes
-# Rows again, which reach down to z = 0 whatever the map says of its bottom.
-GROUNDED = "grounded"
+GROUNDED = "grounded"  # rows that reach down to z = 0, whatever the bottom is
 
 
 @dataclass(frozen=True)
 class HeightMap:
     """The top of a body as heights above z = 0 on a grid of square cells; height 0 is no body.
 
-    ``heights[i][j]`` covers x from ``origin[0] + i * cell`` and y from ``origin[1] + j * cell``. ``step`` is the height
-    to whose multiples the boxes are rounded up, so that they are never smaller than the body. ``bottom`` is where the
-    body begins above z = 0: one number, or one for each cell, which is rounded down to a multiple of ``step``. A cell
-    whose bottom is not below its height has no body.
+    ``heights[i][j]`` covers x from ``origin[0] + i * cell`` and y from ``origin[1] + j * cell``. The tops of boxes are
+    rounded up to multiples of ``step``. ``bottom`` is where the body begins above z = 0: one number, or one for each
+    cell, rounded down to a multiple of ``step``. A cell whose bottom is not below its height has no body.
     """
 
     origin: tuple[float, float]
@@ -101,11 +95,9 @@ class HeightMap:
     bottom: float | tuple[tuple[float, ...], ...] = 0.0
 
     def bottom_of(self, i: int, j: int) -> float:
-        """Return where the body begins above z = 0 (m) in a cell, as it was given."""
         return self.bottom if isinstance(self.bottom, (int, float)) else self.bottom[i][j]
 
     def is_body(self, i: int, j: int) -> bool:
-        """Say whether there is a body in a cell: not where it would begin at its top, as in a well for a wheel."""
         return self.heights[i][j] > self.bottom_of(i, j)
 
     def boxes(self, form: str = ROWS) -> tuple[Box, ...]:
@@ -125,7 +117,7 @@ class HeightMap:
             )
         return self._boxes[form]
 
-    @cached_property  # each format uses them, and the proof of what it wrote
+    @cached_property
     def _boxes(self) -> dict[str, tuple[Box, ...]]:
         return {}
 
@@ -147,27 +139,21 @@ _Rectangle = tuple[int, int, int, int, _Layer]  # from row to before row, from c
 
 
 def _rectangles(cells: Sequence[Sequence[_Layer | None]], grow: bool) -> list[_Rectangle]:
-    """Return the runs of equal cells of each row; ``grow`` extends each over the rows below that have the same free."""
-    taken = [[False] * len(row) for row in cells]
+    """Return the runs of equal cells of each row; ``grow`` extends each over equal rows below."""
+    free = {(i, j): value for i, row in enumerate(cells) for j, value in enumerate(row) if value is not None}
     made: list[_Rectangle] = []
-    for i, row in enumerate(cells):
-        left = 0
-        while left < len(row):
-            value, right = row[left], left + 1
-            if value is None or taken[i][left]:
-                left = right
-                continue
-            while right < len(row) and row[right] == value and not taken[i][right]:
-                right += 1
-            under = i + 1
-            while grow and under < len(cells):
-                if any(cells[under][j] != value or taken[under][j] for j in range(left, right)):
-                    break
-                under += 1
-            for k in range(i, under):
-                taken[k][left:right] = [True] * (right - left)
-            made.append((i, left, under, right, value))
-            left = right
+    for i, left in list(free):
+        value = free.get((i, left))
+        if value is None:
+            continue
+        right, under = left + 1, i + 1
+        while free.get((i, right)) == value:
+            right += 1
+        while grow and all(free.get((under, j)) == value for j in range(left, right)):
+            under += 1
+        for cell in product(range(i, under), range(left, right)):
+            del free[cell]
+        made.append((i, left, under, right, value))
     return made
 
 
@@ -175,10 +161,7 @@ Geometry = Box | Cylinder | Capsule | Sphere | Ellipsoid | Mesh | HeightMap
 
 
 def plain(geometry: Geometry) -> Geometry:
-    """Return what stands for a geometry in a URDF 1.0, as large: a cylinder for a capsule, a box for an ellipsoid.
-
-    All others are in it as they are.
-    """
+    """Return what replaces a geometry in a URDF 1.0: a cylinder for a capsule, a box for an ellipsoid, else itself."""
     if isinstance(geometry, Capsule):
         return Cylinder(geometry.radius, geometry.length + 2 * geometry.radius)
     if isinstance(geometry, Ellipsoid):
@@ -219,50 +202,32 @@ class Shape:
     mjcf: Values = field(default_factory=dict, hash=False)
 
     def solids(self, form: str = ROWS) -> tuple[Shape, ...]:
-        """Return the shape as primitives: a height map becomes its boxes, NAME_1, NAME_2, ...; all else is itself.
-
-        ``form`` says how a height map is cut: ``rows``, ``merged`` or ``grounded``.
-        """
+        """Return the shape as primitives: a height map becomes boxes NAME_1, NAME_2, ... in a form, else itself."""
         if not isinstance(self.geometry, HeightMap):
             return (self,)
-        if form not in self._pieces:
-            names = (f"{self.name}_{number}" if self.name else "" for number in count(1))
-            boxes = zip(self.geometry.boxes(form), names, strict=False)
-            self._pieces[form] = tuple(replace(self, geometry=box, name=name) for box, name in boxes)
-        return self._pieces[form]
+        boxes = enumerate(self.geometry.boxes(form), 1)
+        names = ((box, f"{self.name}_{number}" if self.name else "") for number, box in boxes)
+        return tuple(replace(self, geometry=box, name=name) for box, name in names)
 
     @property
     def volume(self) -> float:
-        """The volume in m^3. Raises ValueError for a mesh, whose file is not read here."""
-        return volume_of(self.geometry)
-
-    @cached_property
-    def notes(self) -> dict[str, object]:
-        """What has been found out about the shape: several ask, and many links may share it."""
-        return {}
+        """The volume in m^3. Raises ValueError for a mesh."""
+        return math.fsum(volume_and_moments(solid.geometry)[0] for solid in self.solids())
 
     @cached_property  # links may share shapes
     def in_link(self) -> Shape:
-        """The shape as ``moved`` by nothing: a box that quarter turns brought along the axes of its link lies there."""
+        """The shape as ``moved`` by nothing: a box turned by quarter turns becomes one along the axes of its link."""
         return self.moved(Transform())
 
-    @cached_property
-    def _pieces(self) -> dict[str, tuple[Shape, ...]]:
-        return {}
-
     def drawn(self) -> tuple[Shape, ...]:
-        """Return what is drawn of the shape, where height maps stand on z = 0 of their own frame.
-
-        A height map with one bottom is lifted; one with a bottom for each cell is its boxes.
-        """
+        """Return what is drawn of the shape: a height map with one bottom is lifted, with several it is its boxes."""
         grid = self.geometry
         if not isinstance(grid, HeightMap) or not grid.bottom:
             return (self,)
         if not isinstance(grid.bottom, (int, float)):
             return self.solids(MERGED)
-        low = grid.bottom
-        heights = tuple(tuple(height - low if height > 0 else 0.0 for height in row) for row in grid.heights)
-        lifted = Pose(self.pose.transform().apply((0.0, 0.0, low)), self.pose.rpy)
+        heights = tuple(tuple(height - grid.bottom if height > 0 else 0.0 for height in row) for row in grid.heights)
+        lifted = Pose(self.pose.transform().apply((0.0, 0.0, grid.bottom)), self.pose.rpy)
         return (replace(self, geometry=replace(grid, heights=heights, bottom=0.0), pose=lifted),)
 
     def origin(self) -> Pose:
@@ -290,20 +255,11 @@ def _is_quarter_turn(transform: Transform) -> bool:
     return all(abs(c) < 1e-12 or abs(abs(c) - 1) < 1e-12 for row in transform.rows for c in row)
 
 
-def volume_of(geometry: Geometry) -> float:
-    """Return the volume of a geometry in m^3. Raises ValueError for a mesh, whose file is not read here."""
-    if isinstance(geometry, HeightMap):
-        return math.fsum(volume_of(box) for box in geometry.boxes())
-    return volume_and_moments(geometry)[0]
-
-
 def volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:
     """Return the volume of a solid (m^3) and its moments about its middle for a mass of 1 (m^2).
 
-    Box, cylinder and sphere: D. Halliday, R. Resnick, "Fundamentals of Physics", table "Some rotational inertias".
-    Capsule: a cylinder and two half spheres, each with its centre of mass 3/8 of the radius from the flat side
-    (F. P. Beer, E. R. Johnston, "Vector Mechanics for Engineers: Statics", table of centroids of volumes).
-    Raises ValueError for a mesh or a height map.
+    D. Halliday, R. Resnick, "Fundamentals of Physics", table "Some rotational inertias"; a capsule is a cylinder and
+    two half spheres with their centres 3/8 of the radius from the flat sides. Raises ValueError for a mesh.
     """
     if isinstance(geometry, Box):
         x, y, z = geometry.size
@@ -320,8 +276,7 @@ def volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:
         tube, ends = math.pi * r * r * length, 4 / 3 * math.pi * r**3
         volume = tube + ends
         along = (tube * r * r / 2 + ends * 2 / 5 * r * r) / volume
-        # A half sphere about its own centre: 2/5 r^2 about the flat side, less the way to that side (3/8 r), plus the
-        # way to the middle of the capsule (l/2 + 3/8 r).
+        # A half sphere: 2/5 r^2 about the flat side, minus (3/8 r)^2, plus (l/2 + 3/8 r)^2 to the middle.
         end = 2 / 5 * r * r + length * length / 4 + 3 / 8 * r * length
         across = (tube * (3 * r * r + length * length) / 12 + ends * end) / volume
         return volume, (across, across, along)

@@ -1,13 +1,12 @@
 """Values that only simulations use: actuators, contact, constraints, and the elements of sensors.
 
-Attributes that the language has no key for are kept under their names in MuJoCo, in SI units (``Values``).
+Attributes without a key in the language have their names in MuJoCo, in SI units (``Values``).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 from typing import Any, ClassVar
 
 from .geometry import IDENTITY, Pose
@@ -26,10 +25,9 @@ CLASSIC = "classic"
 class Actuator:
     """What drives a joint, a tendon, a site or a body.
 
-    ``targets`` are what it acts on by MuJoCo's attribute (joint, tendon, site, refsite, ...); empty for the actuator of
-    a joint, which has the name of the joint if ``name`` is empty. ``kp`` and ``kv`` are gains (N*m/rad, N*m*s/rad or
-    N/m, N*s/m); ``damping`` is that of the drive at the joint. ``range`` is that of its command: None is what its type
-    and joint imply, and ``unlimited`` is no limit. ``force`` is the smallest and largest force (N or N*m).
+    ``targets`` are what it acts on by MuJoCo's attribute; empty for the actuator of a joint, whose name it has if
+    ``name`` is empty. ``kp`` and ``kv`` are gains (N*m/rad, N*m*s/rad or N/m, N*s/m), ``damping`` is that at the joint.
+    ``range`` is that of its command; None: by its type and joint. ``force``: smallest and largest, N or N*m.
     """
 
     type: str = POSITION
@@ -47,7 +45,6 @@ class Actuator:
 
     @property
     def holds_position(self) -> bool:
-        """Whether its command is a position."""
         return self.type == POSITION
 
 
@@ -79,8 +76,7 @@ class Marked:
 class Root:
     """The pose of the root link in the world, and the name and attributes of a free joint there.
 
-    ``placed``: the description has the pose; a free base without one stands on the floor (``rest_pose``). ``world``: it
-    is not a body in the world, but the world itself.
+    Not ``placed``: a free base is on the floor. ``world``: it is not a body in the world, but the world itself.
     """
 
     pose: Pose = IDENTITY
@@ -114,9 +110,8 @@ class Replicas:
 class Simulated:
     """An element of the MJCF for a sensor.
 
-    ``kind`` is SENSOR_ELEMENT (in the list of sensors), BODY_ELEMENT (in the body of ``link``) or TEMPLATE_ELEMENT
-    (text of a template, in that body, or in ``section`` of the file). ``element`` is the name of the element, or the
-    file of the template. ``pose`` is its pose in the link; None is the link's own frame.
+    ``kind`` is SENSOR_ELEMENT (in the list of sensors), BODY_ELEMENT (in the body of ``link``) or TEMPLATE_ELEMENT (the
+    file ``element``, in that body or in ``section``). ``pose`` is that in the link; None: the same.
     """
 
     kind: str
@@ -169,17 +164,11 @@ class GazeboSensor:
     feels: str = ""
     without: frozenset[str] = frozenset()
 
-    # The element that names the frame of its messages, by reader. SDF up to 1.11 has none; in Gazebo classic a plug-in
-    # sets the frame.
-    FRAME_ELEMENTS: ClassVar[Mapping[str, str]] = MappingProxyType(
-        {"harmonic": "gz_frame_id", "fortress": "ignition_frame_id", CLASSIC: ""}
-    )
-    # The names of types and elements in Gazebo classic where they differ (gazebo11:gazebo/sensors).
-    CLASSIC_NAMES: ClassVar[Mapping[str, str]] = MappingProxyType(
-        {"gpu_lidar": "ray", "rgbd_camera": "depth", "depth_camera": "depth", "navsat": "gps"}
-    )
+    # The element that names the frame of its messages, by reader; in Gazebo classic a plug-in sets the frame.
+    FRAME_ELEMENTS: ClassVar = {"harmonic": "gz_frame_id", "fortress": "ignition_frame_id", CLASSIC: ""}
+    # The types that have another name in Gazebo classic (gazebo11:gazebo/sensors).
+    CLASSIC_NAMES: ClassVar = {"gpu_lidar": "ray", "rgbd_camera": "depth", "depth_camera": "depth", "navsat": "gps"}
 
     def in_classic(self) -> GazeboSensor:
-        """Return it with the names of Gazebo classic."""
         elements = (replace(item, name="ray" if item.name == "lidar" else item.name) for item in self.elements)
         return replace(self, type=self.CLASSIC_NAMES.get(self.type, self.type), elements=tuple(elements))

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Link, Mesh
 from rosorin_compile.model.bounds import Bounds, bounds_of
-from rosorin_compile.model.shape import volume_of
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, NUMBERS, rule
 from rosorin_compile.source.tree import Path, at, exists
@@ -91,7 +90,7 @@ def _mass(case: Case, link: Link, bounds: Bounds, complete: bool) -> Iterator[Di
     is_heavy = density > DENSEST * ROUGHLY * (1.0 if complete else LESS_THAN_SEEN)
     if not is_heavy:  # a plate that is tilted fills little of the box around it
         shapes = ([one for one in own if not isinstance(one.geometry, Mesh)] for own in (link.visual, link.collision))
-        volumes = [math.fsum(volume_of(one.geometry) for one in own) for own in shapes]
+        volumes = [math.fsum(one.volume for one in own) for own in shapes]
         if density >= LIGHTEST or mass >= LIGHTEST * max(volumes):
             return
     path, shape = case.link(link.name, "inertial"), _shape(case, link)

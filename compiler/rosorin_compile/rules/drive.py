@@ -176,8 +176,8 @@ def wheels_in_body(case: Case) -> Iterator[Diagnostic]:
     apart = {frozenset(pair) for pair in robot.disabled_contacts}
     places = robot.poses_in_root({})
     for joint in (robot.joint[name] for name in drive.wheels):
-        shapes = [one for one in robot.link[joint.child].collision if isinstance(one.geometry, Cylinder)]
-        discs = [(one.pose.transform(), one.geometry.length / 2) for one in shapes]
+        shapes = [(one.pose.transform(), one.geometry) for one in robot.link[joint.child].collision]
+        discs = [(turn, one.length / 2) for turn, one in shapes if isinstance(one, Cylinder)]
         points = [turn.apply((0.0, 0.0, end)) for turn, half in discs for end in (-half, half)]
         bodies = [joint.parent, *(name for name, _ in robot.fixed_neighbours(joint.parent))] if points else []
         for name in bodies:

@@ -8,10 +8,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from rosorin_compile.model import Pose, Robot, Shape, Transform, Vector
-from rosorin_compile.model.bounds import ball_of
+from rosorin_compile.model.bounds import ball_of, through
 from rosorin_compile.model.field_of_view import Data, seen_by
 from rosorin_compile.model.geometry import unit
-from rosorin_compile.model.rays import through
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.rule_registry import FRAMES, NUMBERS, rule

@@ -11,6 +11,7 @@ from rosorin_compile.language.symbols import MOUNT, Reference
 from rosorin_compile.model import Cylinder, Joint, Robot
 from rosorin_compile.model.geometry import dot, norm, unit
 from rosorin_compile.model.joint import Dynamics, Limit
+from rosorin_compile.model.simulation import Actuator
 from rosorin_compile.source.diagnostics import Diagnostic, nearest
 from rosorin_compile.source.rule_registry import JOINTS, SIMULATED, Check, rule
 from rosorin_compile.source.tree import Path, at, exists
@@ -282,6 +283,7 @@ def negative(case: Case) -> Iterator[Diagnostic]:
     for joint in case.robot.joints:
         if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
             continue  # a part calculates the others from it
+        owners: list[tuple[str, str, Dynamics | Actuator | None]]
         owners = [("dynamics", key, joint.dynamics) for key in ("damping", "friction", "armature", "stiffness")]
         owners += [("actuator", key, joint.actuator) for key in ("damping", "kp", "kv")]
         values = [(part, key, getattr(owner, key, 0.0) or 0.0) for part, key, owner in owners]

@@ -88,11 +88,8 @@ def magnitudes(case: Case) -> Iterator[Diagnostic]:
     for (_, unit), ((path, value), *others) in groups.items():
         related = [case.related(f"and {number(other)} {unit} here", more) for more, other in others]
         what = f"{subject(list(path))} is {number(value)} {unit}"
-        if unit == "rad":
-            what += ", more than a full turn"
-            yield _looks_like(case, "angle-looks-like-degrees", what, path, value, ("deg", unit), related=related)
-        else:
-            yield _looks_like(case, "length-looks-like-millimetres", what, path, value, ("mm", unit), related=related)
+        id, meant = ("angle-looks-like-degrees", "deg") if unit == "rad" else ("length-looks-like-millimetres", "mm")
+        yield _looks_like(case, id, what, path, value, (meant, unit), related=related)
 
 
 def _looks_like(

@@ -236,7 +236,8 @@ def _points(link: Link, place: Transform) -> list[Vector]:
     for shape in link.collision or link.visual:
         geometry, to_root = shape.geometry, place.then(shape.pose.transform())
         if isinstance(geometry, Box):
-            own: list[Vector] = list(product(*zip(geometry.lower, geometry.upper, strict=True)))
+            (a, b, c), (d, e, f) = geometry.lower, geometry.upper
+            own: list[Vector] = list(product((a, d), (b, e), (c, f)))
         elif isinstance(geometry, Sphere):
             sizes = [(x, y, z, geometry.radius / math.hypot(x, y, z)) for x, y, z in _SIDES]
             own = [(x * size, y * size, z * size) for x, y, z, size in sizes]

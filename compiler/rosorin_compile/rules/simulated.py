@@ -149,10 +149,11 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("unknown-name", message, one.path, help, key=one.key)
         if names and one.among == SIMULATION and not names.has(kind, one.name):
             wrong.setdefault((kind, one.name), []).append(one)
-    for (kind, name), uses in wrong.items() if names else ():
+    for (kind, name), uses in wrong.items():
         id, word = _RULES.get(kind, "unknown-name"), _WORDS.get(kind, kind)
         message = f'there is no {word} "{name}"'
-        help = case.suggest(uses[0].path, name, names.by_kind.get(kind, ()), f"name another {word} of the robot")
+        known = names.by_kind.get(kind, ()) if names else ()
+        help = case.suggest(uses[0].path, name, known, f"name another {word} of the robot")
         if kind == JOINT and name in case.robot.joint:
             joint = case.robot.joint[name]
             parts = " or ".join(f'"{name}{end}"' for end in ENDS.get(joint.type, ()))
@@ -312,8 +313,7 @@ def _mark_problems(tag: str, values: Mapping[str, Any]) -> Iterator[tuple[str, s
     if any(not 0 < value < 180 for value in numbers("fovy")) and values.get("projection") != "orthographic":
         yield "fovy", f"sees {number(values['fovy'])} degrees: write an angle between 0 and 180 degrees"
     if mode.startswith("targetbody") != ("target" in values):
-        what = f"has a target, and its mode is {mode}: write mode: targetbody"
-        yield ("target", what) if "target" in values else ("mode", "has a mode that needs a target: write target: LINK")
+        yield "target" if "target" in values else "mode", "needs both of mode: targetbody and target: LINK, or neither"
 
 
 @rule("body-value", help="Move it to the root link, or leave it out.", topic=SIMULATED)

@@ -6,11 +6,11 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
-from rosorin_compile.model.joint import SEVERAL_COORDINATES, UNPUBLISHED
+from rosorin_compile.model.joint import UNPUBLISHED
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, nearest, swaps
 from rosorin_compile.source.rule_registry import FRAMES, Check, rule
 from rosorin_compile.source.tree import Path, exists
-from rosorin_compile.source.wording import listed, quoted
+from rosorin_compile.source.wording import quoted
 
 from .case import Case
 from .joints import WORLD_FRAMES, pieces
@@ -28,7 +28,7 @@ def known_frames(case: Case) -> Iterator[Diagnostic]:
     robot = case.robot
     misspelt = list(_misspelt_world(case))
     yield from misspelt
-    pairs = [(one.parent, one.child) for one in (*robot.joints, *robot.edges)]
+    pairs = [(joint.parent, joint.child) for joint in robot.joints] + [(e.parent, e.child) for e in robot.edges]
     for piece in pieces(pairs) if robot.edges and not misspelt else ():
         inside = [(index, edge) for index, edge in enumerate(robot.edges) if edge.parent in piece]
         if not inside or not piece.isdisjoint(robot.link):
@@ -37,9 +37,8 @@ def known_frames(case: Case) -> Iterator[Diagnostic]:
         ends = [(getattr(edge, key), case.edge(index, key)) for index, edge in inside for key in ("parent", "child")]
         near = [end for end in ends if end[0] not in WORLD_FRAMES and nearest(end[0], known)]
         name, path = (near or ends)[0]
-        edges = listed(dict.fromkeys(f"{edge.parent} -> {edge.child}" for _, edge in inside))
-        message = f'there is no frame "{name}" to attach {edges} to'
-        yield case.problem("unknown-link", message, path, case.suggest(path, name, known, "name a link of the robot"))
+        message, help = f'there is no frame "{name}"', case.suggest(path, name, known, "name a link of the robot")
+        yield case.problem("unknown-link", f"{message}: nothing leads from its edges to a link", path, help)
 
 
 def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
@@ -103,9 +102,8 @@ def one_urdf(case: Case) -> Iterator[Diagnostic]:
         ours = case.robot.in_urdf()
         first = next(joint for joint in case.robot.joints_from[root] if joint in ours)
         above = case.robot.joint_to.get(root, first)
-        has = "it has" if first.type in SEVERAL_COORDINATES else "robot_state_publisher publishes"
-        message = f'the URDF would have two roots, "{main}" and "{root}": {has} joint "{first.name}" on "{root}",'
-        message += f' but not joint "{above.name}", which carries it'
+        message = f'the URDF would have two roots, "{main}" and "{root}": it has joint "{first.name}",'
+        message += f' but not joint "{above.name}", which carries that'
         yield case.problem("split-urdf", message, case.publisher(above), key=above is first)
 
 

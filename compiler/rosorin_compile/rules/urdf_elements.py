@@ -99,14 +99,14 @@ def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
     return replace(made, span=span._replace(line=line, column=found.start() + 1, length=len(name))) if found else made
 
 
-# A name in an element, the path of the text, and the line in it.
-_Mention = tuple[Reference, Path, int]
+# Names in elements by kind, each with the path of its text and the line in it.
+_Mentions = Mapping[tuple[str, str], list[tuple[Reference, Path, int]]]
 
 
 @rule("unknown-reference", help="Correct the name.", topic=NUMBERS)
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
     """A warning: `urdf_elements` name a link, joint or material that does not exist, or not in the URDF."""
-    mentions: dict[tuple[str, str], list[_Mention]] = {}
+    mentions: dict[tuple[str, str], list[tuple[Reference, Path, int]]] = {}
     own: set[str] = set()
     materials = {*case.robot.material, *(shape.material for link in case.robot.links for shape in link.visual)}
     for path, text in urdf_texts(case):
@@ -132,13 +132,11 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
     yield from _unknown(case, {key: uses for key, uses in mentions.items() if key[1] not in own}, materials)
 
 
-def _unknown(
-    case: Case, mentions: Mapping[tuple[str, str], list[_Mention]], materials: Set[str]
-) -> Iterator[Diagnostic]:
+def _unknown(case: Case, mentions: _Mentions, materials: Set[str]) -> Iterator[Diagnostic]:
     robot = case.robot
     links = {*robot.link, *WORLD_FRAMES, "world", *(name for edge in robot.edges for name in (edge.parent, edge.child))}
-    names = {LINK: links, JOINT: set(robot.joint), FRAME: links, EITHER: {*robot.link, *robot.joint}}
-    names["material"] = materials
+    names: dict[str, Set[str]] = {LINK: links, JOINT: set(robot.joint), FRAME: links, "material": materials}
+    names[EITHER] = {*robot.link, *robot.joint}
     carried = robot.in_urdf() if mentions and case.feeding(ROBOT_STATE_PUBLISHER) else ()
     inside = {name for joint in carried for name in (joint.name, joint.parent, joint.child)}
     for (kind, name), uses in mentions.items():

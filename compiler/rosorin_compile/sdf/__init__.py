@@ -1,13 +1,12 @@
 """SDF: the robot for Gazebo and Drake.
 
-``content`` decides which links are bodies and which are frames, and ``write`` writes them. Foreign files are read by
-``read`` (the file), ``models`` (models within models, and names), ``bodies`` (what hangs on what), ``read_links``,
-``read_joints`` and ``reading`` (numbers, poses, included files). ``elements`` are those without a key in the language.
+``content`` is what an SDF contains, ``write`` writes it. ``read`` reads foreign files: ``values`` (numbers, poses and
+included files), ``models`` (nested models and names) and ``read_joints`` (what hangs on what, and joints).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -27,13 +26,9 @@ if TYPE_CHECKING:
 __all__ = ["FORMAT"]
 
 
-def _lazy(module: str, name: str) -> Callable[..., Any]:
-    """Return a function of a module that is imported at the first call: few runs need all of them."""
-
-    def call(*arguments: Any) -> Any:
-        return getattr(import_module(f"{__name__}.{module}"), name)(*arguments)
-
-    return call
+def _call(module: str, name: str, *arguments: Any) -> Any:
+    """Call a function of a module that is only imported then: few runs need all of them."""
+    return getattr(import_module(f"{__name__}.{module}"), name)(*arguments)
 
 
 def _asked(tree: Map, version: str, name: str) -> Asked | None:  # noqa: ARG001
@@ -87,12 +82,12 @@ FORMAT = Format(
     file="{}.sdf",
     endings=(".sdf",),
     roots=("sdf",),
-    check=_lazy("content", "check"),
-    write=_lazy("write", "write"),
-    load=_lazy("read", "read_sdf"),
-    view=_lazy("content", "view"),
+    check=partial(_call, "content", "check"),
+    write=partial(_call, "write", "write"),
+    load=partial(_call, "read", "read_sdf"),
+    view=partial(_call, "content", "view"),
     partial=True,
-    read=_lazy("read", "read"),
+    read=partial(_call, "read", "read"),
     asked=_asked,
     lacks=frozenset(
         {"armature", "calibration", "safety", "simulation", "actuator", "pose", "servo", "sensor", "contact"}

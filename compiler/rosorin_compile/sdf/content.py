@@ -1,33 +1,37 @@
-"""What an SDF contains of a robot: which links are a <link>, and which a <frame> that is attached to one.
+"""What an SDF contains of a robot: its links and frames, and the elements that the language has no key for.
 
 A link of SDF without an inertial weighs 1 kg, so that links without mass are frames. What has mass is a link, and what
-moves without any: that has the least mass. A link called "world", the root of a robot that stands fast, is the world.
+moves without any: that has the least mass. A root link called "world" without mass and shapes is the world.
+
+What a URDF for Gazebo can contain as well (plugins, sensors, ...) is read into a ``<gazebo>`` of the robot. Gazebo puts
+its contents into the model, or into the link or joint that it refers to (``sdformat@sdf12:src/parser_urdf.cc``).
+Other elements are in an ``<sdf>`` of the robot, a link, a joint or a shape, with the same contents.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+import math
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+from xml.sax.saxutils import quoteattr
 
+from rosorin_compile.formats.format import Placed
+from rosorin_compile.formats.gazebo_elements import with_noise
 from rosorin_compile.model import Inertial, Joint, Limit, Link, Mesh, Output, Robot, Shape
 from rosorin_compile.model.geometry import IDENTITY, pose_of
-from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.rule_registry import Heading, Rule
-
-from .elements import RESERVED, WORLD
+from rosorin_compile.source.diagnostics import Diagnostic, Source
+from rosorin_compile.source.rule_registry import FORMATS, Rule
+from rosorin_compile.source.tree import Text
+from rosorin_compile.source.xml.elements import indented
+from rosorin_compile.source.xml.markup import Element, MarkupError, parse
 
 if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case
 
 RULES = (
-    Rule(
-        "sdf-name",
-        "A name that SDF keeps for itself: `world`, names between two underscores and two, and those with `::`, which"
-        " leads into a model.",
-        "Rename it.",
-        Heading.FORMATS,
-    ),
+    Rule("sdf-name", "A name that SDF reserves: `world`, `__NAME__`, or a name with `::`.", "Rename it.", FORMATS),
 )
 
 FOLLOWERS = "1.11"  # the first version with a word for mimic
@@ -36,6 +40,41 @@ UNLIMITED = 1e16  # a limit from here on is none
 FREE = ("floating", "planar")  # joints that SDF has no word for: the child is free to move in the world
 # What moves and has no mass: so little that it changes no motion, as much as engines take (kg, kg*m^2).
 LEAST = Inertial(1e-6, IDENTITY, 1e-9, 1e-9, 1e-9)
+WORLD = "world"
+RESERVED = re.compile(r"__.*__\Z")
+
+# What SDF 1.9 has in a model, a link and a joint without a key in the language, and Gazebo takes out of a <gazebo>.
+OF_MODEL = ("plugin", "static", "self_collide", "allow_auto_disable", "enable_wind")
+OF_LINK = (
+    *("sensor", "gravity", "enable_wind", "self_collide", "kinematic", "must_be_base_link", "velocity_decay"),
+    *("light", "particle_emitter", "projector", "audio_source", "audio_sink", "battery"),
+)
+OF_JOINT = ("sensor", "physics")
+# Words of Gazebo classic for all collisions of a link: each with the element of a <collision>, the part of its
+# <surface> that contains it, and its count of numbers.
+OF_COLLISIONS: Mapping[str, tuple[str, str, int]] = {
+    "laserRetro": ("laser_retro", "", 1),
+    "maxContacts": ("max_contacts", "", 1),
+    "mu1": ("mu", "friction", 1),
+    "mu2": ("mu2", "friction", 1),
+    "fdir1": ("fdir1", "friction", 3),
+    "kp": ("kp", "contact", 1),
+    "kd": ("kd", "contact", 1),
+    "maxVel": ("max_vel", "contact", 1),
+    "minDepth": ("min_depth", "contact", 1),
+}
+_FOR_CONVERSION = ("preserveFixedJoint", "disableFixedJointLumping", "disableJointLumping")  # of a URDF to an SDF
+_POSED = ("sensor", "light", "particle_emitter", "projector", "audio_source", "visual", "collision")
+_SHORT = 80
+# The sizes of solids, with how many numbers each is.
+SOLIDS = {
+    "box": {"size": 3},
+    "cylinder": {"radius": 1, "length": 1},
+    "capsule": {"radius": 1, "length": 1},
+    "sphere": {"radius": 1},
+    "ellipsoid": {"radii": 3},
+    "mesh": {"scale": 3},
+}
 
 
 class Content(NamedTuple):
@@ -55,13 +94,11 @@ class Content(NamedTuple):
         """Yield links in their order, but a frame after what it is attached to: Drake 1.51 places it wrongly before."""
         out: set[str] = set()
         for name in links:
-            waiting = [name]
-            while waiting[-1] in self.attached and self.attached[waiting[-1]] not in out:
-                waiting.append(self.attached[waiting[-1]])
-            for one in reversed(waiting):
-                if one in self.carrier and one not in out:
-                    out.add(one)
-                    yield one
+            waiting = [name] if name in self.carrier else []
+            while waiting and (above := self.attached.get(waiting[-1], "")) and above not in out:
+                waiting.append(above)
+            yield from (one for one in reversed(waiting) if one not in out)
+            out.update(waiting)
 
     def has_joint(self, joint: Joint) -> bool:
         """Return True if a joint is a <joint>: not where a frame is attached, nor where a link is free to move."""
@@ -102,15 +139,12 @@ def content_of(robot: Robot) -> Content:
         below = (joint.child for joint in robot.joints_from.get(name, ()) if joint.is_fixed and joint.child in carrier)
         if name not in carrier and (heavy := next(below, "")):
             attached[name], carrier[name] = heavy, carrier[heavy]
-    tops = []
-    for name in links:
-        above = robot.joint_to.get(name)
-        if name not in carrier and (above is None or not above.is_fixed or above.parent == world):
-            tops.append(name)
+    held = {joint.child for joint in robot.joints if joint.is_fixed and joint.parent != world}
+    tops = tuple(name for name in links if name not in carrier and name not in held)
     carrier |= {name: name for name in tops}
     attach_down()
     inertials = {name: own.get(name, LEAST) for name in links if carrier[name] == name}
-    return Content(inertials, attached, carrier, carrier[links[0]], tuple(tops))
+    return Content(inertials, attached, carrier, carrier[links[0]], tops)
 
 
 def version_of(robot: Robot, output: Output) -> str:
@@ -143,9 +177,8 @@ def view(robot: Robot, output: Output) -> Robot:
     links, joints = [], []
     for link in robot.links:
         solids = [solid for shape in link.collision for solid in shape.solids(form)]
-        bare = tuple(Shape(solid.geometry, solid.pose) for solid in solids)
-        if any(isinstance(solid.geometry, Mesh) for solid in solids):
-            bare = ()
+        is_mesh = any(isinstance(solid.geometry, Mesh) for solid in solids)
+        bare = () if is_mesh else tuple(Shape(solid.geometry, solid.pose) for solid in solids)
         links.append(Link(link.name, link.inertial if _has_mass(link.inertial) else None, (), bare))
     # A link that no joint of the SDF holds is read as one that floats in the world, and so is the root then.
     loose = [joint for joint in robot.joints if joint.type in FREE and joint.parent != world]
@@ -174,14 +207,132 @@ def view(robot: Robot, output: Output) -> Robot:
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find names that no model, link, frame or joint of an SDF can have."""
-    robot = case.robot
-    found = [("link", link.name, case.link(link.name)) for link in robot.links if link.name != world_of(robot)]
+    robot, world = case.robot, world_of(case.robot)
+    found = [("link", link.name, case.link(link.name)) for link in robot.links if link.name != world]
     found += [("joint", joint.name, case.joint(joint)) for joint in robot.joints]
     for kind, name, path in (*found, ("model", robot.name, ("robot",))):
-        why = "that is the world itself" if name == WORLD else ":: leads into a model" if "::" in name else ""
-        why = why or ("SDF keeps names between two underscores for itself" if RESERVED.match(name) else "")
-        if why:
-            may = name == WORLD and kind == "link"
-            help = "rename it; a root that is nothing but the world may have this name" if may else "rename it"
-            message = f'no {kind} of {output.file} can be called "{name}": {why}'
+        if name == WORLD or "::" in name or RESERVED.match(name):
+            message = f'no {kind} of {output.file} can be called "{name}": SDF reserves world, __NAME__ and "::"'
+            help = "rename it; a root without mass may be called so" if (kind, name) == ("link", WORLD) else "rename it"
             yield case.problem("sdf-name", message, path, help, key=kind != "model")
+
+
+# Elements without a key in the language
+
+
+def wrapped(tag: str, texts: Sequence[str], **attributes: str) -> Text:
+    """Return elements in an element around them."""
+    names = "".join(f" {key}={quoteattr(value)}" for key, value in attributes.items())
+    if len(texts) == 1 and "\n" not in texts[0] and len(texts[0]) < _SHORT:
+        return Text(f"<{tag}{names}>{texts[0]}</{tag}>")
+    return Text("\n".join([f"<{tag}{names}>", *(indented(text, "  ") for text in texts), f"</{tag}>"]))
+
+
+def keep(entry: dict[str, Any], element: Element, text: str) -> int:
+    """Add a text to the elements that an entry keeps and return its index; ``element`` is its place."""
+    entry.setdefault("urdf_elements", []).append(Placed(text, element.span))
+    return len(entry["urdf_elements"]) - 1
+
+
+class Kept(NamedTuple):
+    """Elements as text by name, numbers for all collisions of a link by their words, and the tags of other elements."""
+
+    model: list[str]
+    links: dict[str, list[str]]
+    collisions: dict[str, dict[str, str]]
+    joints: dict[str, list[str]]
+    left_out: dict[str, None]
+
+
+def kept(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> Kept:
+    """Sort the elements for Gazebo; ``carrier`` is the link of the SDF for each link, ``joints`` its joints."""
+    found = Kept([element.verbatim for element in own_elements(robot.urdf_elements)[0]], {}, {}, {}, {})
+    waiting = [(link.name, element) for link in robot.links for element in own_elements(link.urdf_elements)[0]]
+    blocks = list(_elements(robot.urdf_elements, "gazebo"))
+    waiting += [(block.get("reference"), element) for block in blocks for element in block.children]
+    for name, element in waiting:
+        tag, is_own = element.tag, element.parent is not None and element.parent.tag == "sdf"
+        numbers = _numbers(element) if tag in OF_COLLISIONS and not is_own else ""
+        if tag in _FOR_CONVERSION:
+            continue
+        if not name and tag in OF_MODEL:
+            found.model.append(element.verbatim)
+        elif name in carrier and (is_own or tag in OF_LINK):
+            text = element.verbatim if carrier[name] == name else _relative_to(element, name)
+            found.links.setdefault(carrier[name], []).append(with_noise(text))
+        elif numbers and name in carrier and robot.link[name].collision:
+            found.collisions.setdefault(name, {})[tag] = numbers
+        elif name in joints and tag in OF_JOINT:
+            found.joints.setdefault(name, []).append(element.verbatim)
+        else:
+            found.left_out[f"<{tag}>{f' of {name}' if name else ''}"] = None
+    return found
+
+
+def _numbers(element: Element) -> str:
+    """Return the numbers of an element for collisions, its text or its ``value``; empty if it is damaged."""
+    words = (element.get("value") or element.text).split()
+    try:
+        finite = all(math.isfinite(float(word)) for word in words)
+    except ValueError:
+        return ""
+    return " ".join(words) if finite and len(words) == OF_COLLISIONS[element.tag][2] else ""
+
+
+def collision_elements(numbers: Mapping[str, str], present: Collection[str]) -> list[str]:
+    """Return the elements of a collision for the words of its link, without those that are ``present``."""
+    made, parts = list[str](), dict[str, str]()
+    for word, (name, part, _) in OF_COLLISIONS.items():
+        text = f"<{name}>{numbers[word]}</{name}>" if word in numbers else ""
+        if text and part:
+            parts[part] = parts.get(part, "") + text
+        elif text and name not in present:
+            made.append(text)
+    surface = "".join(f"<{part}><ode>{inner}</ode></{part}>" for part, inner in parts.items())
+    return [*made, f"<surface>{surface}</surface>"] if surface and "surface" not in present else made
+
+
+def own_elements(texts: Sequence[str], *within: str) -> tuple[list[Element], Mapping[str, list[str]]]:
+    """Return the contents of the <sdf> of an entry: elements, and as text the contents of the elements ``within``.
+
+    ``within`` are the elements (tag/tag) that the entry has in any case; the texts are by those.
+    """
+    found, inner = list[Element](), dict[str, list[str]]()
+    waiting = [("", block) for block in _elements(texts, "sdf")]
+    while waiting:
+        above, block = waiting.pop(0)
+        for element in block.children:
+            path = f"{above}/{element.tag}".lstrip("/")
+            if path in within:
+                waiting.append((path, element))
+            elif above:
+                inner.setdefault(above, []).append(element.verbatim)
+            else:
+                found.append(element)
+    return found, inner
+
+
+def _elements(texts: Sequence[str], tag: str) -> Iterator[Element]:
+    """Yield the elements of a tag among those that an entry keeps."""
+    for text in texts:
+        if f"<{tag}" in text:
+            try:
+                document = parse(Source("", f"<all>{text}</all>"))
+            except MarkupError:  # too large: the rules found it well formed
+                continue
+            yield from (block for block in document.root.children if block.tag == tag)
+
+
+def _relative_to(element: Element, frame: str) -> str:
+    """Return an element of a frame of its link: its pose becomes relative to that frame."""
+    pose = next((child for child in element.children if child.tag == "pose"), None)
+    text, word = element.verbatim, f' relative_to="{frame}"'
+    if element.tag not in _POSED or (pose is not None and {"relative_to", "frame"} & pose.attributes.keys()):
+        return text
+    at = element.opened - element.start
+    if pose is not None:
+        at = pose.start - element.start + len("<pose")
+        return f"{text[:at]}{word}{text[at:]}"
+    if element.end == element.opened:  # <sensor .../>
+        return f"{text[: at - 2]}><pose{word}/></{element.tag}>"
+    return f"{text[:at]}<pose{word}/>{text[at:]}"

@@ -1,12 +1,13 @@
 """Read an SDF into the tree of a description (http://sdformat.org/spec, versions 1.4 to 1.12).
 
 What libsdformat refuses is refused, and so is what it accepts silently although it cannot be right: misspelt words, a
-second element where one is taken. Models within a model and those of other files are resolved: their names get the name
-of the model before them. What the language has no key for is kept as it is (``elements``).
+second element where one is taken. Nested and included models are resolved: their names get the name of the model
+before them. What the language has no key for is kept as it is (``elements``).
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,31 +16,32 @@ from rosorin_compile.formats.format import Opened, Placed
 from rosorin_compile.formats.imported import Imported, ReadOptions, as_tree, comments_of
 from rosorin_compile.formats.reading import accept, lower_artifact
 from rosorin_compile.formats.urdf.read import plain
-from rosorin_compile.model import Robot
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Source, Span, has_errors
+from rosorin_compile.formats.urdf.reading import NAME
+from rosorin_compile.model import Robot, Transform
+from rosorin_compile.rules.urdf_elements import sdf_elements
+from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Source, has_errors
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.wording import masked
-from rosorin_compile.source.xml.markup import Element, MarkupError, named, parse
+from rosorin_compile.source.wording import counted, first_of, listed, masked, quoted
+from rosorin_compile.source.xml.markup import Element, MarkupError, correction, named, parse
 
-from .bodies import Bodies, is_near
-from .elements import OF_MODEL, WORLD, keep, wrapped
-from .models import FRAME, LINK, Models, Node, Scope
-from .read_joints import Joints
-from .read_links import Entries, Links
-from .reading import SdfReading, WrittenPose, is_true
+from .content import OF_LINK, OF_MODEL, SOLIDS, WORLD, keep, wrapped
+from .models import FRAME, LINK, Node, Scope, SdfReading, relative_to
+from .read_joints import Bodies, Entries, Joints, is_near
+from .values import WrittenPose, is_true, name_span
 
 _READ = ("link", "frame", "joint", "model", "include", "pose")
 _IN_INCLUDE = ("uri", "name", "pose", "static", "placement_frame", "plugin")
-_NAMING = ("relative_to", "frame", "attached_to", "expressed_in")
 _NEWER = ("1.10", "1.11", "1.12")
+_INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+_OUTLINE = "polyline"  # a geometry may have several: one within another is a hole in it
+_WATER = 1000  # kg/m^3, the density of an inertial that is to be computed and has none
 
 
 def read_sdf(opened: Opened) -> Imported:
     """Return the robot of an SDF."""
     reading, document = SdfReading(opened.options, opened.path), opened.xml
-    models = Models(reading)
-    top = models.top(document.root, opened.path)
-    sections = None if top is None else _Robot(models, top).read()
+    top = reading.top(document.root, opened.path)
+    sections = None if top is None else _Robot(reading, top).read()
     diagnostics = reading.all_diagnostics()
     imported = Imported(None, diagnostics, (), tuple(reading.files))
     if sections is None or top is None or has_errors(diagnostics):
@@ -79,43 +81,41 @@ def read(text: str) -> Robot:
 class _Robot:
     """Makes the sections of a description from a model."""
 
-    def __init__(self, models: Models, top: Scope) -> None:
-        self.models, self.top, self.reading = models, top, models.reading
-        self.bodies = Bodies(models, top)
+    def __init__(self, reading: SdfReading, top: Scope) -> None:
+        self.reading, self.top = reading, top
+        self.bodies = Bodies(reading, top)
         self.entries = Entries({}, {}, {})
         self.holder: dict[str, Any] = {"urdf_elements": []}  # the elements of the robot
         self.constraints: dict[str, Placed] = {}
+        static = [top.element.get("static"), *(one.text for one in top.element.children if one.tag == "static")]
+        self.of_pieces = "fixed" if any(map(is_true, static)) else "floating"  # joints that hold pieces without a joint
 
     def read(self) -> dict[str, Any] | None:
-        """Return the sections of the description, or None after an error that hides all others."""
-        top, reading = self.top, self.reading
-        if not self.bodies.links and not has_errors(reading.diagnostics):
+        top, reading, bodies = self.top, self.reading, self.bodies
+        if not bodies.links and not has_errors(reading.diagnostics):
             help = "add <link>: readers of SDF refuse a model without"
             reading.error("no-links", f'the model "{top.name}" has no links', top.element.span, help)
-        canonical = self.models.canonical(top)
-        if canonical is None or has_errors(reading.diagnostics):
+        if reading.canonical(top) is None or has_errors(reading.diagnostics):
             return None
         self._name_nodes()
-        roots = self.bodies.roots()
+        roots = bodies.roots()
         world = self._world_link(roots)
-        for node in self.bodies.members:
+        if world:
+            self.entries.links[world] = {}
+        for node in bodies.members:
             self.entries.links[node.called] = {}
             reading.paths[id(node.element)] = ("links", node.called)
             if node.kind == FRAME:
                 reading.check(node.element, ("pose",), ("name", "attached_to"), None)
-        Links(self.bodies, self.entries).read()
-        if roots and not world and self.bodies.body_of(roots[0]) is not canonical:
-            message = f'the canonical link of the model is "{canonical.called}", that of the SDF of the robot where it'
-            reading.note("import-converted", f"{message} begins", canonical.element.span)
-        joints = Joints(self.bodies, self.entries)
+        Links(bodies, self.entries).read()
+        joints = Joints(bodies, self.entries)
         joints.read(world)
         for node in roots if world else ():
-            joints.fix(node, world, self.bodies.local_pose(node, None), "fixed" if self._is_static() else "floating")
-        spans = {node.called: _name_span(node.element) for node in self.bodies.members}
-        links = {name: entry for name, entry in self.entries.links.items() if name != world}
-        links = {world: {}, **links} if world else links
-        made: dict[str, Any] = {"robot": Placed(top.name, _name_span(top.element))}
-        made["links"] = {name: Placed(entry, spans.get(name, top.element.span)) for name, entry in links.items()}
+            joints.fix(node, world, bodies.local_pose(node, None), self.of_pieces)
+        spans = {node.called: name_span(node.element) for node in bodies.members}
+        links = self.entries.links
+        made: dict[str, Any] = {"robot": Placed(top.name, name_span(top.element))}
+        made["links"] = {name: Placed(links[name], spans.get(name, top.element.span)) for name in links}
         self._keep_elements(top)
         for name, found in self.entries.gazebo.items():
             self._put("gazebo", found, reference=name)
@@ -125,34 +125,17 @@ class _Robot:
     # Names and the world
 
     def _name_nodes(self) -> None:
-        """Give each link, frame and joint a name that a description can have and no other has."""
-        note = self.reading.note
         for nodes in (self.bodies.members, [joint.node for joint in self.bodies.joints]):
             taken: set[str] = set()
             for node in nodes:
-                first = node.scope.prefix + node.name.removesuffix(f" ({node.kind})")
+                first = node.scope.prefix + node.name
                 node.called = first.replace("::", "_")
                 while node.called in taken:
                     node.called += "_"
                 taken.add(node.called)
                 if node.called != first:
-                    why = "no name leads into a model here" if "::" in first else "something else has its name"
-                    message = f'the {node.kind} "{first}" is called "{node.called}": {why}'
-                    note("import-changed", message, node.element.span)
-        inner = [node.inner for node in self.top.nodes.values() if node.inner is not None and not node.inner.is_merged]
-        for scope in inner:
-            span = (scope.including or scope.element).span
-            if scope is inner[0]:
-                message = f'the names of the model "{scope.name}" within begin with "{scope.name}_" here'
-                message += f", and so on for {len(inner) - 1} more" if len(inner) > 1 else ""
-                note("import-converted", message, span)
-            if any(child.tag == "plugin" for child in scope.element.children):
-                what = f'a plugin of the model "{scope.name}" becomes one of the robot: names in it stay as they are'
-                note("import-changed", what, span)
-
-    def _is_static(self) -> bool:
-        static = (child.text for child in self.top.element.children if child.tag == "static")
-        return any(map(is_true, (self.top.element.get("static"), *static)))
+                    message = f'the {node.kind} "{first}" is called "{node.called}" in the description'
+                    self.reading.note("import-changed", message, node.element.span)
 
     def _world_link(self, roots: list[Node]) -> str:
         """Return the link that is the world, if the model is joined to it or is in several pieces."""
@@ -162,26 +145,16 @@ class _Robot:
         name = WORLD
         while name in {node.called for node in self.bodies.members}:
             name += "_"
-        if len(roots) > 1 or (roots and is_joined):
-            how = "fixed, as the model is static" if self._is_static() else "floating"
-            message = f'the model has pieces that no joint connects: joints to a link "{name}" hold them, {how}'
-            if len(roots) == 1:
-                message = f'no joint holds "{roots[0].called}": one to the link "{name}" does, {how}'
+        if roots:
+            pieces = quoted([node.called for node in roots], 3)
+            message = f'no joint in the SDF moves {pieces}: {self.of_pieces} joints to a link "{name}" are added'
             self.reading.note("import-converted", message, roots[0].element.span)
         return name
 
     def _root(self, roots: list[Node], world: str) -> dict[str, Any]:
-        """Return the pose of the root in the world."""
-        if world:
-            return {"world": True}
-        if not roots:
-            return {}
-        own = self.bodies.pose(roots[0])
-        if not is_near(own):
-            message = f'the robot begins at "{roots[0].called}", which is not where the frame of the model is:'
-            message += " what includes the SDF of the robot places that link"
-            self.reading.note("import-converted", message, roots[0].element.span)
-        here = self.bodies.world.then(own)
+        if world or not roots:
+            return {"world": True} if world else {}
+        here = self.bodies.world.then(self.bodies.pose(roots[0]))
         of_model = self.reading.pose(self.reading.single(self.top.element, "pose"))
         written = of_model if of_model.transform == here else WrittenPose(here)
         return {} if is_near(here) else written.entry((written.element or self.top.element).span)
@@ -189,7 +162,6 @@ class _Robot:
     # Kept elements
 
     def _put(self, tag: str, found: Sequence[tuple[Element, str]], **attributes: str) -> None:
-        """Keep elements of the robot in one with a tag."""
         if found:
             text = wrapped(tag, [text for _, text in found], **attributes)
             index = keep(self.holder, found[0][0], text)
@@ -197,27 +169,28 @@ class _Robot:
                 self.reading.paths[id(element)] = ("urdf_elements", index)
 
     def _keep_elements(self, scope: Scope) -> None:
-        """Keep what the models contain besides links, frames and joints."""
-        element = scope.element
-        self.reading.paths[id(element)] = ("robot",)
-        rest = self.reading.rest(element, _READ, ("name", "canonical_link", "placement_frame"))
+        element, reading = scope.element, self.reading
+        reading.paths[id(element)] = ("robot",)
+        rest = reading.rest(element, _READ, ("name", "canonical_link", "placement_frame"))
         gazebo = [child for child in rest if child.tag in OF_MODEL]
         rest = [child for child in rest if child.tag not in OF_MODEL]
-        if scope is not self.top:  # what a model within has is for that alone, but plugins
+        if scope is not self.top:  # what a nested model has is for that model alone, except for plugins
             for child in gazebo:
                 if child.tag != "plugin":
-                    self.reading.cannot_carry(f"<{child.tag}> of {named(element)} within", child.span)
+                    reading.cannot_carry(f"<{child.tag}> of {named(element)} within", child.span)
+                elif not scope.is_merged:
+                    message = f"{named(child)} becomes one of the robot: names in it stay as they are"
+                    reading.note("import-changed", message, child.span)
             gazebo = [child for child in gazebo if child.tag == "plugin"]
         if scope.including is not None:
             gazebo += [child for child in scope.including.children if child.tag == "plugin"]
-            self.reading.check(scope.including, _IN_INCLUDE, ("merge",), None)
-        for child in rest:
-            if child.tag == "drake:joint":
-                message = f"{named(child)} is a joint of Drake's own, which no description has"
-                self.reading.lenient("sdf-joint", message, child.span, "make it one of SDF", "keeps it as it is")
+            reading.check(scope.including, _IN_INCLUDE, ("merge",), None)
+        for child in (child for child in rest if child.tag == "drake:joint"):
+            message = f"{named(child)} is a joint of Drake's own, which no description has"
+            reading.lenient("sdf-joint", message, child.span, "make it one of SDF", "keeps it as it is")
         rest = [child for child in rest if not self._is_constraint(child, scope)]
         for tag, found in (("gazebo", gazebo), ("sdf", rest)):
-            self._put(tag, [(child, self.models.text_of(child, scope)) for child in found])
+            self._put(tag, [(child, reading.text_of(child, scope)) for child in found])
         for node in scope.nodes.values():
             if node.inner is not None:
                 self._keep_elements(node.inner)
@@ -227,7 +200,7 @@ class _Robot:
         words = {child.tag.removeprefix(f"{element.tag}_"): child for child in element.children}
         if element.tag != "drake:ball_constraint" or not {"body_A", "body_B", "p_AP"} <= words.keys():
             return False
-        ends = [self.models.find(scope, words[key].text) for key in ("body_A", "body_B")]
+        ends = [scope.find(words[key].text) for key in ("body_A", "body_B")]
         point = self.reading.all_of(words["p_AP"], 3)
         links = [node.called for node in ends if node is not None and node.kind == LINK]
         if len(links) != len(ends) or point is None:
@@ -241,5 +214,210 @@ class _Robot:
         return True
 
 
-def _name_span(element: Element) -> Span:
-    return element.attributes["name"].span if "name" in element.attributes else element.span
+class Links:
+    """Reads the links of a model into entries."""
+
+    def __init__(self, bodies: Bodies, entries: Entries) -> None:
+        self.bodies, self.entries, self.reading = bodies, entries, bodies.reading
+
+    def read(self) -> None:
+        for link in self.bodies.links:
+            element = link.element
+            self._inertial(link)
+            for child in element.children:
+                if child.tag in ("visual", "collision"):
+                    self._shape(child, link)
+            for child in self.reading.rest(element, ("pose", "inertial", "visual", "collision"), ("name",)):
+                if child.tag in OF_LINK:
+                    pose = self.reading.single(child, "pose")
+                    owner, _ = self._placed(pose, link)
+                    text = self.reading.text_of(child, link.scope, None if owner is link else pose)
+                    self.entries.gazebo.setdefault(owner.called, []).append((child, text))
+                else:
+                    self._keep(child, link)
+        massless = [link for link in self.bodies.links if all(one.tag != "inertial" for one in link.element.children)]
+        if massless:
+            names = [node.called for node in massless]
+            which = f'link "{names[0]}" has' if len(names) == 1 else f"{counted(len(names), 'link')} have"
+            which += f" no <inertial> ({first_of(names, 3)})" if len(names) > 1 else " no <inertial>"
+            message = f"{which}: readers of SDF take 1 kg, and so does the description"
+            self.reading.note("import-converted", message, massless[0].element.span)
+
+    def _keep(self, element: Element, link: Node) -> None:
+        text = wrapped("sdf", [self.reading.text_of(element, link.scope)])
+        index = keep(self.entries.links[link.called], element, text)
+        self.reading.paths[id(element)] = ("links", link.called, "urdf_elements", index)
+
+    def _inertial(self, link: Node) -> None:
+        reading = self.reading
+        element = reading.single(link.element, "inertial")
+        span = (element or link.element).span
+        made: dict[str, Any] = {"mass": 1, "inertia": {key: Placed(1, span) for key in _INERTIA[:3]}}
+        if element is not None:
+            reading.paths[id(element)] = ("links", link.called, "inertial")
+        if element is not None and is_true(element.get("auto")):
+            made = {"of": "collision", "density": reading.one(element, "density") or Placed(_WATER, span)}
+            reading.check(element, ("density",), ("auto",), None)
+            for child in link.element.children:
+                for part in child.children if child.tag == "collision" else ():
+                    if part.tag in ("density", "auto_inertia_params"):
+                        reading.cannot_carry(f"<{part.tag}> of {named(child)}", part.span)
+        elif element is not None:
+            inertia = reading.single(element, "inertia")
+            at = (inertia or element).span
+            default = {"ixx": Placed(1, at), "iyy": Placed(1, at), "izz": Placed(1, at)}
+            moments = {key: reading.one(inertia, key) or default.get(key) for key in _INERTIA}
+            if inertia is not None:
+                reading.check(inertia, _INERTIA, (), None)
+            made = {"mass": reading.one(element, "mass") or Placed(1, span)}
+            made |= self._placed(reading.single(element, "pose"), link, at_frame=False)[1].entry(span)
+            made["inertia"] = Placed({key: one for key, one in moments.items() if one is not None}, at)
+            reading.check(element, ("pose", "mass", "inertia"), ("auto",), None)
+        self.entries.links[link.called]["inertial"] = Placed(made, span)
+
+    def _placed(self, pose: Element | None, link: Node, at_frame: bool = True) -> tuple[Node, WrittenPose]:
+        """Return the frame of the body that a pose in a link is relative to, or the link, and the pose in it."""
+        written, base, attribute = self.reading.pose(pose), link, relative_to(pose)
+        if attribute is not None and pose is not None:
+            what = f"relative_to of {named(pose)}"
+            base = self.reading.require(link.scope, attribute.value, attribute.span, what) or link
+        if base is link or (at_frame and base.kind in (LINK, FRAME) and self.bodies.body_of(base) is link):
+            return base, written
+        here = self.bodies.pose(link).inverse().then(self.bodies.pose(base))
+        return link, written if here == Transform() else WrittenPose(here.then(written.transform), element=pose)
+
+    def _shape(self, element: Element, link: Node) -> None:
+        reading = self.reading
+        owner, placed = self._placed(reading.single(element, "pose"), link)
+        geometry = reading.single(element, "geometry")
+        if geometry is None:
+            reading.error("missing-element", f"{named(element)} has no <geometry>", element.span, "add one")
+            return
+        made: dict[str, Any] = {}
+        solid = self._solid(geometry, made, link)
+        if solid is None:
+            return
+        if solid.tag not in SOLIDS:
+            message = f"<{solid.tag}> of {named(element)} is a shape of its own kind: kept as it is"
+            reading.diagnostics.append(Diagnostic("import-kept", NOTE, message, solid.span))
+            self._keep(element, link)
+            return
+        shapes = self.entries.links[owner.called].setdefault(element.tag, [])
+        reading.paths[id(element)] = ("links", owner.called, element.tag, len(shapes))
+        attribute = element.attributes.get("name")
+        if attribute is None or not attribute.value:
+            message = f"a <{element.tag}> of {named(link.element)} has no name"
+            reading.lenient("missing-attribute", message, element.span, 'add name="..."', "takes it without")
+        elif not NAME.match(attribute.value):
+            reading.cannot_carry(f'the name "{attribute.value}" of <{element.tag}>', attribute.span)
+        elif attribute.value != f"{owner.called}_{element.tag}_{len(shapes) + 1}":  # as we name shapes without a name
+            made["name"] = Placed(attribute.value, attribute.span)
+        made |= placed.entry(element.span)
+        self._details(element, solid, made, link)
+        shapes.append(Placed(made, element.span))
+
+    def _details(self, element: Element, solid: Element, made: dict[str, Any], link: Node) -> None:
+        reading, rest = self.reading, list[str]()
+
+        def texts(elements: list[Element]) -> list[str]:
+            return [reading.text_of(child, link.scope) for child in elements]
+
+        inner = reading.rest(solid, (*SOLIDS[solid.tag], "uri"), ("optimization",))
+        if inner:
+            rest.append(wrapped(solid.tag, texts(inner)))
+            if any(child.tag == "submesh" for child in inner):
+                message = f"the submesh of {named(element)} is kept for SDF alone: other formats have the whole mesh"
+                reading.note("import-converted", message, solid.span)
+        material = reading.single(element, "material")
+        if material is not None and element.tag == "collision":
+            reading.ignored("the material of a collision: what collides is not seen", material.span)
+        elif material is not None and (look := self._look(material, made, link)):
+            rest.append(wrapped("material", texts(look)))
+        for child in reading.rest(element, ("pose", "geometry", "material"), ("name",)):
+            friction = self._friction(child) if child.tag == "surface" else None
+            if friction is not None:
+                made["contact"] = Placed({"friction": Placed([friction], friction.span)}, child.span)
+            else:
+                rest += texts([child])
+        if rest:
+            keep(made, element, wrapped("sdf", rest))
+
+    def _friction(self, surface: Element) -> Placed | None:
+        """Return the coefficient of a surface that has nothing else, equal in both directions."""
+        ode = _only_descendant(surface, "friction", "ode")
+        found = {child.tag: self.reading.one(ode, child.tag) for child in ode.children} if ode is not None else {}
+        mu, other = found.get("mu"), found.get("mu2")
+        same = other is None or (mu is not None and mu.value == other.value)
+        return mu if found.keys() <= {"mu", "mu2"} and same else None
+
+    def _look(self, material: Element, made: dict[str, Any], link: Node) -> list[Element]:
+        """Set the colour and the image of a visual; return what else its material has."""
+        diffuse, ambient = (self._colour(material, tag) for tag in ("diffuse", "ambient"))
+        read = ["diffuse"]
+        if diffuse is not None:
+            made["rgba"] = diffuse
+            if ambient is not None and [one.value for one in ambient.value] == [one.value for one in diffuse.value]:
+                read.append("ambient")
+        rest = []
+        for child in self.reading.rest(material, read):
+            image = _only_descendant(child, "metal", "albedo_map") if child.tag == "pbr" else None
+            if image is not None and image.text:
+                made["texture"] = Placed(self._address(image.text, link), image.span)
+            else:
+                rest.append(child)
+        return rest
+
+    def _colour(self, material: Element, tag: str) -> Placed | None:
+        child = self.reading.single(material, tag)
+        values = None if child is None else self.reading.all_of(child, 3 if len(child.text.split()) == 3 else 4)
+        return None if values is None or child is None else Placed([*values, Placed(1, child.span)][:4], child.span)
+
+    def _solid(self, geometry: Element, made: dict[str, Any], link: Node) -> Element | None:
+        """Set the shape of an entry and return its element; None after an error."""
+        reading = self.reading
+        children = [child for child in geometry.children if child.tag != "empty"] or geometry.children
+        if len(children) > 1 and {child.tag for child in children} != {_OUTLINE}:
+            message = f"{named(geometry)} has {listed(f'<{child.tag}>' for child in children)}; it takes one"
+            reading.error("duplicate-element", message, children[1].span, "make a second shape of it")
+            return None
+        if not children:
+            help = f"it takes one of {', '.join(SOLIDS)}"
+            reading.error("missing-element", f"{named(geometry)} is empty", geometry.span, help)
+            return None
+        solid, before = children[0], len(reading.diagnostics)
+        if solid.tag not in SOLIDS:
+            known = sdf_elements()["geometry"]
+            near = None if solid.tag in known or reading.options.lenient else correction(solid.tag, known)
+            if near is not None:
+                reading.misspelt(f"<{solid.tag}>", f"<{near}>", geometry, solid.span)
+            return solid if near is None else None
+        sizes: dict[str, Any] = {}
+        uri = reading.text(solid, "uri") if solid.tag == "mesh" else None
+        if uri is not None and uri.value != "__default__":
+            sizes["file"] = Placed(self._address(str(uri.value), link), uri.span)
+        elif solid.tag == "mesh":
+            reading.error("missing-element", f"{named(solid)} has no <uri>", solid.span, "name the mesh")
+        for key, count in SOLIDS[solid.tag].items():
+            child = reading.single(solid, key)
+            if child is None and key != "scale":
+                reading.error("missing-element", f"{named(solid)} has no <{key}>", solid.span, f"add <{key}>")
+            values = None if child is None else reading.all_of(child, count, "" if key == "scale" else "m")
+            if child is not None and values and (key != "scale" or [one.value for one in values] != [1, 1, 1]):
+                sizes[key] = values[0] if count == 1 else Placed(values, child.span)
+        made[solid.tag] = Placed(sizes, solid.span)
+        return None if has_errors(reading.diagnostics[before:]) else solid
+
+    def _address(self, uri: str, link: Node) -> str:
+        first, own = self.reading.files[0], link.scope.file
+        if "://" in uri or uri.startswith("/") or first.parent == own.parent:
+            return uri
+        return os.path.relpath(own.parent / uri, first.parent).replace(os.sep, "/")
+
+
+def _only_descendant(element: Element, *tags: str) -> Element | None:
+    """Return the element at the end of a path of tags, if nothing else is in the elements on the way."""
+    for tag in tags:
+        if [child.tag for child in element.children] != [tag]:
+            return None
+        element = element.children[0]
+    return element

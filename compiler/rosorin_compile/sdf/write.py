@@ -1,9 +1,8 @@
 """The SDF of a robot, as text.
 
 Every frame of the description is in it: what has mass is a ``<link>``, the rest ``<frame attached_to>`` (``content``).
-Each pose is relative to the frame that the description has it in, so that its numbers are those of the description: a
-joint is placed in its parent, the child at the joint, a shape in its own frame.
-Rules of the readers: the specification files of libsdformat 12, and what Drake 1.51 refuses.
+Each pose has the numbers of the description: a joint is placed in its parent, the child at the joint, a shape in its
+own frame. Readers: libsdformat 12 and Drake 1.51.
 """
 
 from __future__ import annotations
@@ -15,46 +14,25 @@ from markupsafe import escape
 
 from rosorin_compile.formats.gazebo_elements import DISTRIBUTIONS, distribution, sensor_lines, with_noise
 from rosorin_compile.formats.templating import Templates, attributes, comment
-from rosorin_compile.model import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Joint,
-    Mesh,
-    Output,
-    Pose,
-    Robot,
-    Sensor,
-    Shape,
-    Sphere,
-    Transform,
-)
+from rosorin_compile.model import Joint, Mesh, Output, Pose, Robot, Sensor, Shape, Transform
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.shape import ROWS
 from rosorin_compile.model.simulation import CLASSIC, Entry, GazeboSensor
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
 from rosorin_compile.source.numbers import number_format, numbers, vector
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.xml.elements import indented
 
-from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, content_of, joint_names, version_of, world_of
-from .elements import WORLD, collision_elements, kept, own_elements
+from . import content as contents
+from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, SOLIDS, WORLD, collision_elements, own_elements
 
 RULES = (
-    Rule(
-        "sdf-cannot-say",
-        "A warning: SDF has no planar joint; before 1.11 it has no mimic; a joint and a link have one name, which is "
-        "one too many. A note: what a description has for the reader of URDF alone.",
-        "The message says what is written, or what to do.",
-        Heading.FORMATS,
-    ),
+    Rule("sdf-cannot-say", "A warning: SDF has no word for something in the description.", "See the message.", FORMATS),
     Rule(
         "sdf-without-mass",
-        "A warning: a link that moves has no mass, nor what is fixed to it. SDF would take it for 1 kg, so that the "
-        "least that engines take is written.",
+        "A warning: a moving link has no mass, which SDF cannot express.",
         "Give it an `inertial`.",
-        Heading.FORMATS,
+        FORMATS,
     ),
 )
 
@@ -79,7 +57,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
         robot = with_visuals(robot)
     writer = _Writer(robot, output)
-    return "".join(f"{line}\n" for line in writer.lines()), [*writer.diagnostics()]
+    return "".join(f"{line}\n" for line in writer.lines()), writer.diagnostics()
 
 
 def _element(start: str, lines: Iterable[str], indent: str) -> list[str]:
@@ -96,12 +74,13 @@ class _Writer:
 
     def __init__(self, robot: Robot, output: Output) -> None:
         self.robot, self.gazebo = robot, output.options.get("gazebo")
-        self.number, self.version = number_format(output.options), version_of(robot, output)
+        self.number, self.version = number_format(output.options), contents.version_of(robot, output)
         self.boxes = str(output.options.get("height_maps", ROWS))
-        self.content, self.world, self.names = content_of(robot), world_of(robot), joint_names(robot)
+        self.content, self.names = contents.content_of(robot), contents.joint_names(robot)
+        self.world = contents.world_of(robot)
         carrier = self.content.carrier
         self.shapes = {purpose: self._named(purpose) for purpose in ("visual", "collision")}
-        self.kept = kept(robot, carrier, [j.name for j in robot.joints if self.content.has_joint(j)])
+        self.kept = contents.kept(robot, carrier, [j.name for j in robot.joints if self.content.has_joint(j)])
         self.loops = [one for one in robot.constraints if one.tag in _LOOPS and one.values.get("active") is not False]
         self.open: list[str] = []  # loops that are not written
         self.unseen: dict[str, list[str]] = {}  # names of sensors by the reason
@@ -111,21 +90,20 @@ class _Writer:
                 self._sensor(sensor, one)
 
     def _named(self, purpose: str) -> dict[str, list[tuple[str, Shape]]]:
-        """Return the solids of each link, each with a name that is unique on the body."""
-        taken: dict[str, set[str]] = {}
+        taken: set[tuple[str, str]] = set()
         found: dict[str, list[tuple[str, Shape]]] = {}
         for link in self.robot.links:
-            if link.name not in self.content.carrier:
+            body = self.content.carrier.get(link.name)
+            if body is None:
                 continue
-            names = taken.setdefault(self.content.carrier[link.name], set())
             solids = [solid for shape in getattr(link, purpose) for solid in shape.solids(self.boxes)]
             for index, solid in enumerate(solids, 1):
                 name = solid.name or f"{link.name}_{purpose}_{index}"
-                if name in names and solid.name:
+                if (body, name) in taken and solid.name:
                     name = f"{link.name}_{name}"
-                while name in names:
+                while (body, name) in taken:
                     name += "_"
-                names.add(name)
+                taken.add((body, name))
                 found.setdefault(link.name, []).append((name, solid))
         return found
 
@@ -137,7 +115,6 @@ class _Writer:
         return f"<pose{base}>{vector(pose.xyz, self.number)} {vector(pose.rpy, self.number)}</pose>"
 
     def lines(self) -> Iterator[str]:
-        """Yield the lines of the file."""
         robot, root = self.robot, self.robot.root_in_world
         of_drake = ' xmlns:drake="http://drake.mit.edu"' if self.loops and not self.gazebo else ""
         yield '<?xml version="1.0"?>'
@@ -160,7 +137,6 @@ class _Writer:
         yield "</sdf>"
 
     def _link(self, name: str) -> list[str]:
-        """Return a link, or a frame that is attached to one."""
         above, attached = self.robot.joint_to.get(name), self.content.attached.get(name, "")
         if above is None:
             pose = self.pose(IDENTITY, MODEL) if attached else ""
@@ -188,7 +164,6 @@ class _Writer:
         return _element(f"link{attributes(name=name)}", lines, "    ")
 
     def _shape(self, link: str, name: str, solid: Shape, purpose: str) -> list[str]:
-        """Return a visual or a collision of a link."""
         own, inner = own_elements(solid.urdf_elements, "material", "mesh")
         pose = self.pose(solid.origin(), "" if self.content.carrier[link] == link else link)
         geometry = f"<geometry>{self._geometry(solid, inner.get('mesh', ()))}</geometry>"
@@ -208,19 +183,15 @@ class _Writer:
     def _geometry(self, solid: Shape, kept: Sequence[str]) -> str:
         """Return the element of a geometry; ``kept`` is what else is in that of a mesh."""
         shape, number = solid.geometry, self.number
-        if isinstance(shape, Box):
-            return f"<box><size>{numbers(shape.size, number)}</size></box>"
-        if isinstance(shape, (Cylinder, Capsule)):
-            tag = "cylinder" if isinstance(shape, Cylinder) else "capsule"
-            return f"<{tag}><radius>{number(shape.radius)}</radius><length>{number(shape.length)}</length></{tag}>"
-        if isinstance(shape, Sphere):
-            return f"<sphere><radius>{number(shape.radius)}</radius></sphere>"
-        if isinstance(shape, Ellipsoid):
-            return f"<ellipsoid><radii>{numbers(shape.radii, number)}</radii></ellipsoid>"
+        tag = type(shape).__name__.lower()
+        sizes = {key: getattr(shape, key) for key in SOLIDS[tag]}
+        start = ""
         if isinstance(shape, Mesh):
-            scale = "" if shape.scale == (1.0, 1.0, 1.0) else f"<scale>{numbers(shape.scale, number)}</scale>"
-            return f"<mesh><uri>{escape(shape.file)}</uri>{scale}{''.join(kept)}</mesh>"
-        raise TypeError(f"{type(shape).__name__} is not a solid")
+            start = f"<uri>{escape(shape.file)}</uri>"
+            sizes = {} if shape.scale == (1.0, 1.0, 1.0) else sizes
+        texts = {key: numbers(size, number) if isinstance(size, tuple) else number(size) for key, size in sizes.items()}
+        inner = "".join(f"<{key}>{text}</{key}>" for key, text in texts.items())
+        return f"<{tag}>{start}{inner}{''.join(kept)}</{tag}>"
 
     def _look(self, visual: Shape, more: Sequence[str]) -> str:
         """Return the contents of a material; ``more`` is what the description has for SDF alone."""
@@ -235,7 +206,6 @@ class _Writer:
         return made + "".join(more)
 
     def _joint(self, joint: Joint) -> list[str]:
-        """Return a joint with its axis and what the description keeps for it."""
         own, inner = own_elements(joint.urdf_elements, "axis", "axis/limit", "axis/dynamics")
         lines = self._ends(joint.origin, joint.parent, joint.child)
         if not (joint.is_fixed or joint.is_axleless):
@@ -270,10 +240,7 @@ class _Writer:
         return [*lines, *_indented(more.get("axis", ()), "        ")]
 
     def _closed(self) -> Iterator[str]:
-        """Yield what closes each kinematic loop: a ball or fixed joint for Gazebo, or constraints for Drake.
-
-        Drake 1.51 refuses a file whose joints are no tree, and Gazebo has no word but joints.
-        """
+        """Yield a ball or fixed joint for each kinematic loop, or constraints for Drake, which refuses such joints."""
         places = self.robot.poses_in_root({})
         taken = {link.name for link in self.robot.links} | set(self.names.values())
         for loop in self.loops:
@@ -304,24 +271,16 @@ class _Writer:
                 yield from _element(f"{word}{attributes(name=name)}", lines, "    ")
 
     def _loop_ends(self, loop: Entry) -> tuple[str, str, Transform] | None:
-        """Return the links of a constraint and its place in the first, or None unless both are links of the SDF.
-
-        MuJoCo holds together what coincides where all joints are at zero.
-        """
+        """Return the links of a constraint and its place in the first (joints at zero), or None without such links."""
         if "relpose" in loop.values:
             return None
-        sites = {
-            mark.name: (link.name, mark.pose.transform())
-            for link in self.robot.links
-            for mark in link.marked
-            if mark.tag == "site"
-        }
-        ends = []
-        for number in (1, 2):
-            name = str(loop.values.get(f"body{number}", loop.values.get(f"site{number}", "")))
-            ends.append(sites.get(name, ("", Transform())) if "site1" in loop.values else (name, Transform()))
-        (first, at), (second, _) = ends
-        anchor = loop.values.get("anchor")
+        marks = [(link.name, mark) for link in self.robot.links for mark in link.marked if mark.tag == "site"]
+        sites = {mark.name: (link, mark.pose.transform()) for link, mark in marks}
+        values = loop.values
+        first, second, at = str(values.get("body1", "")), str(values.get("body2", "")), Transform()
+        if "site1" in values:
+            (first, at), (second, _) = (sites.get(str(values.get(f"site{end}")), ("", at)) for end in (1, 2))
+        anchor = values.get("anchor")
         if isinstance(anchor, tuple):
             x, y, z = (float(value) for value in anchor)
             at = Transform(xyz=(x, y, z))
@@ -329,73 +288,64 @@ class _Writer:
 
     def _sensor(self, sensor: Sensor, one: GazeboSensor) -> None:
         """Write a sensor of Gazebo into the link or joint that it is in, or take down why it cannot be."""
-        kind = distribution(self.gazebo)
+        kind, link, why = distribution(self.gazebo), one.feels or one.link, ""
         frame_id = _FRAME_ID if self.version == NEWEST else DISTRIBUTIONS.get(kind, "")
         names = [name for name, _ in self.shapes["collision"].get(one.feels, ())]
-        link = one.feels or one.link
-        if one.at_joint and self.content.has_joint(self.robot.joint[one.link]):
-            where, base = f"joint {one.link}", ""
-        elif one.at_joint or (one.feels and not names) or link not in self.content.carrier:
-            why = f'link "{one.feels}" has no shape that could feel' if one.feels else f'"{one.link}" is the world'
-            why = f'joint "{one.link}" holds nothing that has mass' if one.at_joint else why
+        where = f"joint {one.link}" if one.at_joint else self.content.carrier.get(link, "")
+        base = "" if one.at_joint or where == link else link
+        if one.at_joint and not self.content.has_joint(self.robot.joint[one.link]):
+            why = f'joint "{one.link}" holds nothing that has mass'
+        elif one.feels and not names:
+            why = f'link "{one.feels}" has no shape that could feel'
+        elif not where:
+            why = f'"{one.link}" is the world'
+        if why:
             self.unseen.setdefault(why, []).append(sensor.name)
             return
-        else:
-            where = self.content.carrier[link]
-            base = "" if where == link else link
         pose = self.pose(IDENTITY if one.at_joint or one.feels else one.pose, base)
         lines = sensor_lines(one.in_classic() if kind == CLASSIC else one, frame_id, self.number, "      ", pose, names)
         self.sensors.setdefault(where, []).append(with_noise("\n".join(lines)))
 
-    def diagnostics(self) -> Iterator[Diagnostic]:
-        """Yield what the SDF does not contain, or contains in another form."""
+    def diagnostics(self) -> list[Diagnostic]:
+        """Return what the SDF does not contain, or contains in another form."""
+        robot, content, found = self.robot, self.content, list[Diagnostic]()
 
-        def several(names: Sequence[str], what: str, verb: str = "is") -> str:
-            plural = {"is": "are", "has": "have"}[verb]
-            return f"{what} {quoted(names)} {verb}" if len(names) == 1 else f"{what}s {quoted(names, 3)} {plural}"
+        def lost(message: str, names: Sequence[str], help: str, rule: str = "sdf-cannot-say") -> None:
+            if names:
+                found.append(Diagnostic(rule, WARNING, f"{message}: {quoted(names, 3)}", help=help))
 
-        def lost(message: str, help: str, rule: str = "sdf-cannot-say") -> Diagnostic:
-            return Diagnostic(rule, WARNING, message, help=help)
-
-        robot, weightless = self.robot, self.content.weightless
-        if weightless:
-            message = f"{several(weightless, 'link', 'has')} no mass, nor what is fixed there: {LEAST.mass:g} kg in the"
-            help = "give it an inertial" if len(weightless) == 1 else "give them inertials"
-            yield lost(f"{message} SDF, whose readers would take 1 kg", help, "sdf-without-mass")
+        message = f"readers of SDF take a moving link without mass for 1 kg, so {LEAST.mass:g} kg is written"
+        lost(message, content.weightless, "give it an inertial", "sdf-without-mass")
         planar = [joint.name for joint in robot.joints if joint.type == "planar"]
-        if planar:
-            message = f"SDF has no planar joint: without {quoted(planar, 3)} the link is free to move every way"
-            yield lost(message, "or make it two prismatic joints and a continuous")
+        message = "SDF has no planar joint, so the child is free to move every way"
+        lost(message, planar, "or make it two prismatic joints and a continuous one")
         axleless = [joint for joint in robot.joints if not joint.moves and not joint.is_fixed]
         names = [joint.name for joint in axleless if joint.dynamics and any(astuple(joint.dynamics))]
-        if names:
-            message = f"SDF has no dynamics of joints that move in several directions: {quoted(names, 3)}"
-            yield lost(message, "make each of them several joints, one for each axis")
-        for name, other in self.names.items():
-            if name != other and self.content.has_joint(robot.joint[name]):
-                message = f'joint "{name}" is called "{other}" in the SDF, where a link or a frame has that name'
-                yield lost(message, "give it another name in the description")
-        followers = [joint.name for joint in robot.joints if joint.mimic]
-        if followers and self.version in (OLDEST, "1.10"):
-            message = f"SDF {self.version} has no mimic: Gazebo lets {quoted(followers, 3)} move freely"
-            yield lost(message, f'say version: "{FOLLOWERS}"')
+        message = "SDF has no dynamics of joints that move in several directions"
+        lost(message, names, "make each of them several joints, one for each axis")
+        names = [
+            joint.name for joint in robot.joints if content.has_joint(joint) and joint.name != self.names[joint.name]
+        ]
+        message = "a joint with the name of a link or frame gets the ending _joint in the SDF"
+        lost(message, names, "give it another name in the description")
+        followers = [joint.name for joint in robot.joints if joint.mimic and self.version in (OLDEST, "1.10")]
+        message = f"SDF {self.version} has no mimic, so these joints move freely in Gazebo"
+        lost(message, followers, f'set version: "{FOLLOWERS}"')
         for why, names in self.unseen.items():
-            message = f"{several(names, 'sensor')} not seen by Gazebo: {why}"
-            yield lost(message, "or leave the sensor out: gazebo: []", "gazebo-cannot-see")
-        closed = [one.name for one in self.loops if one.name not in self.open]
+            lost(
+                f"not seen by Gazebo, because {why}", names, "or leave the sensor out: gazebo: []", "gazebo-cannot-see"
+            )
         couplings = [one.name for one in robot.constraints if one.tag not in _LOOPS]
-        for names, help in (
-            (self.open, "both ends have to be links of the SDF"),
-            (couplings, "SDF couples joints by mimic alone"),
-        ):
-            if names:
-                yield lost(f"{several(names, 'constraint')} not in the SDF", help)
-        if closed and not self.gazebo:
-            message = f"{several(closed, 'constraint')} closed in Drake alone: Drake refuses joints that form a loop"
-            yield lost(message, 'write gazebo: "classic" for joints that close it')
-        elif closed and self.gazebo != CLASSIC:
-            help = "see github.com/gazebosim/gz-physics/issues/25; Gazebo classic closes it"
-            yield lost(f"{several(closed, 'constraint')} open in Gazebo {distribution(self.gazebo)}", help)
+        lost("SDF has no constraints between joints but mimic", couplings, "use mimic")
+        lost("constraints are not in the SDF", self.open, "both ends have to be links of the SDF")
+        closed = [one.name for one in self.loops if one.name not in self.open]
+        if not self.gazebo:
+            message, help = "constraints are for Drake alone", 'write gazebo: "classic" for joints that close the loops'
+            lost(message, closed, help)
+        elif self.gazebo != CLASSIC:
+            help = "see github.com/gazebosim/gz-physics/issues/25; Gazebo classic closes them"
+            lost(f"Gazebo {distribution(self.gazebo)} does not close kinematic loops", closed, help)
         if self.kept.left_out:
             message = f"SDF cannot express {first_of(list(self.kept.left_out), 3)}: only readers of URDF know it"
-            yield Diagnostic("not-in-format", NOTE, message)
+            found.append(Diagnostic("not-in-format", NOTE, message))
+        return found

@@ -26,6 +26,7 @@ from .rule_registry import FILES, Rule
 from .tree import Instance, Map, Seq, Text
 from .units import Quantity
 from .wording import in_words
+from .yaml_mistakes import MAX_DEPTH, explained, quoted_tokens
 
 RULES = (
     Rule("file-unreadable", "A file does not exist or may not be read.", "Check the name and the permissions.", FILES),
@@ -48,7 +49,6 @@ RULES = (
 
 _new = tuple.__new__
 MAX_BYTES = 20_000_000
-MAX_DEPTH = 60
 MAX_NODES = 1_000_000
 
 _INT = re.compile(r"[-+]?[0-9]+\Z")
@@ -137,8 +137,6 @@ def parse_yaml(source: Source, via: Instance | None = None, max_nodes: int = MAX
     try:
         return _Composer(source, via, max_nodes).document()
     except yaml.YAMLError as problem:
-        from .yaml_mistakes import explained
-
         raise LoadError(explained(source, problem)) from None
 
 
@@ -166,17 +164,6 @@ def _check_text(source: Source) -> None:
             message = f"{in_words(found[0]).removesuffix(', a control character')} ends this line for YAML"
             help = "remove it: most editors show it within the line"
             raise LoadError(error("yaml-line-end", message, source.span(found.start()), help))
-
-
-def quoted_tokens(text: str) -> Iterator[Any]:
-    """Yield the tokens of a text that are in quotes, as far as it is YAML."""
-    scanner = getattr(yaml, "CLoader", yaml.Loader)(text)
-    try:
-        while (token := scanner.get_token()) is not None:
-            if isinstance(token, yaml.ScalarToken) and token.style in ("'", '"'):
-                yield token
-    except yaml.YAMLError:  # the parser reports it
-        return
 
 
 class _Composer:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
+from typing import Any
 
 import yaml
 
 from .diagnostics import Diagnostic, Related, Source, Span, error
-from .load import MAX_DEPTH, quoted_tokens
 from .project import data_folder
 from .wording import printable
 
+MAX_DEPTH = 60
 _QUOTE = "put the text in quotes"
 _MERGE = "choose a version, remove the marks"
 _COLON = re.compile(r":(\s|$)")
@@ -245,3 +247,14 @@ def _key_indent(line: str) -> int:
     """Return the indentation of the key of a line, which may be the first one of an item."""
     found = _ITEM.match(line)
     return found.end() if found else 0
+
+
+def quoted_tokens(text: str) -> Iterator[Any]:
+    """Yield the tokens of a text that are in quotes, as far as it is YAML."""
+    scanner = getattr(yaml, "CLoader", yaml.Loader)(text)
+    try:
+        while (token := scanner.get_token()) is not None:
+            if isinstance(token, yaml.ScalarToken) and token.style in ("'", '"'):
+                yield token
+    except yaml.YAMLError:  # the parser reports it
+        return

@@ -223,7 +223,7 @@ def test_what_is_no_file_is_refused_at_once(tmp_path: Path, kind: str) -> None:
         path.symlink_to("/dev/zero")
     with pytest.raises(ExtractProblem) as raised:
         load_mesh(path)
-    assert raised.value.diagnostic.message == f"{path} is no regular file"
+    assert raised.value.diagnostic.rule == "mesh-unreadable"
 
 
 MESH_ROBOT = """robot: r

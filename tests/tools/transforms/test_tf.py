@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.model.kinematics import Graph, NoWay
-from rosorin_compile.model.tf2 import lookup
-from rosorin_compile.queries import _no_way, position
+from rosorin_compile.queries import _no_way, lookup, position
 from rosorin_compile.source.diagnostics import RequestError
 from support.commands import HANDY, Shown, ask, edit, write_files
 from support.robots import RECORDED, compiled
@@ -107,8 +106,8 @@ def test_any_state_is_that_of_the_model(source: str) -> None:
         state = dict(zip(names, values, strict=True))
         answer, expected = lookup(graph, source, target, state), robot.transform(source, target, state)
         assert answer.translation == pytest.approx(expected.xyz, abs=1e-12)
-        for row, other in zip(answer.rows, expected.rows, strict=True):
-            assert row == pytest.approx(other, abs=1e-12)
+        for row, other in zip(answer.matrix, expected.rows, strict=False):
+            assert row[:3] == pytest.approx(other, abs=1e-12)
 
     holds()
 

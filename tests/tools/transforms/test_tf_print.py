@@ -18,9 +18,9 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.tf import _echo
 from rosorin_compile.model import Joint, Link, Pose, Robot
+from rosorin_compile.model.geometry import quaternion_of
 from rosorin_compile.model.kinematics import Graph
-from rosorin_compile.model.tf2 import Answer, lookup, of_rows, rows_of_rpy, rpy
-from rosorin_compile.queries import FrameTransform
+from rosorin_compile.queries import FrameTransform, lookup, rows_of_rpy, rpy
 from support.paths import DATA
 from support.robots import compiled
 
@@ -48,8 +48,8 @@ int main() {
 TF2_ECHO = (DATA / "robots/tf2_echo.txt").read_text("utf-8")
 
 
-def text(answer: Answer) -> list[str]:
-    return _echo(FrameTransform.of(answer, {}), 3, "humble")
+def text(answer: FrameTransform) -> list[str]:
+    return _echo(answer, 3, "humble")
 
 
 def built(folder: Path, source: str, *flags: str) -> Path:
@@ -180,5 +180,5 @@ def test_straight_up_and_down_the_angles_are_those_of_tf2(tf2: Path, pitch: floa
 def test_half_turns_keep_the_largest_component_positive(
     angles: tuple[float, float, float], expected: tuple[float, float, float]
 ) -> None:
-    kept = of_rows(rows_of_rpy(angles))
+    kept = quaternion_of(rows_of_rpy(angles))
     assert kept == pytest.approx((*expected, 0.0), abs=1e-15)

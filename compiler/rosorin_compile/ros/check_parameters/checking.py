@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.model import Controller
+from rosorin_compile.model.joint import NODE
 from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import (
@@ -199,7 +200,7 @@ def _judged(case: Case, nodes: Sequence[Node]) -> tuple[int, list[str]]:
     publishers = case.robot.publishers
     judged, absent = 0, []
     for edge in case.robot.edges:
-        if not edge.publisher.is_node:
+        if edge.publisher.kind != NODE:
             continue
         mine = [node for node in nodes if node.is_of(edge.publisher, publishers)]
         if any(node.kind is not None for node in mine):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from rosorin_compile.model import Publisher
+from rosorin_compile.model.joint import NODE
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, error
 from rosorin_compile.source.rule_registry import Heading, Rule
@@ -273,7 +274,7 @@ def _not_its_own(
     above = [other for other in declared(case) if other.child == claim.parent.value]
     if claim.aside and any(claim.node.is_of(other.publisher, publishers) for other in above):
         help = claim.aside
-    elif one.publisher.is_node and claim.node.name != one.publisher.name:
+    elif one.publisher.kind == NODE and claim.node.name != one.publisher.name:
         help += f"; if it is to own the edge, name it in the description: publisher: {claim.node.name}"
     return error("parameters-two-owners", message, claim.deciding.span, help, related)
 

@@ -28,6 +28,7 @@ from rosorin_compile.model import (
 from rosorin_compile.model.field_of_view import numbers, placed, seen_by
 from rosorin_compile.model.frame_tree import Row, publishers
 from rosorin_compile.model.joint import MOVING_TYPES
+from rosorin_compile.model.looks import own_colours
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.model.shape import Rgba
@@ -88,7 +89,7 @@ def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]],
 
 
 def _link(robot: Robot, link: Link) -> Data:
-    made: Data = {"name": link.name, "colour": _hexadecimal(robot.own_colours[link.name])}
+    made: Data = {"name": link.name, "colour": _hexadecimal(own_colours(robot)[link.name])}
     if link.inertial is not None:
         made["inertial"] = _inertial(link.inertial)
     made["visual"] = [_shape(one) | _colour(robot, one) for shape in link.visual for one in shape.drawn()]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from rosorin_compile.model import Box as BoxShape
 from rosorin_compile.model import Capsule, Cylinder, Ellipsoid, HeightMap, Link, Mesh, Robot, Shape, Sphere, Transform
+from rosorin_compile.model.looks import own_colours
 
 from .camera import Box
 
@@ -87,7 +88,7 @@ def _pieces(
 ) -> Iterator[Piece]:
     """Yield the pieces of one shape, in the colour of its link where ``rgba`` is None."""
     pose = poses[link.name].then(shape.pose.transform())
-    red, green, blue, opacity = rgba or robot.own_colours[link.name]
+    red, green, blue, opacity = rgba or own_colours(robot)[link.name]
     geometry = shape.geometry
     parts: list[tuple[Floats, Floats, Colour | None]] = []
     if isinstance(geometry, Mesh):

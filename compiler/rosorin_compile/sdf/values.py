@@ -1,4 +1,4 @@
-"""Read values of SDF elements: numbers, poses, kept elements, and the files that an <include> names."""
+"""Read values of SDF elements: numbers, poses, unknown elements, and the files that an <include> names."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 import os
 import re
 from collections.abc import Collection, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,18 +25,15 @@ from rosorin_compile.source.xml.markup import Document, Element, MarkupError, co
 from .content import UNLIMITED
 
 _INFINITE = re.compile(r"[-+]?(?:inf|infinity)\Z", re.I)
-_OF_POSE = ("relative_to", "frame", "rotation_format", "degrees")
-# As ``Pose`` has it: below this, the numbers of a pose are what rounding has left of a way there and back.
-_ROUNDING = 1e-15
-
-# The files that one robot may consist of; each of them may include others twice.
-MAX_MODELS = 1_000
-MAX_ELEMENTS = 200_000
+_POSE_ATTRIBUTES = ("relative_to", "frame", "rotation_format", "degrees")
+_ROUNDING = 1e-15  # as in ``Pose``: smaller numbers of a pose are rounding errors
+MAX_MODELS = 1_000  # the files that a robot may consist of, each inclusion counted
+MAX_ELEMENTS = 200_000  # in these files
 _ROS_PATHS = ("AMENT_PREFIX_PATH", "ROS_PACKAGE_PATH")
 
 
 class WrittenPose(NamedTuple):
-    """A pose as it is written: its transform, its numbers with their places if they can be kept, its element."""
+    """A pose: its transform, its numbers with their places if they can be kept, its <pose> element."""
 
     transform: Transform
     xyz: Sequence[Placed] = ()
@@ -43,7 +41,7 @@ class WrittenPose(NamedTuple):
     element: Element | None = None
 
     def entry(self, span: Span) -> dict[str, Any]:
-        """Return the keys ``xyz`` and ``rpy`` of an entry, without those that move nothing."""
+        """Return the keys ``xyz`` and ``rpy`` of an entry, each unless it is zero."""
         xyz = self.xyz or [Placed(cleaned(value), span) for value in self.transform.xyz]
         rpy = self.rpy or [Placed(cleaned(value), span) for value in self.transform.rpy()]
         keys = (("xyz", xyz), ("rpy", rpy))
@@ -51,37 +49,44 @@ class WrittenPose(NamedTuple):
 
 
 def cleaned(value: float) -> float:
-    """Return a number that was calculated without what rounding has left in it."""
+    """Return a calculated number without rounding errors."""
     return 0.0 if abs(value) < _ROUNDING else float(f"{value:.15g}")
 
 
-class SdfReading(Reading):
-    """One reading of an SDF and of the files that it includes; ``files`` are those, the first one first."""
+def is_true(text: str) -> bool:
+    """Return True if a text of SDF is true."""
+    return text.lower() in ("1", "true")
+
+
+def name_span(element: Element) -> Span:
+    """Return the position of the name of an element, or of the element."""
+    return element.attributes["name"].span if "name" in element.attributes else element.span
+
+
+class SdfValues(Reading):
+    """One reading of an SDF and of the files that it includes; ``files`` are all of them, the first one first."""
 
     def __init__(self, options: ReadOptions, file: Path) -> None:
         super().__init__(options)
         self.files: list[Path] = [file]
         self.environment = os.environ if options.environment is None else options.environment
         self.packages = Packages(options.packages, self.environment, file)
-        self._allowed = [Path(os.path.abspath(folder)) for folder in options.packages.values()]
-        self._allowed += [Path(os.path.abspath(entry)) for entry in self._entries((*OF_GAZEBO, *_ROS_PATHS))]
+        allowed = [*options.packages.values(), *map(Path, self._folders(*OF_GAZEBO, *_ROS_PATHS))]
+        self._allowed = [Path(os.path.abspath(folder)) for folder in allowed]
         folders = (Path(os.path.abspath(file)).parent, resolve(file).parent)
         self._resolved_allowed = [resolve(folder) for folder in (*folders, *self._allowed)]
-        self._elements = 0
+        self._elements, self._is_too_much = 0, False
 
     # Values of elements
 
     def text(self, element: Element, tag: str) -> Placed | None:
-        """Return the text of a child with its place, or None if it is missing or empty."""
         child = self.single(element, tag)
         return None if child is None or not child.text else Placed(child.text, place(child))
 
     def all_of(self, element: Element, count: int, unit: str = "") -> list[Placed] | None:
-        """Return the numbers of an element, or None after an error."""
         return self.numbers(words(element), named(element), element.span, count, unit)
 
     def one(self, element: Element | None, tag: str, unit: str = "") -> Placed | None:
-        """Return the number of a child, or None if it is missing, or after an error."""
         child = None if element is None else self.single(element, tag)
         found = None if child is None else self.all_of(child, 1, unit)
         return found[0] if found else None
@@ -89,37 +94,30 @@ class SdfReading(Reading):
     def limit(self, element: Element | None, tag: str, unit: str) -> Placed | None:
         """Return a limit, or None if it is missing or infinite, or after an error."""
         child = None if element is None else self.single(element, tag)
-        if child is None or _INFINITE.match(child.text):
-            return None
-        found = self.one(element, tag, unit)
+        found = None if child is None or _INFINITE.match(child.text) else self.one(element, tag, unit)
         return found if found is not None and abs(found.value) < UNLIMITED else None
 
     def pose(self, element: Element | None) -> WrittenPose:
-        """Return the pose of a <pose>; one that is missing or empty moves nothing."""
+        """Return the pose of a <pose>; a missing or empty one is the identity."""
+        none = WrittenPose(Transform(), element=element)
         if element is None or not words(element):
-            return WrittenPose(Transform(), element=element)
+            return none
         form = element.get("rotation_format", "euler_rpy")
-        quaternion = form == "quat_xyzw"
-        if form not in ("euler_rpy", "quat_xyzw"):
-            span = element.attributes["rotation_format"].span
-            message = f'the rotation of {named(element)} is in "{form}"'
-            self.error("wrong-value", message, span, "one of euler_rpy, quat_xyzw")
-        elif not quaternion:
-            self.check_attributes(element, _OF_POSE)
-        found = self.all_of(element, 7 if quaternion else 6)
+        if form == "euler_rpy":
+            self.check_attributes(element, _POSE_ATTRIBUTES)
+        elif form != "quat_xyzw":
+            message, help = f'the rotation of {named(element)} is in "{form}"', "one of euler_rpy, quat_xyzw"
+            self.error("wrong-value", message, element.attributes["rotation_format"].span, help)
+        found = self.all_of(element, 7 if form == "quat_xyzw" else 6)
         if found is None:
-            return WrittenPose(Transform(), element=element)
-        if quaternion:
+            return none
+        if form == "quat_xyzw":
             x, y, z, a, b, c, w = (float(one.value) for one in found)
             if any((a, b, c, w)):
                 return WrittenPose(Transform.of_quaternion((x, y, z), (w, a, b, c)), found[:3], (), element)
-            self.error(
-                "zero-quaternion",
-                f"the quaternion of {named(element)} is zero: no rotation",
-                element.span,
-                "correct it",
-            )
-            return WrittenPose(Transform(), element=element)
+            message = f"the quaternion of {named(element)} is zero: no rotation"
+            self.error("zero-quaternion", message, element.span, "correct it")
+            return none
         if is_true(element.get("degrees")):
             found = [*found[:3], *(Placed(math.radians(one.value), one.span) for one in found[3:])]
         xyz, rpy = ([_with_unit(one, unit) for one in found[at : at + 3]] for at, unit in ((0, LENGTHS), (3, ANGLES)))
@@ -127,8 +125,8 @@ class SdfReading(Reading):
         return WrittenPose(Pose((x, y, z), (a, b, c)).transform(), xyz, rpy, element)
 
     def rest(self, element: Element, read: Collection[str], attributes: Collection[str] = ()) -> list[Element]:
-        """Return the children whose tags are not among those that are read; misspelt ones are reported."""
-        known = {*read, *sdf_elements().get("axis" if element.tag == "axis2" else element.tag, ())}
+        """Return the children that the caller does not read; report misspelt ones."""
+        known = {*read, *sdf_elements().get(element.tag, ())}
         tags = [child.tag for child in element.children if child.tag in known or correction(child.tag, known) is None]
         self.check(element, {*known, *tags}, attributes, None)
         found = [child for child in element.children if child.tag in tags and child.tag not in read]
@@ -136,13 +134,13 @@ class SdfReading(Reading):
 
     # Included files
 
-    def _entries(self, variables: tuple[str, ...]) -> Iterator[str]:
+    def _folders(self, *variables: str) -> Iterator[str]:
         for variable in variables:
-            yield from (entry for entry in self.environment.get(variable, "").split(os.pathsep) if entry)
+            yield from filter(None, self.environment.get(variable, "").split(os.pathsep))
 
     def included(self, file: Path, asked: Span) -> Document | None:
         """Return a file that is included, and count it; None after an error, and when too much is included."""
-        if len(self.files) > MAX_MODELS or self._elements > MAX_ELEMENTS:
+        if self._is_too_much:
             return None
         try:
             document = parse(read_source(file, asked))
@@ -151,43 +149,38 @@ class SdfReading(Reading):
             return None
         self.files.append(file)
         self._elements += sum(1 for _ in document.root.iter())
-        if len(self.files) > MAX_MODELS or self._elements > MAX_ELEMENTS:
-            message = f"more is included than a robot has: over {MAX_MODELS:,} models, or {MAX_ELEMENTS:,} elements"
-            self.error("include-too-many", message, asked, "do files include each other, or one many times?")
-            return None
-        return document
+        self._is_too_much = len(self.files) > MAX_MODELS or self._elements > MAX_ELEMENTS
+        if not self._is_too_much:
+            return document
+        message = f"more is included than a robot has: over {MAX_MODELS:,} models, or {MAX_ELEMENTS:,} elements"
+        self.error("include-too-many", message, asked, "do files include each other, or one many times?")
+        return None
 
     def find_file(self, uri: str, including: Path) -> tuple[Path | None, str, str]:
         """Return the file of an address, or None with the reason (empty if it is not found) and what to do.
 
-        The file of a stranger decides which files are read with it. They have to be in the folder of the first file, in
-        a package or a model that is found by its name, or in a folder that the user named: with ``--package`` or in
-        the environment.
+        Only files in the folder of the first file, in packages and models found by name, and in folders that the user
+        names (``--package``, environment) may be included: the SDF may be of unknown origin.
         """
         if re.match(r"https?://", uri):
             return None, "", "download the model, and name the file: nothing is fetched from the net"
-        scheme, colon, rest = uri.partition("://")
-        folder, rest = Path(os.path.abspath(including)).parent, rest or uri
-        name, _, inside = rest.partition("/")
-        candidates = [folder / rest]
-        if colon and scheme != "file":
-            candidates += [above / rest for above in folder.parents]
-            package = self.packages.find(name)
-            if package is not None:
-                candidates.insert(0, package / inside)
-                if any(is_file(package / name) for name in ("model.config", "package.xml", "model.sdf")):
-                    self._resolved_allowed.append(resolve(package))
-        candidates += [Path(entry, rest) for entry in self._entries(OF_GAZEBO)]
-        models = [_model_in(path) if is_folder(path) else path for path in candidates]
+        name = uri.partition("://")[2].partition("/")[0]
+        folders = [Path(os.path.abspath(including)).parent, *map(Path, self._folders(*OF_GAZEBO))]
+        found = [self.packages.resolve(uri, folder) for folder in (folders if not name else folders[:1])]
+        models = [_model_in(path) if is_folder(path) else path for path in found if path is not None]
         files = [file for file in models if file is not None and exists(file)]
+        package = self.packages.find(name)
+        if package is not None and any(is_file(package / one) for one in ("model.config", "package.xml", "model.sdf")):
+            self._resolved_allowed.append(resolve(package))
         for file in files:
-            if any(map(Path(os.path.abspath(file)).is_relative_to, self._allowed)):
-                return file, "", ""
-            if any(map(resolve(file).is_relative_to, self._resolved_allowed)):
+            absolute, resolved = Path(os.path.abspath(file)), resolve(file)
+            is_allowed = any(absolute.is_relative_to(folder) for folder in self._allowed)
+            if is_allowed or any(resolved.is_relative_to(folder) for folder in self._resolved_allowed):
                 return file, "", ""
         if files:
-            what = f"{uri} lies outside the folder of the robot, and is not read"
-            return None, what, "move it there, or allow its folder: --package NAME=FOLDER"
+            reason = f"{uri} lies outside the folder of the robot, and is not read"
+            return None, reason, "move it there, or allow its folder: --package NAME=FOLDER"
+        name = name or uri.partition("/")[0]
         return None, "", f"put it next to the file, or say where it is: --package {name}=FOLDER"
 
 
@@ -196,18 +189,12 @@ def _with_unit(one: Placed, unit: str) -> Placed:
     return Placed(Quantity(one.value, dimension, f"{one.value} {unit}"), one.span) if abs(one.value) > far else one
 
 
-def is_true(text: str) -> bool:
-    """Return True if a text of SDF is true."""
-    return text.lower() in ("1", "true")
-
-
 def _model_in(folder: Path) -> Path | None:
-    """Return the SDF of a model's folder, the newest that its model.config names; None if there is none."""
-    try:
-        root = parse(read_source(folder / "model.config")).root
-    except (MarkupError, OSError):
-        return folder / "model.sdf" if is_file(folder / "model.sdf") else None
-    named_there = [child for child in root.children if child.tag == "sdf"]
-    named_there.sort(key=lambda sdf: [int(digits) for digits in re.findall(r"\d+", sdf.get("version"))], reverse=True)
-    files = [folder / one.text for one in named_there]
-    return next((file for file in (*files, folder / "model.sdf") if is_file(file)), None)
+    """Return the newest SDF that the model.config of a folder names, or its model.sdf."""
+    listed: list[Element] = []
+    if is_file(config := folder / "model.config"):
+        with suppress(MarkupError):
+            listed = [child for child in parse(read_source(config)).root.children if child.tag == "sdf"]
+    listed.sort(key=lambda sdf: [int(digits) for digits in re.findall(r"\d+", sdf.get("version"))], reverse=True)
+    files = [*(folder / one.text for one in listed), folder / "model.sdf"]
+    return next((file for file in files if is_file(file)), None)

@@ -347,7 +347,7 @@ def check_summary(file: Path) -> None:
 
     of_job, begins = os.environ.get("GITHUB_STEP_SUMMARY", ""), ""
     with suppress(OSError, ValueError):  # writing reports the reason
-        if files.is_file(file) and not (of_job and files.same_file(file, of_job)):
+        if files.is_file(file) and not (of_job and files.resolve(file) == files.resolve(of_job)):
             begins = files.read_bytes(file, len(HEAD.encode())).decode("utf-8", "replace")
     if begins.strip() and begins != HEAD:
         raise RequestError(f'"{file}" is there, and is no summary: nothing is appended to it; name another file')

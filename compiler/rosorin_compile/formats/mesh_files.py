@@ -519,7 +519,7 @@ def _plain(path: Path) -> Path:
 
 def _differ(path: Path, other: Path) -> bool:
     try:
-        if path == other or files.same_file(path, other):
+        if path == other or files.resolve(path) == files.resolve(other):
             return False
         return path.stat().st_size != other.stat().st_size or files.read_bytes(path) != files.read_bytes(other)
     except OSError:

@@ -122,11 +122,6 @@ def resolve(path: AnyPath) -> Path:
         return Path(os.path.abspath(path))
 
 
-def same_file(path: AnyPath, other: AnyPath) -> bool:
-    """Return True if both paths lead to the same existing file. Raises OSError if one cannot be accessed."""
-    return exists(path) and exists(other) and Path(path).samefile(other)
-
-
 def shown(path: AnyPath) -> str:
     """Return a path as a person would name it: relative to the current folder if it is below."""
     try:

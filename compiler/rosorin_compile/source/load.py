@@ -11,6 +11,7 @@ import math
 import os
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -276,21 +277,15 @@ class _Composer:
 
     def tagged(self, event: Any) -> float:
         """Return the number in SI, without a dimension, of a scalar with one of xacro's unit tags."""
-        quantity = Quantity.parse(f"{_calculated(event.value.strip())} {_UNIT_TAGS[event.tag]}")
+        text, names = event.value.strip(), {name: getattr(math, name) for name in _FUNCTIONS}
+        with suppress(Exception):
+            if _CALCULATION.fullmatch(text):
+                text = repr(float(eval(text, {"__builtins__": {}}, names)))  # noqa: S307 - no other syntax or names
+        quantity = Quantity.parse(f"{text} {_UNIT_TAGS[event.tag]}")
         if quantity is None:
             help = "write a number, or a quantity or an expression without the tag"
             raise self.fail("yaml-tag", f'{event.tag} is before "{event.value}", not a number', event, help)
         return float(quantity)
-
-
-def _calculated(text: str) -> str:
-    """Return the number that a calculation such as ``pi / 2`` results in; other text as it is."""
-    names = {name: getattr(math, name) for name in _FUNCTIONS}
-    try:
-        is_safe = _CALCULATION.fullmatch(text)
-        return repr(float(eval(text, {"__builtins__": {}}, names))) if is_safe else text  # noqa: S307
-    except Exception:
-        return text
 
 
 def plain_scalar(text: str) -> Any:

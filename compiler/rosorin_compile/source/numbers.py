@@ -112,14 +112,10 @@ def off_by_short(value: float, largest: float = 0.0) -> float:
     return (1 + 1e-9) * SHORT * max(abs(value), largest)  # the bound was that of the number before it was rounded
 
 
-@lru_cache(maxsize=20_000)
-def _off_by_six(value: float) -> float:
-    return min(0.5e-6, 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - 5)) if value else 0.0
-
-
 def off_by_six(value: float, largest: float = 0.0) -> float:
     """Return how far a number may be off that ``six`` or ``short`` has printed, in a vector up to ``largest``."""
-    return max(_off_by_six(value), off_by_short(value, largest))
+    digit = 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - 5) if value else 0.0
+    return max(min(0.5e-6, digit), off_by_short(value, largest))
 
 
 NUMBER_FORMATS: dict[str, NumberFormat] = {"short": short, "exact": exact, "six": six}

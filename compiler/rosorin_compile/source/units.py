@@ -83,7 +83,15 @@ class Quantity(float):
         """Return the quantity of a text such as "12.5 mm", or None if it is not a number and a known unit."""
         match = _QUANTITY.match(text) if len(text) <= MAX_LENGTH else None
         unit = parse_unit(match[2]) if match else None
-        return Quantity(_scaled(match[1], unit[0]), unit[1], text) if match and unit else None
+        if match is None or unit is None:
+            return None
+        # Powers of ten move the exponent, so that 46.62 mm is the double 0.04662.
+        factor, exponent = unit[0], round(math.log10(unit[0]))
+        value = float(match[1]) * factor
+        if factor == float(f"1e{exponent}"):
+            mantissa, _, power = match[1].lower().partition("e")
+            value = float(f"{mantissa}e{int(power or 0) + exponent}")
+        return Quantity(value, unit[1], text)
 
     @property
     def unit(self) -> str:
@@ -145,15 +153,6 @@ def add(first: Dimension, second: Dimension, times: int = 1) -> Dimension:
     """Return the dimension of a product: the exponents of ``first`` plus ``times`` those of ``second``."""
     a, b, c, d = (x + times * y for x, y in zip(first, second, strict=True))
     return (a, b, c, d)
-
-
-def _scaled(number: str, factor: float) -> float:
-    """Return the number times the factor; powers of ten move the exponent, so 46.62 mm is the double 0.04662."""
-    exponent = round(math.log10(factor))
-    if factor != float(f"1e{exponent}"):
-        return float(number) * factor
-    mantissa, _, power = number.lower().partition("e")
-    return float(f"{mantissa}e{int(power or 0) + exponent}")
 
 
 def unknown_unit(text: str) -> str | None:

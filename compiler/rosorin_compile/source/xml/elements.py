@@ -176,20 +176,15 @@ def indented(text: str, indent: str) -> str:
     """Return elements with ``indent`` before each line; the text as it is where a line end is part of the content."""
     text = text.replace("\r\n", "\n").strip()
     first, *rest = text.split("\n")  # and at no other character that ends lines elsewhere
-    if not rest or _has_lines(text):
+    has_lines = "<![CDATA[" in text or any("\n" in value for value in re.findall(r"=\s*(\"[^\"]*\"|'[^']*')", text))
+    pieces = (piece for element in _fragment(text).root.iter() for piece in element.texts) if rest else ()
+    if not rest or has_lines or any("\n" in piece.text for piece in pieces):
         return indent + text
     lines = [line for line in rest if line.strip(" \t")]
     margin = min((line[: len(line) - len(line.lstrip(" \t"))] for line in lines), key=len)
     while not all(line.startswith(margin) for line in lines):
         margin = margin[:-1]
     return "\n".join([indent + first, *(indent + line[len(margin) :] if line.strip(" \t") else "" for line in rest)])
-
-
-def _has_lines(text: str) -> bool:
-    """Return True if a line end is part of a value or a text in elements."""
-    if "<![CDATA[" in text or any("\n" in value for value in re.findall(r"=\s*(\"[^\"]*\"|'[^']*')", text)):
-        return True
-    return any("\n" in piece.text for element in _fragment(text).root.iter() for piece in element.texts)
 
 
 _MARKUP = re.compile(

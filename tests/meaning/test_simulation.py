@@ -25,7 +25,9 @@ joints:
 constraints: {shut: {type: connect, links: [base, arm], at: [0, 0, 0]}}
 actuators: {pull: {tendon: both, type: position, kp: "${gain}", range: [0, 1]}}
 poses: {home: {positions: {hip: 0.1}, controls: {pull: 0.2}}}
-mjcf: [<tendon><fixed name="both" range="0 1"><joint joint="hip" coef="1"/></fixed></tendon>, <custom><text name="note" data="x"/></custom>]
+mjcf:
+  - <tendon><fixed name="both" range="0 1"><joint joint="hip" coef="1"/></fixed></tendon>
+  - <custom><text name="note" data="x"/></custom>
 outputs: {mjcf: {file: r.xml}}
 """
 CHANGES = {

@@ -11,7 +11,7 @@ from typing import Any
 
 from rosorin_compile.model import Pose, Vector
 from rosorin_compile.model.geometry import angle_between, norm
-from rosorin_compile.source.numbers import SMALL, amount, exact, few_digits, six_digits
+from rosorin_compile.source.numbers import SMALL, amount, exact, few_digits
 from rosorin_compile.source.wording import counted, first_of, printable
 
 from .precision import NOISE
@@ -33,7 +33,7 @@ Apart = tuple[float, float]
 
 def number(value: float, other: float | None = None) -> str:
     """Return a number in print, with the digits that tell it from another one."""
-    return six_digits(value) if other is None or other == value else number_pair(value, other)[0]
+    return exact(float(f"{value:.6g}")) if other is None or other == value else number_pair(value, other)[0]
 
 
 def number_pair(old: float, new: float) -> tuple[str, str]:

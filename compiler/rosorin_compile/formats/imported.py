@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 from rosorin_compile.language.annotations import Steps
 from rosorin_compile.language.schema import subject, unit_at
 from rosorin_compile.source.diagnostics import Diagnostic, Span
-from rosorin_compile.source.load import MAX_DEPTH, plain_scalar
+from rosorin_compile.source.load import plain_scalar
 from rosorin_compile.source.plugins import diagnostic_of
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
@@ -20,6 +20,7 @@ from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.wording import masked
 from rosorin_compile.source.xml.markup import Document, Element, Remark
+from rosorin_compile.source.yaml_mistakes import MAX_DEPTH
 
 from .format import Opened, Placed
 

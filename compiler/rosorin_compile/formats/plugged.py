@@ -15,7 +15,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.files import exists
 from rosorin_compile.source.plugins import Plugin, PluginFailed, aside, diagnostic_of, failed, load
 from rosorin_compile.source.project import ENDINGS, data_folder
-from rosorin_compile.source.rule_registry import OF_PLUGINS, Rule, check_texts, find
+from rosorin_compile.source.rule_registry import OF_PLUGINS, Rule, find
 from rosorin_compile.source.xml.markup import MarkupError
 
 from .format import Asked, Format, Refusal
@@ -66,8 +66,6 @@ def _unique_names(built_in: Collection[str], format: Format) -> list[str]:
     files = [f"<{root}>" for root in format.roots] if format.is_xml else list(format.endings)
     if format.load is not None and not all(re.fullmatch(r"\.[a-z0-9_+-]+", ending) for ending in format.endings):
         raise ValueError(f"what is read ends like .{format.name}, in small letters, not {', '.join(format.endings)}")
-    for rule in format.rules:
-        check_texts(rule)
     return [format.name, *(files if format.load else ()), *(rule.id for rule in format.rules)]
 
 

@@ -131,9 +131,9 @@ def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTra
             continue
         message = f"joint {joint.name} is {joint.type}, but a static_transform_publisher can only say what never moves"
         found.diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
-    for edge in robot.edges:
-        if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-            edges.append((robot.joint[edge.joint], edge, edge.when))
+    for other in robot.edges:
+        if other.joint and other.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
+            edges.append((robot.joint[other.joint], other, other.when))
     for joint, edge, when in edges:
         arguments: list[str] = []
         axes = (_XYZ, joint.origin.xyz, METRE_DIGITS), (_RPY, joint.origin.rpy, RADIAN_DIGITS)

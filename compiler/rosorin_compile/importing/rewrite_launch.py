@@ -76,7 +76,7 @@ def _files(package: Path) -> Iterator[Path]:
     others: list[Path] = []
     try:
         own = files.resolve(package)
-        beside = files.list_folder(own.parent)
+        beside = sorted(own.parent.iterdir())
         others = [one for one in beside if files.is_file(one / "package.xml") and one != own]
     except OSError:
         pass

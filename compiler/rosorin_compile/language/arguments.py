@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, Span, did_you_mean, error, has_errors
 from rosorin_compile.source.files import is_folder, shown
-from rosorin_compile.source.load import MAX_DEPTH, MAX_NODES, LoadError, load_mapping
+from rosorin_compile.source.load import MAX_NODES, LoadError, load_mapping
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.rule_registry import OUTPUTS, Rule
 from rosorin_compile.source.tree import Instance, Map, Seq, Text
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.wording import first_of
+from rosorin_compile.source.yaml_mistakes import MAX_DEPTH
 
 from .expand.description import expand
 from .expand.files import Reader

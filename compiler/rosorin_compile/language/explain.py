@@ -376,8 +376,9 @@ class _Frames:
 def _name_of(steps: Path) -> str:
     words = str(steps[0])
     for before, step in pairwise(steps):
-        axes = _AXES.get(before, ()) if isinstance(step, int) else ()
-        words += f" {axes[step]}" if step in range(len(axes)) else f"[{step}]" if isinstance(step, int) else f" {step}"
+        axes = _AXES.get(before, ())
+        at_axis = isinstance(step, int) and step < len(axes)
+        words += f" {axes[int(step)] if at_axis else step}" if at_axis or isinstance(step, str) else f"[{step}]"
     return words
 
 

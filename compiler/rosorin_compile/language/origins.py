@@ -72,7 +72,7 @@ class Written:
                 path, value = waiting.pop()
                 items = value.items() if isinstance(value, Map) else enumerate(value) if isinstance(value, Seq) else ()
                 for key, item in items:
-                    span, named = value.value_spans[key], value.key_spans[key] if isinstance(value, Map) else None
+                    span, named = value.value_spans[key], value.key_spans[str(key)] if isinstance(value, Map) else None
                     piece = values[span.line, span.column] = Piece((*path, key), item, span, named)
                     if named is not None:
                         keys[named.line, named.column] = piece

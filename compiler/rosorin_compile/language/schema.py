@@ -17,10 +17,10 @@ from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.plugins import Plugin, broken, load
 from rosorin_compile.source.project import data_folder
-from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, check_texts, find
+from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, find
 from rosorin_compile.source.units import UNITS, parse_unit
 
-from . import annotations
+from . import annotations as schema_words
 from .annotations import ANNOTATIONS, GIVES, NAMES, WITHIN, Node, describe_path, kinds_of, own_schema
 from .annotations import Steps as Steps
 from .validator import check_schema
@@ -91,7 +91,7 @@ def _looked_up(fragment: Any) -> Any:
         return fragment
     made = {key: _looked_up(item) for key, item in fragment.items()}
     is_usual = fragment.get("x-names", "link") in ("link", "joint")  # which are looked up there anyway
-    return made if is_usual else {"x-among": annotations.DESCRIPTION, **made}
+    return made if is_usual else {"x-among": schema_words.DESCRIPTION, **made}
 
 
 def _marks(section: Section[Any]) -> Collection[str]:
@@ -100,10 +100,8 @@ def _marks(section: Section[Any]) -> Collection[str]:
         raise TypeError("its checks are functions under @rule")
     own = {"type": "object", "properties": {section.name: section.schema}}
     check_schema(own, {**own_schema(), **own})
-    annotations.check_annotations(piece(section), own_schema())
+    schema_words.check_annotations(piece(section), own_schema())
     rules = [rule for check in section.checks for rule in check.rules]
-    for rule in rules:
-        check_texts(rule)
     return [section.name, *(rule.id for rule in rules)]
 
 
@@ -141,7 +139,7 @@ def keys_of_xml() -> frozenset[str]:
 @cache
 def sections() -> Mapping[str, Node]:
     """Return the annotations of each section of a description that has any."""
-    return annotations.annotated_sections(schema())
+    return schema_words.annotated_sections(schema())
 
 
 @cache

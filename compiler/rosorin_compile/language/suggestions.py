@@ -192,12 +192,12 @@ def _of_reference(text: str) -> str:
         return f"write {float(fraction[1]) / float(fraction[2]):g} {fraction[3]}"
     if len(text) > MAX_SHOWN:
         return ""
-    is_formula = re.search(r"[-+*/(]", formula) and re.search(r"\d|pi|\w\s*[-+*/]\s*\w", formula)
+    is_sum = re.search(r"[-+*/(]", formula) and re.search(r"\d|pi|\w\s*[-+*/]\s*\w", formula)
     try:
-        is_formula = formula in ("pi", "tau") or (is_formula and compiled(formula))
+        is_expression = formula in ("pi", "tau") or bool(is_sum and compiled(formula))
     except ExpressionError:
         return ""
-    return f'a calculation is an expression: "${{{formula}}}"' if is_formula else ""
+    return f'a calculation is an expression: "${{{formula}}}"' if is_expression else ""
 
 
 def _is_number(text: str) -> bool:

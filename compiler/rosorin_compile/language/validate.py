@@ -54,7 +54,7 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
             message = f"{subject(path)} is {value:g}, and nothing can be calculated with more than {MOST:g}"
         help = "write a number, or leave the entry out"
         diagnostics.append(problem_at(scope, tree, path, "not-finite", message, help))
-    reported = {tuple(path) for path, *_ in (*walk.misfits, *walk.not_finite)}
+    reported = {tuple(path) for path in (*(one[0] for one in walk.misfits), *(one[0] for one in walk.not_finite))}
     schema, validator = _schema_and_validator(tree.get("outputs"), formats)
     for misfit in misfits_of(validator, tree):
         if tuple(misfit.path) not in reported:

@@ -39,7 +39,7 @@ def motion(kind: str, axis: Vector, position: float | Sequence[float]) -> Transf
     numbers: Sequence[float] = position if isinstance(position, Sequence) else (position,)
     if kind in SEVERAL_COORDINATES and position == 0.0:
         numbers = (*(0.0 for _ in names[1:]), 0.0 if kind == "planar" else 1.0)
-    if names and len(numbers) != len(names):
+    if names and (len(numbers) != len(names) or (isinstance(position, Sequence) and len(names) == 1)):
         raise ValueError(f"the position of a {kind} joint is {', '.join(names)}, not {len(numbers)} numbers")
     if kind == "fixed":
         return Transform()

@@ -28,6 +28,13 @@ def range_of(joint: Joint) -> tuple[float, float] | None:
     return None if joint.type == "prismatic" else (-math.pi, math.pi)
 
 
+def leader_of(robot: Robot, joint: Joint) -> Joint:
+    """Return the joint that a joint follows in the end, or itself."""
+    while joint.mimic is not None:
+        joint = robot.joint[joint.mimic.joint]
+    return joint
+
+
 def home_of(robot: Robot) -> JointPose:
     """Return the pose called home; without one all joints are at zero, or at the limit nearest to it."""
     named = next((pose for pose in robot.poses if pose.name == HOME), None)

@@ -124,7 +124,7 @@ def _bags(folder: Path) -> list[Path]:
     """Return the folder for rosbags to read, or its files if it has no metadata.yaml. Raises Unreadable."""
     if files.is_file(folder / "metadata.yaml"):
         return [folder]
-    if bags := [path for path in files.list_folder(folder) if path.suffix in SUFFIXES and files.is_file(path)]:
+    if bags := [path for path in sorted(folder.iterdir()) if path.suffix in SUFFIXES and files.is_file(path)]:
         return bags
     if inner := [path.parent.name for path in sorted(folder.glob("*/metadata.yaml"))]:
         raise Unreadable(f"{folder} holds several recordings: {', '.join(inner[:5])}", "name one of them")

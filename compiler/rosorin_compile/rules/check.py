@@ -22,7 +22,7 @@ from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span
 from rosorin_compile.source.messages import UNNAMED, Offer, merge_by_name, offer, placed, written
 from rosorin_compile.source.plugins import Plugin, aside, broken, diagnostic_of, failed, load
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, Rule, check_texts, checks_of, find
+from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, Rule, checks_of, find
 from rosorin_compile.source.tree import Map, Place, Seq, exists, locate, nearer
 from rosorin_compile.source.tree import Path as TreePath
 
@@ -94,7 +94,6 @@ def _section_checks() -> list[tuple[Plugin, Check]]:
 def _ids(check: Check) -> list[str]:
     """Return the ids of a plug-in's check. Raises TypeError or ValueError if its rules are invalid."""
     for rule in check.rules:
-        check_texts(rule)
         if not _ID.fullmatch(rule.id) or rule.accept not in _ACCEPT or rule.imported not in _IMPORTED:
             what = f"its id has small letters and single hyphens, accept is in {_ACCEPT}, imported in {_IMPORTED}"
             raise ValueError(f'the rule "{rule.id}" is invalid: {what}')

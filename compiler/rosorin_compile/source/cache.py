@@ -33,18 +33,13 @@ def cache_folder(name: str) -> Path | None:
     except (OSError, ValueError, RuntimeError):
         return None
     if reason is not None:
-        refused = (f"{reason[0]}: nothing is kept in the cache {top}", reason[1])
-        if refused not in _refused:
-            _refused.append(refused)
-        return None
-    return folder.resolve() if os.access(folder, os.W_OK) else None
+        _refused[:] = [(f"{reason[0]}: nothing is kept in the cache {top}", reason[1])]
+    return folder.resolve() if reason is None and os.access(folder, os.W_OK) else None
 
 
 def cache_refused() -> tuple[str, str] | None:
     """Return the reason why the cache is not used, and the fix, or None; the second call returns None."""
-    first = _refused[0] if _refused else None
-    _refused.clear()
-    return first
+    return _refused.pop() if _refused else None
 
 
 def _open_to_others(folder: Path) -> tuple[str, str] | None:

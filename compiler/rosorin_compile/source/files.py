@@ -114,11 +114,6 @@ def _mode(path: AnyPath) -> int:
     return 0
 
 
-def list_folder(folder: AnyPath) -> list[Path]:
-    """Return the paths of what is in a folder, sorted by name. Raises OSError."""
-    return sorted(Path(folder).iterdir())
-
-
 def resolve(path: AnyPath) -> Path:
     """Return a path without links, as far as it exists."""
     try:

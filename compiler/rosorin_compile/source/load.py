@@ -25,6 +25,7 @@ from .rule_registry import FILES, Rule
 from .tree import Instance, Map, Seq, Text
 from .units import Quantity
 from .wording import in_words
+from .yaml_mistakes import MAX_DEPTH, explained, quoted_tokens
 
 RULES = (
     Rule("file-unreadable", "A file does not exist or may not be read.", "Check the name and the permissions.", FILES),
@@ -47,7 +48,6 @@ RULES = (
 
 _new = tuple.__new__
 MAX_BYTES = 20_000_000
-MAX_DEPTH = 60
 MAX_NODES = 1_000_000
 
 _INT = re.compile(r"[-+]?[0-9]+\Z")
@@ -77,10 +77,7 @@ def unreadable(problem: OSError) -> Diagnostic:
 
 
 def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str) -> bytes:
-    """Return the content of a regular file, or of standard input; ``asked`` is the place that names it.
-
-    Raises SourceError if it cannot be read or has more than ``most`` bytes.
-    """
+    """Return a regular file, or standard input, of at most ``most`` bytes that ``asked`` names. Raises SourceError."""
     data = stdin_of(path)
     try:
         if data is None and files.is_special(path):  # reading a pipe or a device would wait
@@ -94,10 +91,7 @@ def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str)
 
 
 def read_utf8(path: Path, shown: str, asked: Span | None = None) -> Source:
-    """Read a UTF-8 file; ``asked`` is the place that names it.
-
-    Raises LoadError when it cannot be read, is too large or is not UTF-8 text.
-    """
+    """Read a UTF-8 file; ``asked`` is the place that names it. Raises LoadError."""
     return decoded(read_input(path, shown, asked, MAX_BYTES, "check the name and the permissions"), shown)
 
 
@@ -142,8 +136,6 @@ def parse_yaml(source: Source, via: Instance | None = None, max_nodes: int = MAX
     try:
         return _Composer(source, via, max_nodes).document()
     except yaml.YAMLError as problem:
-        from .yaml_mistakes import explained
-
         raise LoadError(explained(source, problem)) from None
 
 
@@ -171,17 +163,6 @@ def _check_text(source: Source) -> None:
             message = f"{in_words(found[0]).removesuffix(', a control character')} ends this line for YAML"
             help = "remove it: most editors show it within the line"
             raise LoadError(error("yaml-line-end", message, source.span(found.start()), help))
-
-
-def quoted_tokens(text: str) -> Iterator[Any]:
-    """Yield the tokens of a text that are in quotes, as far as it is YAML."""
-    scanner = getattr(yaml, "CLoader", yaml.Loader)(text)
-    try:
-        while (token := scanner.get_token()) is not None:
-            if isinstance(token, yaml.ScalarToken) and token.style in ("'", '"'):
-                yield token
-    except yaml.YAMLError:  # the parser reports it
-        return
 
 
 class _Composer:
@@ -294,10 +275,7 @@ class _Composer:
         return made
 
     def tagged(self, event: Any) -> float:
-        """Return the number in SI of a scalar with one of xacro's unit tags.
-
-        It has no dimension: published tables contain ``max_velocity: !degrees 180``.
-        """
+        """Return the number in SI, without a dimension, of a scalar with one of xacro's unit tags."""
         quantity = Quantity.parse(f"{_calculated(event.value.strip())} {_UNIT_TAGS[event.tag]}")
         if quantity is None:
             help = "write a number, or a quantity or an expression without the tag"

@@ -88,10 +88,7 @@ def and_here(spans: Sequence[Span]) -> tuple[Related, ...]:
 
 
 def gathered(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list[Diagnostic]:
-    """Merge diagnostics that differ in names and numbers alone into the first, with the places of the others.
-
-    Those without a place, or of a severity that is not in ``severities``, stay as they are.
-    """
+    """Merge diagnostics of some severities that differ in names and numbers alone into the first, with all places."""
     groups: dict[object, list[Diagnostic]] = {}
     for index, diagnostic in enumerate(diagnostics):
         is_alone = diagnostic.severity not in severities or diagnostic.span is None or diagnostic.rule in _EACH
@@ -163,10 +160,7 @@ def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 def _with_other_places(same: list[Diagnostic]) -> list[Diagnostic]:
-    """Return the first of several diagnostics with the places of the others.
-
-    Those at its own place are of the uses of one part, and stay separate: ``arrange`` merges them.
-    """
+    """Return the first diagnostic with the places of the others; those at its own place stay separate."""
     first = same[0]
     separate = [other for other in same[1:] if other.span == first.span and other.rule == first.rule]
     others = [other for other in same[1:] if other not in separate]

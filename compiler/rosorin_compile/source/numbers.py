@@ -31,17 +31,8 @@ def exact(value: float) -> str:
     return repr(float(value) + 0.0).removesuffix(".0")
 
 
-def six_digits(value: float) -> str:
-    """Return a number for a person to read, with six digits at most."""
-    return exact(float(f"{value:.6g}"))
-
-
 def amount(value: float, unit: str) -> str:
-    """Return a length, angle or mass that is not negative in the unit that suits its size.
-
-    >>> amount(0.001, "m"), amount(2.5, "m"), amount(0.0042, "rad"), amount(0.0013678, "kg")
-    ('1.0 mm', '2.5 m', '0.24 deg', '1.4 g')
-    """
+    """Return a length, angle or mass in the unit that suits its size: 1.0 mm, 2.5 m, 0.24 deg, 1.4 g."""
     small, count = SMALL[unit]
     return f"{few_digits(value)} {unit}" if value >= 1 and unit != "rad" else f"{few_digits(value * count)} {small}"
 
@@ -127,10 +118,7 @@ def _off_by_six(value: float) -> float:
 
 
 def off_by_six(value: float, largest: float = 0.0) -> float:
-    """Return how far a number may be off where none has more digits than ``six`` prints.
-
-    ``short`` may have printed them as well: what is small beside the largest entry of its vector is 0 then.
-    """
+    """Return how far a number may be off that ``six`` or ``short`` has printed, in a vector up to ``largest``."""
     return max(_off_by_six(value), off_by_short(value, largest))
 
 

@@ -61,10 +61,7 @@ class Packages:
         return sorted(known, key=lambda pair: -len(pair[1].parts))
 
     def resolve(self, address: str, folder: Path) -> Path | None:
-        """Return the file of an address: package://, file:// or a path, relative to ``folder``.
-
-        None if the package is not found, or the address is of another kind; the file need not exist.
-        """
+        """Return the file of an address (package://, file://, or relative to ``folder``), or None if there is none."""
         scheme, colon, rest = address.partition("://")
         if not colon:
             return folder / address
@@ -115,7 +112,7 @@ class Packages:
             visited.add(real)
             try:
                 name = package_name(folder)
-                inner = [] if name or depth >= _DEPTH else files.list_folder(folder)
+                inner = [] if name or depth >= _DEPTH else sorted(folder.iterdir())
             except OSError:  # it may not be read
                 continue
             if name:

@@ -53,10 +53,7 @@ class Progress:
 
     @classmethod
     def step(cls, what: str, done: int = 0, total: int = 0, counted: bool = True) -> None:
-        """Show that ``done`` of ``total`` (0 if unknown) steps of a kind are done; not ``counted``: as a bar alone.
-
-        The first step of a kind is shown at once, since none may follow for long.
-        """
+        """Show that ``done`` of ``total`` (0 if unknown) steps of a kind are done; not ``counted``: as a bar alone."""
         if cls._stream is None:
             return
         now, is_new = cls._clock(), what != cls._kind

@@ -81,7 +81,7 @@ class Description:
     def nearest_file(path: Path) -> Path | None:
         """Return the file in the same folder with a similar name, whatever its ending, or None."""
         try:
-            stems = {file.stem: file for file in files.list_folder(path.parent) if files.is_file(file)}
+            stems = {file.stem: file for file in sorted(path.parent.iterdir()) if files.is_file(file)}
         except (OSError, ValueError):  # no folder, or a name that no file can have
             return None
         close = nearest(path.stem, stems)
@@ -117,10 +117,7 @@ def all_in(project: Path) -> list[Path]:
 
 
 def all_with(changed: Iterable[str]) -> list[Path]:
-    """Return the first files of all descriptions of the projects of some files, sorted.
-
-    The project of a file is that of its folder, or of the nearest one above it.
-    """
+    """Return the first files of all descriptions of the projects around some files, sorted."""
     found: set[Path] = set()
     for file in changed:
         found.update(next(filter(None, map(all_in, Path(file).parents)), []) or all_here())
@@ -151,7 +148,7 @@ def without_first_file(project: Path) -> list[tuple[str, str]]:
 
 def _description_folders(project: Path) -> list[Path]:
     try:
-        return files.list_folder(Path(project, DESCRIPTIONS))
+        return sorted(Path(project, DESCRIPTIONS).iterdir())
     except (FileNotFoundError, NotADirectoryError):
         return []
 
@@ -169,7 +166,7 @@ def _has_first_file(folder: Path) -> bool:
 
 def _misnamed(folder: Path) -> Path | None:
     """Return the file in a folder that looks like its first file, by its name or its content, or None."""
-    inside = [file for file in files.list_folder(folder) if file.suffix.lower() in ENDINGS]
+    inside = [file for file in sorted(folder.iterdir()) if file.suffix.lower() in ENDINGS]
     named = [file for file in inside if file.stem.lower() == Path(ROOT_FILE).stem]
     return next((f for f in (*named, *inside) if f in named or re.search(rb"^robot:", _beginning(f), re.M)), None)
 
@@ -189,11 +186,7 @@ def _no_first_file(folder: Path) -> tuple[str, str]:
 
 
 def _upwards() -> Iterator[Path]:
-    """Yield this folder and those above it, relative to here.
-
-    A folder above that everybody can write into, such as /tmp, is not a project. Raises OSError if this folder was
-    removed.
-    """
+    """Yield this folder and those above it, relative to here, up to one that everybody can write into, such as /tmp."""
     here = Path.cwd()
     try:
         for depth, folder in enumerate((here, *here.parents)):
@@ -286,10 +279,7 @@ _CHECKOUT = Path(__file__).parents[3]
 
 
 def data_folder(name: str) -> Path:
-    """Return the folder of a data package: "templates", "schemas", "parts_library", "viewer", "cmake" or "bazel".
-
-    Code of a checkout uses the data of this checkout, whatever else is installed.
-    """
+    """Return the folder of a data package ("templates", "schemas", ...), in a checkout that of the checkout."""
     if (_CHECKOUT / "pyproject.toml").is_file() and (_CHECKOUT / _DATA[name]).is_dir():
         return _CHECKOUT / _DATA[name]
     package = "viewer.built" if name == "viewer" else name

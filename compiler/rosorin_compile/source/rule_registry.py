@@ -76,6 +76,11 @@ class Rule:
     imported: str = ""
     asked: str = ""
 
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not isinstance(value, str):
+                raise TypeError(f"{name} of a rule is a text, not {str(value)[:60]!r}")
+
     @property
     def mild(self) -> bool:
         """Whether it can be a warning or a note, by its text."""
@@ -93,18 +98,8 @@ class Rule:
         return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
 
-def check_texts(rule: Rule) -> None:
-    """Raise TypeError for a rule of a plug-in with other fields than texts."""
-    for name, value in vars(rule).items():
-        if not isinstance(value, str):
-            raise TypeError(f"{name} of a rule is a text, not {str(value)[:60]!r}")
-
-
 class Check(NamedTuple):
-    """A function that yields diagnostics of a robot, and the rules that are declared with it.
-
-    As a decorator it is for a function whose rules are declared elsewhere.
-    """
+    """A function that yields diagnostics of a robot, and the rules that are declared with it."""
 
     function: Look
     rules: tuple[Rule, ...] = ()

@@ -50,10 +50,7 @@ def missed() -> list[str]:
 
 
 def lock(handle: int, shared: bool = False, wait: bool = True) -> None:
-    """Hold the lock on an open file or folder until it is closed.
-
-    Raises OSError: BlockingIOError if another process holds it, ENOLCK where there are none.
-    """
+    """Hold the lock on an open file until it is closed. Raises OSError: BlockingIOError, or ENOLCK without locks."""
     try:
         import fcntl
     except ImportError:
@@ -71,10 +68,7 @@ def link(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None
 
 
 def pip_install(extra: str) -> str:
-    """Return the command that installs the packages of an extra.
-
-    No index serves this package, so the command names what the extra requires.
-    """
+    """Return the command that installs what an extra requires: no index serves this package."""
     from importlib.metadata import PackageNotFoundError, requires
 
     words = []

@@ -41,10 +41,7 @@ class Instance(NamedTuple):
 
 
 class Include(Instance):
-    """An include of a file; ``included`` has the include of each file of the description, by its name.
-
-    A section may have entries of several files, but knows one include.
-    """
+    """An include of a file; ``included`` has the include of each file of the description, by its name."""
 
     included: dict[str, Include]
 
@@ -194,10 +191,7 @@ def maker(tree: Map, path: Path) -> Instance | None:
 
 
 def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
-    """Return the prefix of the part that the value at a path was written in, or "".
-
-    With ``outside`` that of the part around it.
-    """
+    """Return the prefix of the part that a value was written in, or with ``outside`` of the part around it."""
     via = locate(tree, path).via
     while via is not None and (outside or not via.prefix):
         outside, via = outside and not via.prefix, via.parent

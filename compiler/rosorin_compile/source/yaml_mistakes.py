@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 import re
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Any
 
 import yaml
 
 from .diagnostics import Diagnostic, Related, Source, Span, error
-from .load import MAX_DEPTH, quoted_tokens
 from .project import data_folder
 from .wording import printable
 
+MAX_DEPTH = 60
 _QUOTE = "put the text in quotes"
 _MERGE = "choose a version, remove the marks"
 _COLON = re.compile(r":(\s|$)")
@@ -21,11 +22,6 @@ _FOREIGN_COMMENT = re.compile(r" *(//|/\*|<!--|--)")
 _CONFLICT = re.compile(r"^(<{7}|\|{7}|>{7})(?= |$)", re.MULTILINE)
 _IN_BRACKETS = re.compile(r"""(?<!\w)"(?:\\.|[^"\\])*"|(?<!\w)'[^']*'|(?<!\S)#.*|[\[\]{}]""")
 _BEGINNINGS = {"*": "an alias", "&": "an anchor", "!": "a tag", ">": "a text of lines", "|": "a text of lines"}
-
-
-class _Place(NamedTuple):
-    line: int
-    column: int
 
 
 # What libyaml reports, the mistake, the fix, and whether it is where a context began. Tried in this order, after
@@ -55,8 +51,8 @@ class _Failure:
         begun = getattr(problem, "context_mark", None)
         mark = getattr(problem, "problem_mark", None) or begun
         self.source = source
-        self.at = _Place(mark.line + 1, mark.column + 1) if mark else _Place(1, 1)
-        self.begun = _Place(begun.line + 1, begun.column + 1) if begun else self.at
+        self.at = Span(source, mark.line + 1, mark.column + 1) if mark else Span(source, 1, 1)
+        self.begun = Span(source, begun.line + 1, begun.column + 1) if begun else self.at
         self.what = f"{getattr(problem, 'context', None) or ''}: {getattr(problem, 'problem', None) or ''}"
         self.text = source.line(self.at.line)
         self.before, self.rest = self.text[: self.at.column - 1], self.text[self.at.column - 1 :]
@@ -64,16 +60,16 @@ class _Failure:
         self.opened = source.line(self.begun.line)[self.begun.column - 1 :][:1]
 
     def report(
-        self, message: str, help: str, place: tuple[int, int] | None = None, length: int = 1, and_here: str = ""
+        self, message: str, help: str, place: Span | tuple[int, int] | None = None, length: int = 1, and_here: str = ""
     ) -> Diagnostic:
         """Return the diagnostic at a place, by default where the parser stopped; ``and_here`` describes that one."""
-        span = Span(self.source, *(place or self.at), max(1, length))
-        related = [Related(and_here, Span(self.source, *self.at))] if and_here else []
-        return error("yaml-syntax", message, span, help, related)
+        line, column = place if isinstance(place, tuple) and len(place) == 2 else (place or self.at)[1:3]
+        related = [Related(and_here, self.at)] if and_here else []
+        return error("yaml-syntax", message, Span(self.source, line, column, max(1, length)), help, related)
 
     def explain(self) -> Diagnostic:
         if mark := _CONFLICT.search(self.source.text):
-            return self.report("a merge conflict is not resolved", _MERGE, self.source.span(mark.start())[1:3], 7)
+            return self.report("a merge conflict is not resolved", _MERGE, self.source.span(mark.start()), 7)
         if "\t" in (blank := self.text[: len(self.text) - len(self.text.lstrip())]):
             return self.report("a tab indents this line", "use spaces", (self.at.line, blank.index("\t") + 1))
         if self.before.endswith("$") and self.letter == "{":
@@ -97,7 +93,7 @@ class _Failure:
                 last = token if token.start_mark.line < end[0] else last
             if last is None or (last.end_mark.line, last.end_mark.column) != end:
                 return None
-            begun = _Place(last.start_mark.line + 1, last.start_mark.column + 1)
+            begun = self.source.span(last.start_mark.index)
         elif "escape" in self.what:
             help = "use single quotes, or write the backslash twice"
             return self.report(f'"{self.rest[:2]}" has no meaning in double quotes', help, length=2)
@@ -251,3 +247,14 @@ def _key_indent(line: str) -> int:
     """Return the indentation of the key of a line, which may be the first one of an item."""
     found = _ITEM.match(line)
     return found.end() if found else 0
+
+
+def quoted_tokens(text: str) -> Iterator[Any]:
+    """Yield the tokens of a text that are in quotes, as far as it is YAML."""
+    scanner = getattr(yaml, "CLoader", yaml.Loader)(text)
+    try:
+        while (token := scanner.get_token()) is not None:
+            if isinstance(token, yaml.ScalarToken) and token.style in ("'", '"'):
+                yield token
+    except yaml.YAMLError:  # the parser reports it
+        return

@@ -91,7 +91,7 @@ class Variants:
     @cached_property
     def _files(self) -> list[Path]:
         """The files of a folder that are variants, ordered by name. Raises OSError."""
-        found = [path for path in files.list_folder(self.path) if path.name.lower().endswith(TREES)]
+        found = [path for path in sorted(self.path.iterdir()) if path.name.lower().endswith(TREES)]
         return [path for path in found if files.is_file(path) and not path.name.startswith(".")]
 
     def _rows(self) -> Iterator[tuple[list[str], list[Span]]]:

@@ -444,7 +444,7 @@ def _listed(folder: str, part: str, only_folders: bool) -> list[str]:
         plain = re.sub(r"\[(.)\]", r"\1", part)
         return [plain] if only_folders or os.path.lexists(f"{folder}{plain}") else []
     try:
-        inside = files.list_folder(folder or ".")
+        inside = sorted(Path(folder or ".").iterdir())
     except OSError:
         return []
     fits = (one for one in inside if fnmatchcase(one.name, part) and (part[0] == "." or one.name[0] != "."))

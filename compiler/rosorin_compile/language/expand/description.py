@@ -119,10 +119,9 @@ def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnost
     waiting: list[Any] = [root]
     while waiting:
         node = waiting.pop()
-        for key, value in node.items() if isinstance(node, Map) else enumerate(node):
-            if isinstance(value, (Map, Seq)):
-                waiting.append(value)
-            if isinstance(value, Map) and isinstance(key, str) and "for" in swaps(key):
+        waiting += [one for one in (node.values() if isinstance(node, Map) else node) if isinstance(one, (Map, Seq))]
+        for key, value in node.items() if isinstance(node, Map) else ():
+            if isinstance(value, Map) and "for" in swaps(key):
                 message, place = f'an entry has no key "{key}"', Place(node.key_spans[key], node.via)
                 misnamed.append(error("unknown-key", message, place.span, 'did you mean "for"?', place.stack()))
     return [*misnamed, *(one for one in diagnostics if not (misnamed and _is_missing(one)))]

@@ -45,7 +45,8 @@ class _Dropped:
             return "".join(".+?" if piece.is_expression else re.escape(piece.text) for piece in pieces(text))
         expansion, reported = self.scope.expansion, len(self.scope.expansion.diagnostics)
         with expansion.unlimited(), suppress(Failed):
-            return re.escape(self.scope.name(text, self.entry.item.span, self.scope.via))
+            name: str = self.scope.name(text, self.entry.item.span, self.scope.via)
+            return re.escape(name)
         del expansion.diagnostics[reported:]
         return "(?!)"
 

@@ -246,8 +246,9 @@ def _grid(grid: Map, axis: int) -> dict[str, Any]:
     Along z the heights change sign, which a rule reports: a map counts them up from z = 0.
     """
     heights, origin, cell = grid.get("heights"), grid.get("origin"), grid.get("cell")
-    is_table = isinstance(heights, Seq) and heights and all(isinstance(row, Seq) for row in heights)
-    if not is_table or not isinstance(origin, Seq) or len(origin) != 2 or not all(map(is_number, (*origin, cell))):
+    if not isinstance(heights, Seq) or not heights or not all(isinstance(row, Seq) for row in heights):
+        return {}
+    if not isinstance(origin, Seq) or len(origin) != 2 or not all(map(is_number, (*origin, cell))):
         return {}
     if axis == AXES["z"]:
         negative = [listed([_negative(v) if is_number(v) else v for v in row], row) for row in heights]

@@ -23,12 +23,12 @@ from itertools import combinations, product
 from random import Random
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.model import DisabledCollision, Transform
+from rosorin_compile.model import DisabledCollision
 from rosorin_compile.source.progress import Progress
 
 from ..physics.scene import Bodies, Pair
-from ..physics.solids import Meshes, solids_of
-from ..rest_pose import range_of
+from ..physics.solids import Meshes
+from ..rest_pose import leader_of, range_of
 
 if TYPE_CHECKING:
     from ..physics.solids import Floats
@@ -57,8 +57,7 @@ class Contacts(Bodies):
 
     def __init__(self, planning: Planning, meshes: Meshes, excluded: Iterable[Pair] = ()) -> None:
         links = sorted(planning.solids)
-        solids = {name: solids_of(planning.solids[name], name, Transform(), meshes) for name in links}
-        super().__init__(planning.robot, solids, excluded)
+        super().__init__(planning.robot, {name: planning.solids[name] for name in links}, meshes, excluded)
         self.model.geom_margin[:] = TOUCH
         self.geoms: dict[str, list[int]] = {name: [] for name in links}
         for geom, solid in enumerate(self.solids):
@@ -146,12 +145,8 @@ class Search:
 
     def _joints_between(self, pair: Pair) -> list[str]:
         """Return the joints that move one link of a pair against the other; for a mimic joint, its leader."""
-        joints = []
-        for joint in self.planning.between(*pair):
-            while joint.mimic is not None:
-                joint = self.planning.robot.joint[joint.mimic.joint]
-            joints += [] if joint.is_fixed else [joint.name]
-        return list(dict.fromkeys(joints))
+        moving = [joint for joint in self.planning.between(*pair) if not joint.is_fixed]
+        return list(dict.fromkeys(leader_of(self.planning.robot, joint).name for joint in moving))
 
     def _is_real(self, pair: Pair, states: Sequence[State]) -> bool:
         """Return True if a pair touches in each of some states by its meshes, and not by their hulls alone."""

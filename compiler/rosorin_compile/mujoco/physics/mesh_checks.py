@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from rosorin_compile.model import Link, Mesh, Transform
+from rosorin_compile.model import Link, Mesh
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.rule_registry import DECLARED, PHYSICS, Rule
 
 from ..mjcf.bodies import weld_groups
 from .overlaps import Member, note
-from .solids import Meshes, MeshShape, Solid
+from .solids import Meshes, MeshShape, Solid, solids_of
 
 RULES = (
     Rule(
@@ -98,10 +98,8 @@ def _density(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
     fixed = [one for one in case.robot.links if one.name in group]
 
     def volume(links: Sequence[Link], purpose: str) -> float:
-        shapes = [shape for one in links for shape in getattr(one, purpose)]
-        pieces = [(piece, meshes.get(piece.geometry)) for shape in shapes for piece in shape.solids()]
-        hulls = [Solid("", 0, piece, Transform(), mesh).hull for piece, mesh in pieces]
-        return float(sum(hull.volume for hull in hulls if hull is not None))
+        solids = [solid for one in links for solid in solids_of(getattr(one, purpose), one.name, meshes)]
+        return float(sum(solid.hull.volume for solid in solids))
 
     densities = []
     for purpose in ("collision", "visual"):

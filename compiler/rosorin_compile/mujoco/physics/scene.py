@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
+from itertools import combinations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.model import Joint, Robot, Transform
+from rosorin_compile.model import Joint, Robot, Shape
 
+from ..mjcf.bodies import weld_groups
 from .solids import SAMPLES, Meshes, Solid, solids_of
 
 if TYPE_CHECKING:
@@ -37,16 +39,14 @@ class Bodies:
     """Floating bodies in MuJoCo: each is named by the link that its solids are placed in."""
 
     def __init__(
-        self,
-        robot: Robot,
-        solids: Mapping[str, Sequence[Solid]],
-        excluded: Iterable[Pair] = (),
+        self, robot: Robot, shapes: Mapping[str, Sequence[Shape]], meshes: Meshes, excluded: Iterable[Pair] = ()
     ) -> None:
-        """Build the bodies of ``solids`` by link; ``excluded`` pairs never touch."""
+        """Build the bodies of links with their shapes; ``excluded`` pairs never touch."""
         self.mujoco = mujoco = import_module("mujoco")
         self.robot = robot
         self.kinematics = replace(robot, edges=()).kinematics  # by the joints alone
-        self.names = list(solids)
+        self.names = list(shapes)
+        solids = {name: solids_of(shapes[name], name, meshes) for name in shapes}
         self.solids = [solid for name in self.names for solid in solids[name]]  # in the order of MuJoCo's geoms
         spec: Any = mujoco.MjSpec()
         spec.memory = _MEMORY
@@ -114,7 +114,7 @@ class Bodies:
 
         Corners and middles of triangles of one shape are looked for inside the other one.
         """
-        if not any(solid.mesh for solid in solids):
+        if all(solid.mesh is None for solid in solids):
             return True
         self.put(self.rows([positions])[0])
         for inner, outer in (solids, solids[::-1]):
@@ -126,31 +126,21 @@ class Bodies:
 
 
 class Scene(Bodies):
-    """The collision shapes of a robot; links that no joint moves against each other are one body."""
+    """The collision shapes of a robot, where links that are fixed to each other or disabled never touch."""
 
     def __init__(self, robot: Robot, meshes: Meshes) -> None:
-        self.order = {link.name: number for number, link in enumerate(robot.walk())}
-        self.top: dict[str, str] = {}  # the link that a link is fixed to
-        self.joint_between: dict[frozenset[str], Joint] = {}
-        places: dict[str, Transform] = {}
-        bodies: dict[str, list[Solid]] = {}
-        for link in robot.walk():
-            joint = robot.joint_to.get(link.name)
-            if joint is not None and joint.is_fixed:
-                self.top[link.name] = self.top[joint.parent]
-                places[link.name] = places[joint.parent].then(joint.origin.transform())
-            else:
-                self.top[link.name], places[link.name] = link.name, Transform()
-                bodies[link.name] = []
-                if joint is not None:
-                    self.joint_between[frozenset((self.top[joint.parent], link.name))] = joint
-            bodies[self.top[link.name]] += solids_of(link.collision, link.name, places[link.name], meshes)
-        super().__init__(robot, bodies)
-        self.disabled = {frozenset(pair) for pair in robot.disabled_contacts}
+        shapes = {link.name: link.collision for link in robot.walk()}
+        groups = weld_groups(robot)
+        self.order = {name: number for number, name in enumerate(shapes)}
+        self.top = {name: top for top, names in groups.items() for name in names}  # the link that a link is fixed to
+        moving = [joint for joint in robot.joints if not joint.is_fixed]
+        self.joint_between = {frozenset((self.top[joint.parent], joint.child)): joint for joint in moving}
+        fixed = [pair for names in groups.values() for pair in combinations(names, 2)]
+        super().__init__(robot, shapes, meshes, [*fixed, *robot.disabled_contacts])
         self._points: dict[str, Floats] = {}
 
     def overlaps(self, positions: Positions) -> dict[Pair, Overlap]:
-        """Return the links that are inside each other at joint positions, except those whose contacts are disabled."""
+        """Return the links that are inside each other at joint positions."""
         return self.overlaps_at(self.rows([positions])[0])
 
     def overlaps_at(self, row: Floats) -> dict[Pair, Overlap]:
@@ -160,7 +150,7 @@ class Scene(Bodies):
             if self.order[first.link] > self.order[second.link]:
                 first, second = second, first
             pair = (first.link, second.link)
-            if frozenset(pair) not in self.disabled and (pair not in overlaps or overlaps[pair].depth < -distance):
+            if pair not in overlaps or overlaps[pair].depth < -distance:
                 overlaps[pair] = Overlap(-distance, (first, second))
         return overlaps
 

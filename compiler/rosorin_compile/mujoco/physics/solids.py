@@ -70,7 +70,7 @@ def read_meshes(case: Case, shapes: Sequence[MeshShape], files: Mapping[str, Pat
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A collision shape: its number in ``link.collision``, its place in its body, and its ``trimesh.Trimesh``, if any.
+    """A collision shape: its number in ``link.collision``, its place in the link, and its ``trimesh.Trimesh``, if any.
 
     A primitive is a polyhedron where points are concerned, and itself in MuJoCo.
     """
@@ -119,15 +119,15 @@ class Solid:
             return self.mesh is not None and self.hull is not None and self.hull.volume >= _SMALLEST**3
         return all(math.isfinite(size) and size > _SMALLEST for size in self.size)
 
-    def in_body(self, points: Floats) -> Floats:
-        """Transform points (n, 3) from the frame of the shape to that of its body."""
+    def in_link(self, points: Floats) -> Floats:
+        """Transform points (n, 3) from the frame of the shape to that of its link."""
         import numpy as np
 
         placed: Floats = points @ np.array(self.place.rows).T + np.array(self.place.xyz)
         return placed
 
     def contains(self, points: Floats, exact: bool = False) -> Any:
-        """Return which points (n, 3) in the frame of the body are inside; ``exact``: in the mesh, not in its hull."""
+        """Return which points (n, 3) in the frame of the link are inside; ``exact``: in the mesh, not in its hull."""
         import numpy as np
 
         local = (points - np.array(self.place.xyz)) @ np.array(self.place.rows)
@@ -138,28 +138,28 @@ class Solid:
         return (points @ normals.T <= (normals * self.hull.triangles[:, 0]).sum(axis=1)).all(axis=1)
 
     def sample(self, count: int, generator: Any) -> Floats:
-        """Return at most ``count`` random points (n, 3) inside the solid in the frame of its body."""
+        """Return at most ``count`` random points (n, 3) inside the solid in the frame of its link."""
         lower, upper = self.hull.bounds
         points = lower + generator.random((4 * count, 3)) * (upper - lower)
-        return self.in_body(points[self._in_hull(points)][:count])
+        return self.in_link(points[self._in_hull(points)][:count])
 
     def surface(self) -> Floats:
-        """Return points (n, 3) on the mesh in the frame of its body; of a primitive, points that fill it."""
+        """Return points (n, 3) on the mesh in the frame of its link; of a primitive, points that fill it."""
         import numpy as np
 
         if self.mesh is None:
             return self.sample(SAMPLES, np.random.default_rng(2))
         points = np.concatenate([self.mesh.triangles_center, self.mesh.triangles.reshape(-1, 3)])
-        return self.in_body(points[:: 1 + len(points) // _ON_SURFACE])
+        return self.in_link(points[:: 1 + len(points) // _ON_SURFACE])
 
 
-def solids_of(shapes: Sequence[Shape], link: str, place: Transform, meshes: Meshes) -> list[Solid]:
-    """Return the shapes of a link that have a volume; ``place`` is the frame of the link in its body."""
+def solids_of(shapes: Sequence[Shape], link: str, meshes: Meshes) -> list[Solid]:
+    """Return the shapes of a link that have a volume, in its frame."""
     solids = []
     for number, shape in enumerate(shapes):
         for piece in shape.solids():
             mesh = meshes.get(piece.geometry) if isinstance(piece.geometry, Mesh) else None
-            solids.append(Solid(link, number, piece, place.then(piece.origin().transform()), mesh))
+            solids.append(Solid(link, number, piece, piece.origin().transform(), mesh))
     return [solid for solid in solids if solid.is_body]
 
 

@@ -17,7 +17,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import Joint, Robot, Twist
-from rosorin_compile.mujoco.rest_pose import HOME, home_of, range_of
+from rosorin_compile.mujoco.rest_pose import HOME, home_of, leader_of, range_of
 from rosorin_compile.source.progress import Progress
 
 from .world import FREE, POSITION, VELOCITY, SimulationDiverged, World
@@ -120,17 +120,8 @@ class Swung(Result):
     lightest: str = ""
 
 
-class Scenarios(NamedTuple):
-    """The results of all scenarios of a robot."""
-
-    poses: tuple[PoseTrial, ...]
-    drive: tuple[Driven, ...]
-    ranges: tuple[Swept, ...]
-    energy: Swung | None
-
-
-def run_scenarios(world: World, seconds: float) -> Scenarios:
-    """Run all scenarios; each pose is held for ``seconds`` (at least twice ``LAST``)."""
+def run_scenarios(world: World, seconds: float) -> dict[str, Any]:
+    """Run all scenarios and return the results by kind; each pose is held for ``seconds`` (at least twice ``LAST``)."""
     robot, poses, joints = world.robot, poses_of(world.robot), swept_joints(world)
     home, commands = poses[0][1], dict[str, Twist]()
     if robot.drive is not None and world.base == FREE:
@@ -148,12 +139,12 @@ def run_scenarios(world: World, seconds: float) -> Scenarios:
         done += 1
         return scenario(world, *arguments)
 
-    return Scenarios(
-        tuple(step(hold, *pose, seconds) for pose in poses),
-        tuple(step(drive, home, *command) for command in commands.items()),
-        tuple(step(sweep, home, *joint) for joint in joints),
-        step(swing, home) if world.joints else None,
-    )
+    return {
+        "poses": tuple(step(hold, *pose, seconds) for pose in poses),
+        "drive": tuple(step(drive, home, *command) for command in commands.items()),
+        "ranges": tuple(step(sweep, home, *joint) for joint in joints),
+        "energy": step(swing, home) if world.joints else None,
+    }
 
 
 def poses_of(robot: Robot) -> list[tuple[str, Mapping[str, float]]]:
@@ -167,7 +158,7 @@ def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float
     result, root, robot = PoseTrial(pose, positions), world.robot.root, world.robot
     world.reset(positions)
     actuated = set(world.targets) - set(world.own)
-    held = [joint for joint in world.joints if actuated.intersection((joint.name, _leader(robot, joint).name))]
+    held = [joint for joint in world.joints if actuated.intersection((joint.name, leader_of(robot, joint).name))]
     targets = {joint.name: robot.position(joint, positions) for joint in held}
     turn_before, place_before = world.place(root)
     errors, heights = list[list[float]](), list[float]()
@@ -187,12 +178,6 @@ def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float
             result.leans = math.acos(max(-1.0, min(1.0, float(turn_before[2] @ turn[2]))))
             result.ripple = max(heights[-last:]) - min(heights[-last:])
     return result
-
-
-def _leader(robot: Robot, joint: Joint) -> Joint:
-    while joint.mimic is not None:
-        joint = robot.joint[joint.mimic.joint]
-    return joint
 
 
 def _yaw(turn: Any) -> float:

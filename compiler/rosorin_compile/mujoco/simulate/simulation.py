@@ -32,7 +32,8 @@ from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.tree import exists
 
-from .scenarios import Driven, End, PoseTrial, Scenarios, Swept, Swung, run_scenarios
+from ..rest_pose import leader_of
+from .scenarios import Driven, End, PoseTrial, Swept, Swung, run_scenarios
 from .world import FIXED, FREE, Refused, World, mjcf_text, quiet
 
 RULES = (
@@ -194,11 +195,10 @@ def simulate_robot(
             message = f"{robot.name} cannot be simulated: {problem}"
             refused = error("simulation-refused", message, None, "check names the place")
             return Simulated(robot.name, diagnostics=(*problem.diagnostics, refused))
-        results = run_scenarios(world, seconds)
-        found = arrange(settled(case, _Judge(case, world, used).judge(results), "simulation"))
+        scenarios = run_scenarios(world, seconds)
     timestep = float(world.model.opt.timestep)
     speed = world.steps / world.cpu if world.cpu else 0.0
-    return Simulated(
+    result = Simulated(
         robot.name,
         mujoco.__version__,
         base,
@@ -207,26 +207,28 @@ def simulate_robot(
         {joint.name: joint.unit for joint in robot.joints if joint.moves},
         own_servos=world.own,
         timing=Timing(speed, speed * timestep) if timing else None,
-        diagnostics=tuple(found),
         inputs=understood.expanded.files,
-        **results._asdict(),
+        **scenarios,
     )
+    found = settled(case, _Judge(case, result).judge(), "simulation")
+    return replace(result, diagnostics=tuple(arrange(found)))
 
 
 class _Judge:
     """Reports what is beyond the limits, at the lines of the description."""
 
-    def __init__(self, case: Case, world: World, limits: Mapping[str, Limit]) -> None:
-        self.case, self.robot, self.own = case, case.robot, world.own
-        self.limits = {name: limit.value for name, limit in limits.items()}
+    def __init__(self, case: Case, result: Simulated) -> None:
+        self.case, self.robot, self.result = case, case.robot, result
+        self.limits = {name: limit.value for name, limit in result.limits.items()}
 
-    def judge(self, results: Scenarios) -> Iterator[Diagnostic]:
+    def judge(self) -> Iterator[Diagnostic]:
         """Yield diagnostics for the results of all scenarios."""
+        results, own = self.result, self.result.own_servos
         for held in results.poses:
             yield from self._held(held)
-        if self.own and results.drive:
-            message = f"no actuator turns {first_of(self.own, _SHOWN)}: simulate drove with its own servos"
-            yield replace(self._found("drive-without-actuator", message, ("drive",)), of=self.own)
+        if own and results.drive:
+            message = f"no actuator turns {first_of(own, _SHOWN)}: simulate drove with its own servos"
+            yield replace(self._found("drive-without-actuator", message, ("drive",)), of=own)
         for driven in results.drive:
             yield from self._driven(driven, results.poses[0])
         for swept in results.ranges:
@@ -280,9 +282,7 @@ class _Judge:
 
     def _not_held(self, held: PoseTrial, joint: Joint, off: float, where: str, path: TreePath) -> Diagnostic:
         message = f'{where}, joint "{joint.name}" ends {off:.3g} {joint.unit} from its target'
-        root = joint
-        while root.mimic is not None:
-            root = self.robot.joint[root.mimic.joint]
+        root = leader_of(self.robot, joint)
         movers = [root, *(one for one in self.robot.joints if one.mimic and one.mimic.joint == root.name)]
         moved = set().union(*(self.robot.below(one.child) for one in movers))
         touch = next((one for one in held.touches if len(moved.intersection(one)) == 1), None)

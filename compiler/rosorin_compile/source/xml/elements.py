@@ -173,10 +173,7 @@ def kept(element: Element, text: str = "") -> Text:
 
 
 def indented(text: str, indent: str) -> str:
-    """Return elements with the first line after ``indent``, and the others as far right as they were from it.
-
-    Where a line end or the space after it is part of the content, the text stays as it is.
-    """
+    """Return elements with ``indent`` before each line; the text as it is where a line end is part of the content."""
     text = text.replace("\r\n", "\n").strip()
     first, *rest = text.split("\n")  # and at no other character that ends lines elsewhere
     if not rest or _has_lines(text):

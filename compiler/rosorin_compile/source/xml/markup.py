@@ -189,10 +189,7 @@ def place(element: Element) -> Span:
 
 
 def correction(word: str, known: Iterable[str]) -> str | None:
-    """Return the known word that ``word`` is a misspelling of, or None if it is another word.
-
-    A word with a prefix (``drake:mass``) belongs to another program.
-    """
+    """Return the known word that a word without a prefix (``drake:mass``) is a misspelling of, or None."""
     if ":" in word or len(word) < 2:
         return None
     lower = {name.lower(): name for name in known if len(name) > 2}

@@ -145,8 +145,7 @@ def test_what_is_left_out_is_told(tmp_path):
     _, artifacts, made = robot_with(tmp_path, (0.0, 0.0, 1.0))
     told = [d.message for d in made.diagnostics if d.severity == "warning" and "mimic" not in d.message]
     assert told == [
-        'joint "sliding" is planar, which robot_state_publisher takes for fixed: it publishes the transform into'
-        ' "table" from the URDF, beside tracker',
+        'joint "sliding" is planar: robot_state_publisher takes it for fixed, and publishes it',
         'joint "sliding" is planar: its limit and its dynamics are left out of the MJCF',
         "robot_model has no word for floating: joint free is left out",
         "robot_model has no word for planar: joint sliding is left out",

@@ -1,7 +1,7 @@
 """What the section ``moveit`` says wrongly, for the URDF that its SRDF belongs to.
 
 MoveIt prints such mistakes among a hundred other lines, leaves out the group or the pair, and goes on. Names that are
-those of nothing are told without an SRDF, too: by ``rules.kinematics`` and the rules of its section.
+those of nothing are told without an SRDF, too: by ``rules.joints`` and the rules of its section.
 """
 
 from __future__ import annotations

@@ -300,7 +300,7 @@ def publishing(robot: Robot) -> Publishing:
         kind = "gaps" if counts == {0, 1} else "published" if counts == {1} else "wrong"
         kinds[conditions] = ("unchecked" if not counts else kind) if conditions and counts != {0} else "never"
     found: dict[str, list[str]] = {}
-    for child, of_child in whens.items():
-        found.setdefault(kinds[tuple(of_child)], []).append(child)
+    for child, some in whens.items():
+        found.setdefault(kinds[tuple(some)], []).append(child)
     modes = modes_in(robot, {when for conditions in kinds for when in conditions})
     return Publishing(tuple(modes), *(tuple(found.get(kind, ())) for kind in Publishing._fields[1:]))

@@ -202,10 +202,11 @@ def _form(element: Element, context: Context, above: tuple[str, ...] = (), lidar
         default = SDF_DEFAULTS.get((above[-1], tag)) if above and not values else None
         is_default = default is not None and text == (_pose(default) if tag == "pose" else _numbers(default))
         return "" if is_default else f"<{start}>{text}</>"
-    children = sorted(
-        element,
-        key=lambda child: (_ALIASES.get(child.tag, child.tag), child.get("name", "") if child.tag == "param" else ""),
-    )
+
+    def order(child: Element) -> tuple[str, str]:
+        return _ALIASES.get(child.tag, child.tag), child.get("name", "") if child.tag == "param" else ""
+
+    children = sorted(element, key=order)
     inner = "".join(_form(child, context, (*above, tag), lidar) for child in children)
     return f"<{start}>{text}{inner}</>" if inner or values or text or tag not in ("imu", "clip") else ""
 

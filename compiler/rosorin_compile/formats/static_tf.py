@@ -131,17 +131,18 @@ def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTra
             continue
         message = f"joint {joint.name} is {joint.type}, but a static_transform_publisher can only say what never moves"
         found.diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
-    for other in robot.edges:
-        if other.joint and other.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-            edges.append((robot.joint[other.joint], other, other.when))
-    for joint, edge, when in edges:
+    for edge in robot.edges:
+        if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
+            edges.append((robot.joint[edge.joint], edge, edge.when))
+    for joint, published, when in edges:
         arguments: list[str] = []
         axes = (_XYZ, joint.origin.xyz, METRE_DIGITS), (_RPY, joint.origin.rpy, RADIAN_DIGITS)
         for flags, values, digits in axes:
             for flag, value in zip(flags, values, strict=True):
                 arguments += [flag, decimal(value) if is_exact else fixed(value, digits)]
         arguments += [_PARENT, joint.parent, _CHILD, joint.child]
-        one = StaticTransform(edge.publisher.name, edge.parent, edge.child, tuple(arguments), edge.source, when)
+        ends = published.parent, published.child
+        one = StaticTransform(published.publisher.name, *ends, tuple(arguments), published.source, when)
         (found.in_modes if modes_in(robot, [when]) else found.always).append(one)
     return found
 

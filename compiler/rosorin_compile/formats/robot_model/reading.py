@@ -72,18 +72,18 @@ def read_robot_model(path: Path) -> Imported:
         span = Span(source, problem.lineno, problem.colno)
         return Imported(None, [error("json-syntax", f"not JSON: {problem.msg}", span, "correct it")], files=(path,))
     except ValueError as problem:
-        wrong = [error("json-syntax", f"not JSON: {problem}", source.span(), "correct it")]
+        wrong = [error("json-syntax", f"not JSON: {problem}", Span(source, 1, 1), "correct it")]
         return Imported(None, wrong, files=(path,))
     wrong = []
     for misfit in misfits_of(validator("robot_model"), model):
         where = subject(misfit.path) if misfit.path else "the file"
         message = f"not a driver's model: {where}: {words_of(misfit)}"
-        wrong.append(error("wrong-format", message, source.span(), _HELP))
+        wrong.append(error("wrong-format", message, Span(source, 1, 1), _HELP))
     if wrong:
         return Imported(None, wrong, files=(path,))
     # The format has no word for the limits of effort and velocity that the rules require.
     note = f"from {masked(path.name)}: {model['source']}".removesuffix(": ")
-    tree, diagnostics = accept(as_tree(_description(model, note, path.stem), source.span()), lenient=True)
+    tree, diagnostics = accept(as_tree(_description(model, note, path.stem), Span(source, 1, 1)), lenient=True)
     return Imported(tree, diagnostics, files=(path,))
 
 

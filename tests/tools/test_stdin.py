@@ -105,7 +105,7 @@ def test_a_mistake_has_its_place(home: Path, monkeypatch: pytest.MonkeyPatch, ca
         ),
         ("\n \n", "<stdin>:1:1: error[not-a-mapping]: <stdin> is empty"),
         ("- a", "<stdin>:1:1: error[not-a-mapping]: <stdin> is a list"),
-        (b"robot: a\n# \xff", "<stdin>:2:3: error[not-utf8]: <stdin> is not UTF-8 text: byte 0xff at offset 11"),
+        (b"robot: a\n# \xff", "<stdin>:2:3: error[not-utf8]: <stdin> is not UTF-8 text: byte 0xff at this place"),
         (b"\x7fELF\0\0\xd0", "error[not-utf8]: <stdin> is not UTF-8 text"),
         ("robot: [", "<stdin>:1:"),
         ("robot: a\ninclude: [nowhere.yaml]\n", "<stdin>:2:11: error[file-unreadable]: cannot read nowhere.yaml"),

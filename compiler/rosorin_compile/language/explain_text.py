@@ -85,7 +85,7 @@ def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
         rows.append((number, f"{exact(number.value)} {number.unit}".rstrip() + degrees))
     width = max((len(number.name) for number, _ in rows), default=0)
     value_width = max((len(value) for _, value in rows), default=0)
-    for (number, value), (follower, _) in zip(rows, [*rows[1:], (None, "")], strict=True):
+    for (number, value), (follower, _) in zip(rows, [*rows[1:], (None, "")], strict=False):
         origin, following = number.origin, follower.origin if follower is not None else None
         source = number.note
         if origin is not None:

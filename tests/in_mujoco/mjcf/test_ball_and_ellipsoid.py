@@ -45,7 +45,7 @@ def test_a_urdf_has_what_stands_for_them(tmp_path: Path) -> None:
     said = [one.message for one in made.diagnostics if one.rule == "urdf-cannot-say"]
     assert said == [
         "URDF has no ellipsoid: 1 on link egg is written as a box of the same extents",
-        "URDF has no ball joint: joint ball is written as floating",
+        'URDF has no ball joint: "ball" becomes a floating joint',
     ]
 
 

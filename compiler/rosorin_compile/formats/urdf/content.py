@@ -280,7 +280,8 @@ class Content:
         notes = []
         balls = [joint.name for joint in robot.in_urdf() if joint.type == "ball"]
         if balls:
-            notes.append((f"URDF has no ball joint: {quoted(balls, 3)} become floating joints", ""))
+            become = "becomes a floating joint" if len(balls) == 1 else "become floating joints"
+            notes.append((f"URDF has no ball joint: {quoted(balls, 3)} {become}", ""))
         moving = {name for name, (carrier, _) in owners.items() if robot.moves_between(name, carrier)}
         names = {joint.name for joint in self.joints}
         lost, still = [], []

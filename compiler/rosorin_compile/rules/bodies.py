@@ -34,8 +34,12 @@ FEW_WITHOUT_MASS, FEW_WITHOUT_COLLISION = 0.5, 0.25
 
 
 @rule("mass-not-positive", "A mass is not above zero.", "Correct or remove it.", NUMBERS, "link", "lenient")
-@rule("inertia-not-positive-definite", "A moment is not above zero.", "Check signs.", NUMBERS, "link", "always")
-@rule("inertia-triangle", "One moment exceeds the sum of the others.", "Check units.", NUMBERS, "link", "always")
+@rule(
+    "inertia-not-positive-definite", "A principal moment is not above zero.", "Check signs.", NUMBERS, "link", "always"
+)
+@rule(
+    "inertia-triangle", "One principal moment exceeds the sum of the others.", "Check units.", NUMBERS, "link", "always"
+)
 def physical(case: Case) -> Iterator[Diagnostic]:
     """Masses that are not positive, and inertias that no body has."""
     for link in case.robot.links:
@@ -57,10 +61,16 @@ def physical(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("inertia-triangle", message, (*path, "inertia"), within=True)
 
 
-@rule("density-looks-like-grams", "A warning: a density is in g/cm^3.", "Add a unit.", NUMBERS, "link", "always")
-@rule("mass-implausible", "A warning: too dense or light.", "Check mass (kg) and sizes (m).", NUMBERS, "link", "always")
-@rule("inertia-implausible", "A warning: no body has this inertia.", "Use `of: collision`.", NUMBERS, "link", "always")
-@rule("centre-outside", "A warning: a centre of mass is far outside.", "Check `xyz`.", NUMBERS, "link", "always")
+@rule(
+    "density-looks-like-grams", "A warning: a density is in g/cm^3.", "Write `2.7 g/cm^3`.", NUMBERS, "link", "always"
+)
+@rule("mass-implausible", "A warning: no body of this size has this mass.", "Check units.", NUMBERS, "link", "always")
+@rule(
+    "inertia-implausible", "A warning: no body has this mass and inertia.", "Calculate it.", NUMBERS, "link", "always"
+)
+@rule(
+    "centre-outside", "A warning: a centre of mass is far outside its link.", "Check `xyz`.", NUMBERS, "link", "always"
+)
 def plausible(case: Case) -> Iterator[Diagnostic]:
     """Masses against the space of the shapes, inertias against both, and centres of mass."""
     for link in case.robot.links:

@@ -32,7 +32,9 @@ _INITIAL = re.compile(r"<initial_position>\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\
 
 @rule("beyond-joint-limit", "A warning: a value is beyond the joint limits.", "Correct it.", JOINTS, "joint", "always")
 @rule("pose-beyond-limit", "A warning: a pose is beyond a joint limit.", "Correct the pose or the limit.", POSES)
-@rule("mimic-beyond-limit", "A warning: a follower leaves its limits.", "Correct it.", JOINTS, "joint", "always")
+@rule(
+    "mimic-beyond-limit", "A warning: a follower is driven beyond its limits.", "Correct it.", JOINTS, "joint", "always"
+)
 def within_limits(case: Case) -> Iterator[Diagnostic]:
     """Compare what the limits of a joint bound with them: the numbers that the schema marks by ``x-within``."""
     for section, node in sections().items():
@@ -237,7 +239,7 @@ def circles(case: Case) -> Iterator[list[Joint]]:
 
 
 @rule("mimic-not-published", "A joint follows one that is not in the URDF.", "Give both the same publisher.", JOINTS)
-@rule("mimic-chain", "A warning: a follower of a follower.", "Follow the first leader.", JOINTS, "joint", "always")
+@rule("mimic-chain", "A warning: a joint follows a follower.", "Follow the first leader.", JOINTS, "joint", "always")
 def order(case: Case) -> Iterator[Diagnostic]:
     """Find followers that robot_state_publisher cannot resolve.
 

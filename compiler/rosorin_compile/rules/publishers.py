@@ -290,7 +290,7 @@ def planar(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("planar-taken-as-fixed", message, case.publisher(joint))
 
 
-@rule("static-tf-moves", "A moving joint is published as static.", "Let robot_state_publisher publish it.", FRAMES)
+@rule("static-tf-moves", "A moving joint has a static publisher.", "Let robot_state_publisher publish it.", FRAMES)
 @rule("bad-node-name", "ROS 2 refuses the name of a node.", "Use letters, digits, underscores; no digit first.", FRAMES)
 @rule("duplicate-node", "Two nodes have one name.", "Give each static_transform_publisher its own name.", FRAMES)
 def static_publishers(case: Case) -> Iterator[Diagnostic]:

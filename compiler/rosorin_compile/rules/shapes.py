@@ -39,7 +39,7 @@ BRIGHTEST = 1.01  # a hundredth above one is rounding of a colour that was made 
 MAX_RELATED = 3
 
 
-@rule("mesh-scale", "A warning: no unit explains the scale of a mesh.", "0.001 is mm.", NUMBERS, "link", "always")
+@rule("mesh-scale", "A warning: no unit explains the scale of a mesh.", "Check units.", NUMBERS, "link", "always")
 def mesh_scales(case: Case) -> Iterator[Diagnostic]:
     """Scales of meshes that no unit explains."""
     for link, path, shape in case.shapes():

@@ -187,7 +187,12 @@ def _turn_of_urdf(case: Case, joint: Joint) -> Path | None:
     return (*path, owners.index(ROBOT_STATE_PUBLISHER), "by") if is_turn else None
 
 
-@rule("two-publishers", "Two publishers own one frame.", "Remove one, or exclude each other by `when`.", FRAMES)
+@rule(
+    "two-publishers",
+    "Two publishers own one frame.",
+    "Remove one, or give each a `when` that excludes the other.",
+    FRAMES,
+)
 @rule("unpublished-edge", "Nobody publishes an edge; a warning in some modes.", "Name a publisher.", FRAMES)
 def one_publisher(case: Case) -> Iterator[Diagnostic]:
     """Frames that have two publishers at once, and frames that have none in some combination of modes."""

@@ -28,7 +28,7 @@ def mjcf(folder: Path, text: str = ARM, **options: str) -> str:
     made = import_robot(source, output=folder / "made", **options)  # type: ignore[arg-type]
     assert made.written, made.diagnostics
     compiled = compile_robot(folder / "made/robot.yaml")
-    notes = [one for one in compiled.diagnostics if one.rule == "stand-in" and "without an actuator" in one.message]
+    notes = [one for one in compiled.diagnostics if one.rule == "drives-assumed"]
     assert len(notes) == (options.get("drives") != "none")
     return next(one.text for one in compiled.artifacts if one.backend == "mjcf")
 

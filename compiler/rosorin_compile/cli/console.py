@@ -32,7 +32,7 @@ MARKDOWN = "markdown"
 ENVELOPE = "json"  # a result with all diagnostics of the run
 
 _STAND_IN = "stand-in"
-_LISTED = ("not-in-format", "engine-missing")  # notes that are printed where others are counted
+_LISTED = ("not-in-format", "engine-missing", "drives-assumed")  # notes that are printed where others are counted
 _LAYOUT = "\n\t"
 _COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only sequences that we write within a text
 

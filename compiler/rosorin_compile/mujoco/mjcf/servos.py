@@ -11,13 +11,19 @@ from rosorin_compile.model.geometry import cross, dot, unit
 from rosorin_compile.model.mass import along_link, together
 from rosorin_compile.model.simulation import GENERAL, MOTOR, POSITION, VELOCITY, Actuator, Attribute
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, counted, first_of
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, counted, first_of
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.elements import found_in
 
 from .omissions import position_range
 
 RULES = (
+    Rule(
+        "drives-assumed",
+        "A note: servos of an assumed strength stand in for actuators that the description does not have.",
+        "Describe the actuators of the joints, and remove `drives` from the output.",
+        Heading.FORMATS,
+    ),
     Rule(
         "mjcf-actuators",
         "Two actuators have one name, or an output of MJCF lists one that the robot does not have, or one twice.",
@@ -187,9 +193,14 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     if assumed := stand_ins(robot, robot.joints, output):
         message = f"{counted(len(assumed), 'joint')} without an actuator: servos of an assumed strength move them in"
         message += f" {output.file} alone ({first_of([one.name for one in assumed], _SHOWN)})"
+        moved = {link for one in assumed if one.joint for link in robot.below(one.joint.child)}
+        feeling = [one.name for one in robot.sensors if any(part.link in moved for part in one.simulated)]
+        if feeling:
+            message += f", and the sensors of MuJoCo there feel them ({first_of(feeling, _SHOWN)})"
         if not robot.has_free_base(output) and any(one.joint and one.joint.type == "continuous" for one in assumed):
             message += "; the base is fixed, so wheels turn in the air: base: free lets them drive"
-        yield case.problem("stand-in", message, ("outputs", output.name, "drives"), "describe the real actuators")
+        path = ("outputs", output.name, "drives")
+        yield case.problem("drives-assumed", message, path, "describe the real actuators", severity=NOTE)
     for drive in drives(robot, robot.joints, output):
         if names.setdefault(drive.name, drive) is not drive:
             message = f'two actuators are called "{drive.name}"'

@@ -56,6 +56,9 @@ _OWN = {"group", "group_state", "end_effector", "virtual_joint", "disable_collis
 _FINGERPRINT = Unsupported("tells whether the matrix is of this robot", quiet=True)
 _UNSUPPORTED = {
     **{f"moveit.collision_matrix.{key}": _FINGERPRINT for key in ("of", "how", "shapes", "joints", "meshes")},
+    "moveit.collisions": Unsupported(
+        "how the pairs are searched, which only the command collisions renews", quiet=True
+    ),
     "moveit.urdf": Unsupported("the output whose links MoveIt loads", quiet=True),
 }
 

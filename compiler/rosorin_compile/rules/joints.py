@@ -228,7 +228,9 @@ def limits(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("limit-on-continuous", message, (*path, key), key=True)
         elif lower is not None and upper is not None and lower >= upper:
             id, what = ("limit-swapped", "above") if lower > upper else ("limit-equal", "equal to")
-            message = f"the lower limit {number(lower)} of {called} is {what} its upper limit {number(upper)}"
+            message = (
+                f"the lower limit {number(lower)} {joint.unit} of {called} is {what} its upper limit {number(upper)}"
+            )
             yield case.problem(id, message, (*path, "lower"), related=[("the upper limit", (*path, "upper"))])
         for key in ("effort", "velocity"):
             value = getattr(limit, key)

@@ -16,7 +16,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TextIO, TypeVar
 
-from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Span, error
+from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, error
 from .rule_registry import PLUGINS, Rule
 
 if TYPE_CHECKING:
@@ -124,7 +124,12 @@ def diagnostic_of(value: object) -> Diagnostic:
         raise ValueError(f"the severity of {value.rule} is error, warning or note, not {str(value.severity)[:60]!r}")
     for field, kind in (("rule", str), ("message", str), ("help", str), ("related", tuple), ("of", tuple)):
         if not isinstance(getattr(value, field), kind):
-            raise TypeError(f"{field} of a Diagnostic is a {kind.__name__}, not {str(getattr(value, field))[:60]!r}")
+            what = "text" if kind is str else "tuple"
+            raise TypeError(f"{field} of a Diagnostic is a {what}, not {str(getattr(value, field))[:60]!r}")
+    if not all(isinstance(one, Related) for one in value.related):
+        raise TypeError(f"related of a Diagnostic is a tuple of Related, not {str(value.related)[:60]!r}")
+    if any(len(pair) != 2 for pair in value.numbers):
+        raise TypeError("numbers of a Diagnostic are pairs of a name and a value")
     spans = [value.span, *(related.span for related in value.related)]
     if not all(isinstance(span, Span) and span.line > 0 and span.column > 0 for span in spans if span is not None):
         raise TypeError("the place of a Diagnostic is a Span, with a line and a column")
@@ -151,7 +156,9 @@ def _on_path(path: tuple[str, ...]) -> tuple[tuple[Plugin, EntryPoint], ...]:
             from importlib.metadata import Distribution  # slow: only if there is a plug-in
 
             distribution = Distribution.at(file.parent)
-            name, version = distribution.metadata["Name"], distribution.metadata["Version"]
+            name, _, version = file.parent.stem.partition("-")
+            with suppress(Exception):  # METADATA is missing or damaged
+                name, version = distribution.metadata["Name"] or name, distribution.metadata["Version"] or version
             points = [point for point in distribution.entry_points if point.group.startswith(PREFIX)]
             plugins = [(Plugin(name, version, p.group[len(PREFIX) :], p.name, p.value), p) for p in points]
             found.setdefault(name.lower().replace("_", "-").replace(".", "-"), plugins)

@@ -309,11 +309,10 @@ def numbers(element: Element, name: str, count: int, unit: str, reading: Reading
         return None
     tag = "origin" if element.tag == "origin" else "size" if name in ("size", "radius", "length") else "limit"
     words = attribute.words()
-    if name == "scale" and len(words) == 1 and reading.options.lenient:
-        reading.note(
-            "wrong-count", f"scale of {named(element)} has one number, which is taken for all three", attribute.span
-        )
-        words *= 3
+    if name == "scale" and (len(words) == 1 or len(words) > count) and reading.options.lenient:
+        taken = "one number, which is taken for all three" if len(words) == 1 else "more than three numbers"
+        reading.note("wrong-count", f"scale of {named(element)} has {taken}", attribute.span)
+        words = (words * count)[:count] if len(words) == 1 else words[:count]
     found = reading.numbers(words, f"{name} of {named(element)}", attribute.span, count, unit, tag)
     if found is None:
         return None

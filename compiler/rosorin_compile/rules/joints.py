@@ -207,7 +207,7 @@ def axes(case: Case) -> Iterator[Diagnostic]:
 def limits(case: Case) -> Iterator[Diagnostic]:
     """Validate limits: readers of URDF require some, and no joint can have others."""
     for joint in case.robot.joints:
-        path, limit, called = case.joint(joint, "limit"), joint.limit, f'joint "{joint.name}"'
+        path, limit, unit, called = case.joint(joint, "limit"), joint.limit, joint.unit, f'joint "{joint.name}"'
         is_bounded = joint.type in ("revolute", "prismatic")
         if limit is None and is_bounded:
             help = "add limit: {lower: , upper: , effort: , velocity: }, or make a revolute joint continuous"
@@ -229,7 +229,7 @@ def limits(case: Case) -> Iterator[Diagnostic]:
         elif lower is not None and upper is not None and lower >= upper:
             id, what = ("limit-swapped", "above") if lower > upper else ("limit-equal", "equal to")
             message = (
-                f"the lower limit {number(lower)} {joint.unit} of {called} is {what} its upper limit {number(upper)}"
+                f"the lower limit {number(lower)} {unit} of {called} is {what} its upper limit {number(upper)} {unit}"
             )
             yield case.problem(id, message, (*path, "lower"), related=[("the upper limit", (*path, "upper"))])
         for key in ("effort", "velocity"):

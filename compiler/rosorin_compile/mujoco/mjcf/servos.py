@@ -199,8 +199,8 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
             message += f", and the sensors of MuJoCo there feel them ({first_of(feeling, _SHOWN)})"
         if not robot.has_free_base(output) and any(one.joint and one.joint.type == "continuous" for one in assumed):
             message += "; the base is fixed, so wheels turn in the air: base: free lets them drive"
-        path = ("outputs", output.name, "drives")
-        yield case.problem("drives-assumed", message, path, "describe the real actuators", severity=NOTE)
+        place = ("outputs", output.name, "drives")
+        yield case.problem("drives-assumed", message, place, "describe the real actuators", severity=NOTE)
     for drive in drives(robot, robot.joints, output):
         if names.setdefault(drive.name, drive) is not drive:
             message = f'two actuators are called "{drive.name}"'

@@ -228,13 +228,10 @@ def limits(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("limit-on-continuous", message, (*path, key), key=True)
         elif lower is not None and upper is not None and lower >= upper:
             id, what = ("limit-swapped", "above") if lower > upper else ("limit-equal", "equal to")
-            message = (
-                f"the lower limit {number(lower)} {unit} of {called} is {what} its upper limit {number(upper)} {unit}"
-            )
+            message = f"the lower limit {number(lower)} {unit} of {called} is {what} its upper limit {number(upper)}"
             yield case.problem(id, message, (*path, "lower"), related=[("the upper limit", (*path, "upper"))])
         for key in ("effort", "velocity"):
-            value = getattr(limit, key)
-            if value is not None and value <= 0:
+            if (value := getattr(limit, key)) is not None and value <= 0:
                 message = f"the {key} limit of {called} is {number(value)}"
                 yield case.problem("limit-negative" if value < 0 else "limit-zero", message, (*path, key))
 

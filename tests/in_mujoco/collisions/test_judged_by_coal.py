@@ -61,7 +61,7 @@ def described(folder: Path, seed: int) -> Path:
     return made
 
 
-def both(path: Path, outputs: Path) -> tuple[Contacts, Coal, dict[str, tuple[float, float]]]:
+def both(path: Path, outputs: Path) -> tuple[Contacts, Coal, Search]:
     description = Description("judged", path, outputs)
     known = Request(description).understand().case
     assert known is not None
@@ -74,14 +74,14 @@ def both(path: Path, outputs: Path) -> tuple[Contacts, Coal, dict[str, tuple[flo
     (text,) = (one.text for one in compile_robot(path).artifacts if one.output == urdf.name)
     for name, file in files.items():
         text = text.replace(f'"{name}"', f'"{file.absolute()}"')
-    return Contacts(planning, meshes), Coal(text), Search(planning, meshes).bounds
+    return Contacts(planning, meshes), Coal(text), Search(planning, meshes)
 
 
-def judged(contacts: Contacts, coal: Coal, bounds: dict[str, tuple[float, float]]) -> tuple[int, int]:
+def judged(contacts: Contacts, coal: Coal, search: Search) -> tuple[int, int]:
     """Hold the engines against each other; return how many contacts and how many short distances agreed."""
     chance, touching, near = random.Random(7), 0, 0  # noqa: S311
     for _ in range(STATES):
-        state = {name: chance.uniform(*ends) for name, ends in bounds.items()}
+        state = {name: chance.uniform(*ends) for name, ends in search.bounds.items()}
         ours, theirs = contacts.touching(contacts.rows([state])[0]), coal.distances(state)
         assert set(ours) <= set(theirs)
         for pair, far in theirs.items():
@@ -115,12 +115,11 @@ def test_no_state_of_a_fine_grid_is_nearer_than_what_was_found(tmp_path: Path, s
     """The finger comes nearest to the base at a limit, between two valleys: 3.6 mm, and 8.4 mm in the next."""
     path = tmp_path / "robot.yaml"
     path.write_text(f"{FOLDING}moveit: {{collisions: {{trials: 1000, seed: {seed}}}}}\n", "utf-8")
-    contacts, _, bounds = both(path, tmp_path)
+    contacts, _, search = both(path, tmp_path)
     pair = ("base", "finger")
-    axes = [np.linspace(*bounds[name], 150) for name in ("shoulder", "elbow")]
+    axes = [np.linspace(*search.bounds[name], 150) for name in ("shoulder", "elbow")]
     states = [{"shoulder": float(one), "elbow": float(other)} for one in axes[0] for other in axes[1]]
     least = min(contacts.distances(pair, states, 1.0))
-    search = Search(contacts.planning, contacts.meshes)
     (found,) = (one for one in search.run() if one.links == pair)
     assert found.nearest == pytest.approx(0.0036, abs=1e-9)
     assert least == pytest.approx(found.nearest, abs=ROUNDING)

@@ -162,7 +162,7 @@ def _add_body(robot: Robot, changes: list[Change], pair: Pair, one: Difference) 
         for found in shapes_change(link, quantity, *solids_left(difference, pair.precisions)):
             # An artifact that lacks names or colours may have shown the same solids before.
             if found.looks or not is_known:
-                what = f"{quantity} looks" if found.looks else f"{quantity} shapes"
+                what = f"{quantity} {'looks' if found.looks else 'shapes'}"
                 _merge(changes, Change("link", link, what, found.text, (pair.name,), (), (one,)))
 
 
@@ -224,8 +224,7 @@ def _same_solids(change: Change, pair: Pair, one: Difference) -> bool:
     """Return True if the same solids moved in another artifact, which may have a word for capsules."""
     sides: list[list[list[Solid]]] = []
     for difference in (change.differences[0], one):
-        found = shapes_change("", "", *solids_left(difference, pair.precisions))
-        moved = [each for each in found if not each.looks]
+        moved = [one for one in shapes_change("", "", *solids_left(difference, pair.precisions)) if not one.looks]
         both = [[solid for each in moved for solid in each.old], [solid for each in moved for solid in each.new]]
         sides.append([[solid.bare.as_cylinder for solid in some] for some in both])
     return all(some and same_set(some, others) for some, others in zip(*sides, strict=True))

@@ -198,10 +198,7 @@ def leaves(value: Any) -> Leaves:
 
 def _robot(robot: Robot, found: Leaves) -> None:
     _own = found.setdefault(("robot", "robot"), {})
-    if robot.name:
-        _own["name"] = robot.name
-    if robot.source.note:
-        _own["source"] = robot.source.note
+    _own |= {key: text for key, text in (("name", robot.name), ("source", robot.source.note)) if text}
     _elements(robot.urdf_elements, _own)
     _elements(robot.mjcf, _own, "mjcf element")
     for link in robot.links:
@@ -234,7 +231,7 @@ def section_words() -> Mapping[str, str]:
     own = {"materials", "servos", "sensors", "drive", "control", "controllers", "moveit", "publishers"}
     named = {name: node.compared for name, node in sections().items() if node.compared}
     named |= {name: _KINDS.get(name, name) for name in own if name not in named}
-    for name in _SIMULATED:
+    for name in ("actuators", "constraints"):
         named.setdefault(name, _KINDS.get(name) or name.replace("_", " ").removesuffix("s"))
     return {name: word for name, word in named.items() if name not in _APART}
 
@@ -247,7 +244,6 @@ def _is_by_name(section: str) -> bool:
     return section not in sections() or sections()[section].merge == ENTRIES
 
 
-_SIMULATED = ("actuators", "constraints")
 # Sections of a robot that are flattened in their own way.
 _APART = frozenset(
     {"links", "joints", "edges", "poses", "disabled_contacts", "modes", "outputs", "urdf_elements", "mjcf"}

@@ -100,9 +100,9 @@ def _keep_named(reading: Reading, section: str, index: int, node: Node, element:
 
 
 def add_sensors(reading: Reading) -> None:
-    """Add the sensors that other formats know, those of one link and type as one entry; keep all others."""
+    """Add the sensors that other formats know, those of one type at one site as one entry; keep all others."""
     nodes, sites = reading.facts["elements"]["sensors"], {site["name"]: site for site in reading.facts["sites"]}
-    groups: dict[tuple[str, str], list[Measured]] = {}
+    groups: dict[tuple[str, str, str], list[Measured]] = {}
     kept: list[int] = []
     for index, (node, element) in enumerate(zip(nodes, reading.elements_of("sensor", nodes), strict=True)):
         kind, site = _TYPES.get(node["tag"], ""), sites.get(node["attributes"].get("site", ""))
@@ -112,24 +112,28 @@ def add_sensors(reading: Reading) -> None:
             continue
         name = reading.name("sensor", node["attributes"].get("name", ""), f"{site['name']}_{node['tag']}", index)
         measured = Measured(index, name, node, element, site)
-        groups.setdefault((reading.link_of[site["body"]], kind), []).append(measured)
+        at = "" if kind == "range_finder" else site["name"]  # the rays of a lidar have a site each
+        groups.setdefault((reading.link_of[site["body"]], kind, at), []).append(measured)
     sensors = Map(reading.markup.root.span)
-    for (link, kind), some in groups.items():
+    taken = {one.name for some in groups.values() for one in some}
+    for (link, kind, _), some in groups.items():
         shared = _shared([one.name for one in some])
-        for name, members in [(shared, some)] if shared else [(one.name, [one]) for one in some]:
-            sensors.put(
-                name, _sensor(reading, link, kind, name, members), members[0].element.span, members[0].element.span
-            )
+        is_one = len(some) == 1 or (shared and shared not in taken and shared not in sensors)
+        for name, members in [(shared, some)] if is_one else [(one.name, [one]) for one in some]:
+            entry = _sensor(reading, link, kind, name, members)
+            if members[0] is not some[0]:
+                put(entry, "gazebo", Seq(entry.span))  # the first of the group has its sensor of Gazebo
+            sensors.put(name, entry, entry.span, entry.span)
     if sensors:
         put(reading.tree, "sensors", sensors)
     order = [one.number for some in groups.values() for one in some] + kept
     if order != sorted(order):
         first = reading.elements_of("sensor", nodes)[order[0]]
-        reading.changed("sensors of the language are before others: data of sensors is in another order", first.span)
+        reading.changed("the sensors that other formats know come first: sensor data is in another order", first.span)
 
 
 class Measured(NamedTuple):
-    """A sensor at a site: its place in the list, its name in the description, as an element, in the text, the site."""
+    """A sensor at a site: its number in the file and its name in the description; ``element`` is its place."""
 
     number: int
     name: str
@@ -139,7 +143,7 @@ class Measured(NamedTuple):
 
 
 def _shared(names: Sequence[str]) -> str:
-    """Return what names have in common before an underscore: imu of imu_gyro and imu_accelerometer; one alone whole."""
+    """Return the common start of names up to an underscore: "imu" for imu_gyro and imu_accelerometer."""
     if len(names) == 1:
         return names[0]
     first, last = min(names), max(names)
@@ -155,7 +159,7 @@ def _number_or_text(text: str) -> float | int | str:
 
 
 def _sensor(reading: Reading, link: str, kind: str, name: str, members: Sequence[Measured]) -> Map:
-    """Return the entry of a sensor with its elements in MuJoCo, and its pose in Gazebo if that is not of the link."""
+    """Return the entry of a sensor: its elements in MuJoCo, and one sensor in Gazebo at the site of the first."""
     entry, elements = Map(members[0].element.span), []
     put(entry, "type", kind)
     put(entry, "frame", link)
@@ -181,7 +185,7 @@ def _sensor(reading: Reading, link: str, kind: str, name: str, members: Sequence
         put(item, "frame", "joint")
     else:
         put_pose(item, place, members[0].element)
-    # A ray of MuJoCo is no scan of Gazebo.
+    # MuJoCo has single rays, from which no scan of Gazebo follows.
     put(entry, "gazebo", listing([] if kind == "range_finder" else [item], members[0].element))
     return entry
 

@@ -39,7 +39,7 @@ LISTED = (
     Listed(" of the material ", r"(material (?!rgba|name)|geom matid|texture)"),
     Listed(" of the actuator ", r"actuator (?!name)"),
     Listed("its control is not where it was", r"order |key "),
-    Listed("data of sensors is in another order", r"order sensor"),
+    Listed("sensor data is in another order", r"order sensor"),
     Listed(" of a key ", r"key "),
     Listed("move a little otherwise", r"motion "),
     Listed("the setting ", r"option "),

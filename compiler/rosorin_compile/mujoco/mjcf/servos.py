@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from rosorin_compile.model import Joint, Output, Robot
+from rosorin_compile.model import Joint, Output, Robot, Transform
 from rosorin_compile.model.geometry import cross, dot, unit
 from rosorin_compile.model.mass import along_link, together
 from rosorin_compile.model.simulation import GENERAL, MOTOR, POSITION, VELOCITY, Actuator, Attribute
@@ -61,21 +61,23 @@ def drives(robot: Robot, joints: Sequence[Joint], output: Output | None = None) 
 def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> list[Drive]:
     """Return the servos that the option ``drives`` adds: for each joint that moves by itself and has no actuator."""
     kind = output.options.get("drives", "none") if output else "none"
+    if kind == "none":
+        return []
     driven = {name for one in robot.actuators for name in one.targets.values()}
     driven |= {
         found.attributes.get("joint", "") for text in robot.mjcf if "<actuator" in text for found in found_in(text)
     }
     idle = [one for one in joints if one.moves and not (one.mimic or one.actuator or one.name in driven)]
-    return [Drive(one.name, _stand_in(robot, one, kind), one, True) for one in idle if kind != "none"]
-
-
-def _stand_in(robot: Robot, joint: Joint, kind: str) -> Actuator:
-    """Return a servo whose gain follows from what a joint carries at zero: mass (kg), or inertia about its axis.
-
-    On the servo that swings with ``_STIFF`` (rad/s): gravity bends a pendulum of 0.3 m by 9.81 / (0.3 * _STIFF^2) =
-    3 mrad, and steps of 2 ms stay far below the limit of stability.
-    """
     places = robot.poses_in_root({})
+    return [Drive(one.name, _stand_in(robot, one, kind, places), one, True) for one in idle]
+
+
+def _stand_in(robot: Robot, joint: Joint, kind: str, places: Mapping[str, Transform]) -> Actuator:
+    """Return a servo whose gain follows from the mass (kg) or inertia (kg*m^2) that a joint moves, with joints at zero.
+
+    The natural frequency of servo and load is ``_STIFF`` (rad/s). Gravity then deflects a pendulum of 0.3 m by
+    9.81 / (0.3 * _STIFF^2) = 3 mrad, and the simulation is stable with steps of 2 ms.
+    """
     back = places[joint.child].inverse()
     links = [robot.link[name] for name in robot.below(joint.child)]
     parts = [(one.inertial, back.then(places[one.name])) for one in links if one.inertial and one.inertial.mass > 0]
@@ -90,7 +92,7 @@ def _stand_in(robot: Robot, joint: Joint, kind: str) -> Actuator:
     felt = max(felt, _LEAST_FELT)
     if kind == POSITION and position_range(joint) is not None:
         return Actuator(POSITION, kp=_two_digits(felt * _STIFF**2), damping_ratio=1.0)
-    # A drag of 2 % of the speed is left by the damping of the joint.
+    # The damping of the joint costs at most 2 % of the commanded speed.
     return Actuator(VELOCITY, kv=_two_digits(max(felt * _STIFF, 50 * joint.braking)))
 
 
@@ -194,9 +196,9 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         message = f"{counted(len(assumed), 'joint')} without an actuator: servos of an assumed strength move them in"
         message += f" {output.file} alone ({first_of([one.name for one in assumed], _SHOWN)})"
         moved = {link for one in assumed if one.joint for link in robot.below(one.joint.child)}
-        feeling = [one.name for one in robot.sensors if any(part.link in moved for part in one.simulated)]
-        if feeling:
-            message += f", and the sensors of MuJoCo there feel them ({first_of(feeling, _SHOWN)})"
+        affected = [one.name for one in robot.sensors if any(part.link in moved for part in one.simulated)]
+        if affected:
+            message += f", which changes what sensors measure in MuJoCo ({first_of(affected, _SHOWN)})"
         if not robot.has_free_base(output) and any(one.joint and one.joint.type == "continuous" for one in assumed):
             message += "; the base is fixed, so wheels turn in the air: base: free lets them drive"
         place = ("outputs", output.name, "drives")

@@ -16,8 +16,6 @@ from .precision import Precision
 from .sentences import row, several
 from .walk import Difference, compare_leaves, inertial_leaves
 
-_INERTIAL = ("mass", "centre of mass", "inertia")
-
 
 def compare_masses(pairing: Pairing, origins: Mapping[str, str], report: Report) -> None:
     """Report what differs in the masses of the links that both robots have.

@@ -1,19 +1,16 @@
 """MJCF: the robot for MuJoCo.
 
-Written by ``write`` with ``write_joints``, ``write_simulation`` and ``write_sensors``, after ``omissions`` and
-``masses`` have told what MuJoCo would refuse; ``facts`` reads such a file back for comparison, and ``process`` asks
-MuJoCo whether it loads it. ``bodies`` is what both sides know: names and welded links; ``contacts`` who may touch whom,
-``height_fields`` what height maps become, ``masks`` the bits of shapes; ``mjx`` tells what MJX does not load.
+Writing: ``write`` with ``write_joints``, ``write_simulation`` and ``write_sensors``; ``omissions`` and ``masses``
+report what MuJoCo would refuse, ``mjx`` what MJX does not load. ``bodies`` has names and welded links, ``contacts``
+which links may touch, ``masks`` the bits of shapes, ``height_fields`` what height maps become. ``read_back`` reads
+such a file for comparison, and ``process`` lets MuJoCo load it.
 
-Foreign files are read by MuJoCo itself in a child process; the text is read for the places. In this order: ``robot``
-(the file as a whole), ``process`` and ``engine`` (MuJoCo is asked), ``broken`` (what it refuses), ``source`` and
-``reading`` (the text, and what is known so far); then ``links``, ``joints``, ``actuators``, ``shapes``, ``entries``,
-``sections`` and ``neighbours``, which fill the tree. ``resolved`` has MuJoCo write the file back with all that classes
-say, and ``worded`` makes keys of such attributes.
+Reading: MuJoCo reads foreign files in a child process (``process``, ``engine``, ``resolved``); ``broken`` explains
+what it refuses. ``source`` finds the places in the text, ``reading`` has the state, and ``robot`` fills the tree with
+``links``, ``joints``, ``actuators``, ``shapes``, ``entries`` and ``poses``.
 
-What becomes of such a file is held against it by ``proof``, in a child process again: ``matched`` says which object of
-MuJoCo's two models is which, ``compared`` compares them (``compared_fields`` has the fields, ``compared_values`` and
-``compared_drives`` help), and ``moves`` lets both move.
+``proof`` compares an imported MJCF with the source in a child process: ``compiled_model`` and ``compare_models``
+compare both models field by field, ``accelerations`` compares their motion.
 """
 
 from __future__ import annotations
@@ -99,7 +96,6 @@ def _opens(file: str) -> str:
     return mesh_path(file) or texture_path(file)
 
 
-_ANY_FILE = re.compile(r'\bfile\w*="|<plugin\b')
 _FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 
 
@@ -192,8 +188,8 @@ FORMAT = Format(
         "contacts": {
             "enum": ["implied", "described"],
             "description": "Who does not touch whom; default: implied, which is links that a joint connects, and those"
-            " that touch wherever it is, with disabled_contacts; described: disabled_contacts alone"
-            " alone, and what MuJoCo does by itself.",
+            " that touch wherever it is, with disabled_contacts; described: disabled_contacts alone,"
+            " and what MuJoCo does by itself.",
         },
         "groups": {
             "type": "object",

@@ -143,7 +143,6 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     kept = [*robot.mjcf, *(text for _, text in elements.sections)]
     printer.share(joints, drives, kept)
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
-    simulated = printer.simulated.sections(printer.actuators(drives))
     touching = contacts(robot, form, output.options.get("contacts", "implied") == "implied")
     values = {
         "robot": robot,
@@ -154,7 +153,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "fields": list(printer.fields.items()),
         "bodies": list(zip([[printer.free_joint()] if free else [], *[()] * len(bodies)], bodies, strict=False)),
         "followers": followers(robot, joints, number),
-        "simulated": simulated,
+        "actuators": printer.actuators(drives),
+        "equalities": [printer.simulated.constraint(one) for one in robot.constraints],
         "sensors": elements.sensors,
         "sections": elements.sections,
         "keys": keys(robot, joints, drives, printer.stands if free else None),

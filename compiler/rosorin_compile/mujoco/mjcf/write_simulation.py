@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import posixpath
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from typing import NamedTuple
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
 from markupsafe import Markup
 
@@ -28,13 +26,6 @@ _GEOMS = ("geom", "geom1", "geom2", *_NAMED)
 _NAMING = frozenset({*_BODIES, *_GEOMS, "material"})
 
 
-class Simulated(NamedTuple):
-    """The sections of a file, each a list of elements."""
-
-    actuators: Sequence[Part]
-    equalities: Sequence[Part]
-
-
 class SimulationPrinter:
     """Puts what only a simulation has into the terms of MuJoCo, numbers printed.
 
@@ -50,10 +41,6 @@ class SimulationPrinter:
         # The textures by their names in the description, and the materials that are one of them alone, by its name.
         self.textures: dict[str, str] = {}
         self.plain: dict[str, str] = {}
-
-    def sections(self, actuators: Sequence[Part]) -> Simulated:
-        """Return all sections."""
-        return Simulated(actuators, [self.constraint(constraint) for constraint in self.robot.constraints])
 
     def actuator(self, drive: Drive) -> Named:
         """Return the element of an actuator: its name, what it acts on, its gains, its ranges, all else."""
@@ -106,15 +93,12 @@ class SimulationPrinter:
         """Return the element of a constraint; MuJoCo counts both joints of a polynomial from their references."""
         known = (self.robot.joint.get(str(entry.values.get(word, ""))) for word in ("joint1", "joint2"))
         first, second = (reference(joint) if joint else 0.0 for joint in known)
-        if not first and not second:
-            return self.entry(entry)
-        said = entry.values.get("polycoef")
-        offset, *others = shifted(list(map(float, said)) if isinstance(said, tuple) else [0.0, 1.0], second)
-        return self.entry(replace(entry, values={**entry.values, "polycoef": (offset - first, *others)}))
-
-    def entry(self, entry: Entry) -> Part:
-        """Return the element of an entry of a list."""
-        return Part(entry.tag, self.printed({"name": entry.name, **entry.values}))
+        values = {"name": entry.name, **entry.values}
+        if first or second:
+            said = entry.values.get("polycoef")
+            offset, *others = shifted(list(map(float, said)) if isinstance(said, tuple) else [0.0, 1.0], second)
+            values["polycoef"] = (offset - first, *others)
+        return Part(entry.tag, self.printed(values))
 
     def mark(self, mark: Marked, place: Mapping[str, str]) -> Part:
         """Return a site, a camera or a light; ``place`` are the attributes of its pose."""

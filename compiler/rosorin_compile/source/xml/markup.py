@@ -304,7 +304,6 @@ class _Reader:
 
 _ENDS = {"<!--": "comment", "<![CDATA[": "CDATA section", "<?": "instruction", "<": "tag"}
 _ESCAPES = 'write &lt; for <, &amp; for &, &quot; for "'
-_ENTITY = r"&(?!(?:lt|gt|amp|quot|apos);|#)[^;\s<\"']*;?"
 _ERRORS = expat.errors
 # What expat reports: the text at its place that is reported, the message, the help.
 _REPORTS = {

@@ -6,6 +6,7 @@ included files), ``models`` (nested models and names) and ``read_joints`` (what 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -18,9 +19,11 @@ from rosorin_compile.formats.format import (
     Format,
     xml_syntax,
 )
+from rosorin_compile.formats.gazebo_drives import unsupported_drives
 from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
 
 if TYPE_CHECKING:
+    from rosorin_compile.model import Output
     from rosorin_compile.source.tree import Map
 
 __all__ = ["FORMAT"]
@@ -38,7 +41,7 @@ def _asked(tree: Map, version: str, name: str) -> Asked | None:  # noqa: ARG001
 
 
 _FIXED = Unsupported("links that are fixed to each other need no joint", quiet=True)
-_UNSUPPORTED = {
+_TABLE = {
     **OF_MUJOCO,
     **OF_PUBLISHERS,
     "sensors.*.joint": _FIXED,
@@ -49,6 +52,10 @@ _UNSUPPORTED = {
 }
 
 
+def _unsupported(output: Output) -> Mapping[str, Unsupported]:
+    return {**_TABLE, **unsupported_drives(output)}
+
+
 FORMAT = Format(
     name="sdf",
     word="SDF",
@@ -56,7 +63,7 @@ FORMAT = Format(
     about="the model for Gazebo and Drake",
     rank=22,
     covers=(*MODEL_KEYS, "urdf_elements"),
-    unsupported=_UNSUPPORTED,
+    unsupported=_unsupported,
     options={
         "number_format": NUMBER_FORMAT,
         "version": {

@@ -8,10 +8,11 @@ own frame. Readers: libsdformat 12 and Drake 1.51.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import astuple
+from dataclasses import astuple, replace
 
 from markupsafe import escape
 
+from rosorin_compile.formats.gazebo_drives import drive_blocks, no_plugin
 from rosorin_compile.formats.gazebo_elements import DISTRIBUTIONS, distribution, sensor_lines, with_noise
 from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model import Joint, Mesh, Output, Pose, Robot, Sensor, Shape, Transform
@@ -80,7 +81,10 @@ class _Writer:
         self.world = contents.world_of(robot)
         carrier = self.content.carrier
         self.shapes = {purpose: self._named(purpose) for purpose in ("visual", "collision")}
-        self.kept = contents.kept(robot, carrier, [j.name for j in robot.joints if self.content.has_joint(j)])
+        joints = {joint.name: self.names[joint.name] for joint in robot.joints if self.content.has_joint(joint)}
+        gazebo = distribution(self.gazebo)
+        drives, self.idle = drive_blocks(robot, joints, gazebo, self.number, robot.urdf_elements)
+        self.kept = contents.kept(replace(robot, urdf_elements=(*robot.urdf_elements, *drives)), carrier, joints)
         self.loops = [one for one in robot.constraints if one.tag in _LOOPS and one.values.get("active") is not False]
         self.open: list[str] = []  # loops that are not written
         self.unseen: dict[str, list[str]] = {}  # names of sensors by the reason
@@ -335,6 +339,7 @@ class _Writer:
             lost(
                 f"not seen by Gazebo, because {why}", names, "or leave the sensor out: gazebo: []", "gazebo-cannot-see"
             )
+        found += no_plugin("sdf-cannot-say", distribution(self.gazebo), self.idle)
         couplings = [one.name for one in robot.constraints if one.tag not in _LOOPS]
         lost("SDF has no constraints between joints but mimic", couplings, "use mimic")
         lost("constraints are not in the SDF", self.open, "both ends have to be links of the SDF")

@@ -83,7 +83,8 @@ class _Writer:
         self.shapes = {purpose: self._named(purpose) for purpose in ("visual", "collision")}
         joints = {joint.name: self.names[joint.name] for joint in robot.joints if self.content.has_joint(joint)}
         gazebo = distribution(self.gazebo)
-        drives, self.idle = drive_blocks(robot, joints, gazebo, self.number, robot.urdf_elements)
+        others = [text for text in robot.urdf_elements if "<ros2_control" not in text]  # which no SDF has
+        drives, self.idle = drive_blocks(robot, joints, gazebo, self.number, others)
         self.kept = contents.kept(replace(robot, urdf_elements=(*robot.urdf_elements, *drives)), carrier, joints)
         self.loops = [one for one in robot.constraints if one.tag in _LOOPS and one.values.get("active") is not False]
         self.open: list[str] = []  # loops that are not written

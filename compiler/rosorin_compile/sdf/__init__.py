@@ -40,20 +40,18 @@ def _asked(tree: Map, version: str, name: str) -> Asked | None:  # noqa: ARG001
     return None if options is None else Asked({"file": "", **options} | {"file": f"{name}.sdf"})
 
 
-_FIXED = Unsupported("links that are fixed to each other need no joint", quiet=True)
-_TABLE = {
-    **OF_MUJOCO,
-    **OF_PUBLISHERS,
-    "sensors.*.joint": _FIXED,
-    "sensors.*.optical.joint": _FIXED,
-    "disabled_contacts.*": Unsupported("no pairs of links that do not collide"),
-    "joints.*.calibration": Unsupported("no calibration of joints"),
-    "joints.*.safety_controller": Unsupported("no soft limits"),
-}
-
-
 def _unsupported(output: Output) -> Mapping[str, Unsupported]:
-    return {**_TABLE, **unsupported_drives(output)}
+    fixed = Unsupported("links that are fixed to each other need no joint", quiet=True)
+    return {
+        **OF_MUJOCO,
+        **OF_PUBLISHERS,
+        **unsupported_drives(output),
+        "sensors.*.joint": fixed,
+        "sensors.*.optical.joint": fixed,
+        "disabled_contacts.*": Unsupported("no pairs of links that do not collide"),
+        "joints.*.calibration": Unsupported("no calibration of joints"),
+        "joints.*.safety_controller": Unsupported("no soft limits"),
+    }
 
 
 FORMAT = Format(

@@ -65,6 +65,7 @@ BOXES_OF_HEIGHT_MAPS = (
 
 # A description as plain values: what YAML would have, in SI units or as quantities ("40 mm").
 Description = Mapping[str, "Any"]
+Reasons = Mapping[str, "Unsupported | None"]
 Writer = Callable[["Robot", "Output", "Templates"], tuple[str, "list[Diagnostic]"]]
 
 
@@ -184,8 +185,8 @@ class Format:
     rounding: tuple[float, float] = (0.0, 0.0)  # by how much (m, rad) ``view`` rounds numbers
     partial: bool = False  # ``view`` leaves out some of what ``read`` finds: only its own leaves are compared
     covers: tuple[str, ...] = ()  # the keys of the language that it is about; () for all
-    # The covered keys that an output does not carry, with the reason; may depend on its options.
-    unsupported: Mapping[str, Unsupported] | Callable[[Output], Mapping[str, Unsupported]] = field(default_factory=dict)
+    # The covered keys that an output does not carry, with the reason (None: it does); may depend on its options.
+    unsupported: Reasons | Callable[[Output], Reasons] = field(default_factory=dict)
 
     # Foreign files, for ``import``, ``include`` and ``diff``.
     load: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None

@@ -35,15 +35,17 @@ from rosorin_compile.source.wording import first_of
 from . import FORMATS as RECORDS
 
 _NOT_FOUND = (
-    "A mesh or a texture is not found: an error if the MJCF needs it, a warning if the MJCF leaves it out, a note if the"
-    " URDF alone names it: its readers may find it on their machine."
+    "A mesh or a texture is not found: an error if the MJCF needs it, a warning if the MJCF leaves it out, a note"
+    " if the URDF alone names it: its readers may find it on their machine."
 )
 _FIND = "Correct the name, put the file there, or say where the package is: `--package NAME=FOLDER`."
 _NO_ELEMENT_FILE = "An element of `mjcf` names a file that is not found: MuJoCo would not load the MJCF."
 _AMBIGUOUS = "Two files that differ would be one beside the artifacts. A warning if the URDF alone names them."
 RULES = (
     Rule("mesh-not-found", _NOT_FOUND, _FIND, FORMATS, accept="robot", imported="always", asked="meshes"),
-    Rule("element-file-not-found", _NO_ELEMENT_FILE, "Put the file there, or correct the name.", FORMATS, asked="meshes"),
+    Rule(
+        "element-file-not-found", _NO_ELEMENT_FILE, "Put the file there, or correct the name.", FORMATS, asked="meshes"
+    ),
     Rule("mesh-not-a-file", "A mesh or a texture is no regular file.", "Name a file.", FORMATS, asked="meshes"),
     Rule("mesh-ambiguous", _AMBIGUOUS, "Give one of them another name.", FORMATS, asked="meshes"),
 )
@@ -320,7 +322,9 @@ class _Search:
     def _report_missing(self, one: NamedFile, scheme: str, rest: str) -> None:
         severity = WARNING if self.opening or scheme == "model" else NOTE  # readers of a URDF know packages alone
         is_outside = _leads_out(one.name)
-        place = "there" if (is_outside or not self.has_outputs) and one.kind != OF_ELEMENT else "next to the description"
+        place = (
+            "there" if (is_outside or not self.has_outputs) and one.kind != OF_ELEMENT else "next to the description"
+        )
         help = f"put the file {place}, or correct the name"
         if one.kind == OF_ELEMENT:
             what, severity = "not there: MuJoCo does not load the MJCF without it", ERROR

@@ -246,11 +246,6 @@ FORMAT = Format(
     view=view,
     read=read,
     include=False,
-    lacks=frozenset(
-        {"mass", "visual", "effort", "velocity", "mimic", "dynamics", "armature", "stiffness", "simulation", "actuator"}
-        | {"calibration", "safety", "pose", "sensor", "contact", "publisher", "edge", "urdf_elements", "drive"}
-        | {"several shapes"}
-    ),
     leaves_out=_leaves_out,
     why="a driver's model has only the joints that it was asked for",
     names_robot=False,

@@ -54,12 +54,14 @@ def _asked(tree: Map, version: str, name: str) -> Asked:
     return Asked({**entry, **({"version": "1.2"} if version == "1.2" else {})})
 
 
-def _unsupported(output: Output) -> Mapping[str, Unsupported]:
+def _unsupported(output: Output) -> Mapping[str, Unsupported | None]:
     """Return what a URDF has no word for."""
     table = {
         **OF_MUJOCO,
         **OF_PUBLISHERS,
         "constraints": Unsupported("no loops, and no couplings but mimic"),
+        "sensors.*.joint": None,  # also where it is fixed
+        "links.*.collision.*.capsule": Unsupported("cylinders are written", one_way=True),
         "disabled_contacts": Unsupported("the SRDF lists pairs of links that are not to collide", quiet=True),
     }
     if not output.options.get("gazebo"):
@@ -121,10 +123,6 @@ FORMAT = Format(
     read=_read_back,
     load=_read,
     asked=_asked,
-    lacks=frozenset(
-        {"armature", "stiffness", "simulation", "actuator", "pose", "servo", "sensor", "contact", "publisher", "edge"}
-        | {"capsule", "drive", "planning", "mode"}
-    ),
     links=links_of,
     leaves_out=_leaves_out,
     brings=write.added_elements,

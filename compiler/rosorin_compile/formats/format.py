@@ -63,6 +63,10 @@ BOXES_OF_HEIGHT_MAPS = (
     " z = 0 whatever bottom says"
 )
 
+# Distributions of ROS 2: those that artifacts can be written for. Those after Jazzy are taken to be as it is.
+HUMBLE, JAZZY = "humble", "jazzy"
+DISTRIBUTIONS = [HUMBLE, JAZZY, "kilted", "lyrical", "rolling"]
+
 # A description as plain values: what YAML would have, in SI units or as quantities ("40 mm").
 Description = Mapping[str, "Any"]
 Reasons = Mapping[str, "Unsupported | None"]
@@ -124,6 +128,11 @@ class Opened:
 
     def _span(self, where: int | Span, column: int, length: int) -> Span:
         return where if isinstance(where, Span) else Span(self.source, where, column, length)
+
+
+def described_by(distribution: str) -> str:
+    """Return the distribution whose facts are used for a distribution of ROS 2."""
+    return HUMBLE if distribution == HUMBLE else JAZZY
 
 
 def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> Diagnostic:

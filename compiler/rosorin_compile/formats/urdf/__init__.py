@@ -11,8 +11,16 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
-from ..distributions import DISTRIBUTIONS
-from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Format, Opened, xml_syntax
+from ..format import (
+    BOXES_OF_HEIGHT_MAPS,
+    DISTRIBUTIONS,
+    FORMS_OF_BOXES,
+    NUMBER_FORMAT,
+    Asked,
+    Format,
+    Opened,
+    xml_syntax,
+)
 from ..unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
 from . import write
 from .content import check, frames_of, links_of

@@ -27,7 +27,7 @@ from rosorin_compile.model import (
 )
 from rosorin_compile.model.bounds import along, radius_about
 from rosorin_compile.model.cached import of_robot
-from rosorin_compile.model.geometry import IDENTITY, dot, minus, norm, plane_axes, pose_of, unit
+from rosorin_compile.model.geometry import IDENTITY, dot, minus, plane_axes, pose_of, unit
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.mass import together
 from rosorin_compile.model.sections import sections_in_urdf
@@ -259,7 +259,10 @@ class Content:
         for section in sections_in_urdf(output):
             if section.urdf is not None:
                 self.blocks += section.urdf(robot, output, number_format(output.options))
-        names, is_seen = [name for group, _ in link_groups(robot, self.joints) for name in group], "visual" in self.elements
+        names, is_seen = (
+            [name for group, _ in link_groups(robot, self.joints) for name in group],
+            "visual" in self.elements,
+        )
         visuals = {name: _shapes_at(robot, name, self.carried, "visual", output) if is_seen else [] for name in names}
         self.shapes = {name: (visuals[name], self.collisions(name)) for name in names}
         looks = [Material(one.name, one.rgba, urdf_file_name(one.texture)) for one in robot.materials if is_seen]
@@ -345,7 +348,9 @@ class Content:
             why = "they have no mass" if bodies else "robot_state_publisher does not publish them"
             notes.append((f"not in the URDF, because {why}: {', '.join(lost)}", ""))
         if still:
-            message = f"the mass of {plural('link', len(still))} {quoted(still, 3)} does not move in the URDF, where the"
+            message = (
+                f"the mass of {plural('link', len(still))} {quoted(still, 3)} does not move in the URDF, where the"
+            )
             message += " joints at zero put it: robot_state_publisher does not publish what moves it"
             notes.append((message, '"frames: bodies" has these joints, for simulators'))
         yield from (Diagnostic("urdf-cannot-say", NOTE, message, help=help) for message, help in notes)

@@ -80,11 +80,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class Compiled:
-    """The model and the artifacts of a description, which exist only without errors, and all diagnostics.
-
-    ``inputs`` are the files that were read or looked for and not found: a change of one of them may change the result.
-    A package.xml from which only the name of the package was read does not count.
-    """
+    """The model and the artifacts of a description, which exist only without errors, and all diagnostics."""
 
     robot: Robot | None
     artifacts: tuple[Artifact, ...]
@@ -119,10 +115,7 @@ class Compiled:
 
 @dataclass(frozen=True)
 class Reading:
-    """The robot of a file in any format (None if it has errors), all diagnostics, and the files that were read.
-
-    ``tree`` is the robot as a description, after includes, arguments and expressions.
-    """
+    """The robot of a file in any format, all diagnostics, the files that were read, and the robot as a description."""
 
     robot: Robot | None
     diagnostics: list[Diagnostic]
@@ -162,19 +155,12 @@ def understand(
     requested: Sequence[str] = (),
     cache: dict[Any, Any] | None = None,
 ) -> Understood:
-    """Load the description whose main file is ``path``; no artifact is generated.
-
-    ``tell`` receives warnings before code is executed; without it they are among the diagnostics. ``packages`` are
-    folders of ROS packages by name. ``requested`` as in ``judge``; ``cache`` keeps parsed files.
-    """
+    """Load the description whose main file is ``path``; ``tell`` gets the warnings before any code is run."""
     return judge(expand(path, arguments or {}, RobotReader(), tell, packages, cache), requested)
 
 
 def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
-    """Validate and lower an expanded tree, and check the rules.
-
-    ``requested`` are outputs: names under ``outputs``, or of formats, which get their default options.
-    """
+    """Validate and lower an expanded tree, and check the rules; ``requested`` are names of outputs or of formats."""
     diagnostics = [*expanded.diagnostics, *plugged_functions()[1], *plugged_diagnostics()]
     diagnostics += [*plugged_sections().diagnostics, *rules.plugged().diagnostics]
     if expanded.tree is None:
@@ -219,10 +205,7 @@ def understand_foreign(path: Path, options: ReadOptions) -> Understood:
 def judge_foreign(
     path: Path, options: ReadOptions, requested: Sequence[str] = (), optional: bool = False
 ) -> Understood:
-    """Load a robot in another format as the description that ``import`` would write, and check the rules.
-
-    Its outputs are those of that description, those of ``optional`` formats, and the ``requested`` ones.
-    """
+    """Load a robot in another format as the description that ``import`` would write, and check the rules."""
     names = [format.name for format in FORMATS.values() if optional or not format.optional]
     return judge(_with_outputs(read_robot(path, options), [*names, *requested]), requested)
 
@@ -249,11 +232,7 @@ def compile_robot(
     *,
     exact: bool = False,
 ) -> Compiled:
-    """Compile the description whose main file is ``path``. Errors are diagnostics, never exceptions.
-
-    The parameters are those of ``understand`` and ``emit``. With ``exact``, outputs without a number format print all
-    digits.
-    """
+    """Compile the description whose main file is ``path``; ``exact`` prints all digits. Errors are diagnostics."""
 
     def with_all_digits(output: Output) -> Output:
         has_option = "number_format" in FORMATS[output.backend].options
@@ -280,11 +259,7 @@ def compile_robot(
 
 
 def emit(understood: Understood, path: Path, search: Search | None = None, requested: Sequence[str] = ()) -> Compiled:
-    """Generate the artifacts of a loaded robot; ``path`` is its main file.
-
-    ``search`` looks for mesh files, by the tree and the outputs; without it each is assumed to be where the artifacts
-    look. ``requested`` are the names of the only outputs to generate, in their order; by default all.
-    """
+    """Generate the artifacts of a loaded robot, or the ``requested`` ones; ``search`` looks for its mesh files."""
     expanded, robot, diagnostics = understood.expanded, understood.robot, understood.diagnostics
     tree = expanded.tree
     if tree is None or robot is None:

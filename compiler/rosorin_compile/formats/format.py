@@ -136,10 +136,7 @@ def described_by(distribution: str) -> str:
 
 
 def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> Diagnostic:
-    """Return the warning about content that the tree does not carry; ``many`` if ``what`` is a plural.
-
-    ``others`` are further positions of the same content.
-    """
+    """Return the warning about content that the tree does not carry; ``many`` if ``what`` is a plural."""
     message = f"{what} {'are' if many else 'is'} not carried over"
     return Diagnostic("import-cannot-carry", WARNING, message, span, and_here(others), help)
 

@@ -62,11 +62,7 @@ def distribution(asked: object) -> str:
 def sensor_lines(
     one: GazeboSensor, frame_id: str, number: NumberFormat, indent: str, pose: str, collisions: Sequence[str] = ()
 ) -> Iterator[str]:
-    """Yield the lines of a sensor.
-
-    ``frame_id`` is the element that names the frame of its messages; empty: none. ``pose`` is its <pose>, empty where
-    it has none; ``collisions`` are the shapes that it feels by.
-    """
+    """Yield the lines of a sensor; ``frame_id`` is the element that names its frame, ``pose`` its <pose>, if any."""
     inner = indent + "  "
     yield f"{indent}<sensor{attributes(name=one.name, type=one.type)}>"
     if pose:
@@ -183,10 +179,7 @@ def meanings(texts: Iterable[str], context: Context) -> Counter[Key]:
 
 
 def _form(element: Element, context: Context, above: tuple[str, ...] = (), lidar: bool = False) -> str:
-    """Return an element of SDF or of ros2_control in one spelling; empty if it has the default value.
-
-    Elements with one name keep their order, parameters have none.
-    """
+    """Return an element of SDF or of ros2_control in one spelling; empty if it has the default value."""
     if element.tag == "plugin":
         return ElementTree.canonicalize(ElementTree.tostring(element), strip_text=True)
     lidar = element.get("type") in _LIDARS if element.tag == "sensor" else lidar

@@ -106,11 +106,7 @@ class Imported(NamedTuple):
 
 
 def file_name(name: str) -> str:
-    """Return the name of a robot as that of a file or folder: ASCII letters, digits, "_", "-" and ".".
-
-    >>> file_name("My Robot (v2)"), file_name("../x"), file_name("机器人")
-    ('My_Robot_v2', 'x', 'robot')
-    """
+    """Return the name of a robot as that of a file or folder: ASCII letters, digits, "_", "-" and "."."""
     made = re.sub(r"[^A-Za-z0-9._-]+", "_", name)[:MAX_NAME].strip("._-")
     if not made or not isinstance(plain_scalar(made), str):
         made = f"robot_{made}".strip("_")
@@ -119,10 +115,7 @@ def file_name(name: str) -> str:
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """Options of reading a file.
-
-    ``tell`` gets the warning before any code is run (``xacro-runs-code``); without it, that is the first diagnostic.
-    """
+    """Options of reading a file."""
 
     arguments: Mapping[str, str] = field(default_factory=dict)  # of a xacro file
     packages: Mapping[str, Path] = field(default_factory=dict)  # folders of ROS packages by name, with precedence
@@ -152,10 +145,7 @@ def converted(made: object, opened: Opened) -> Imported:
 
 
 def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
-    """Return plain values, as YAML has them after expansion, as a tree. Raises TypeError.
-
-    A value without a place of its own (``Opened.at``) has that of the value that contains it; the outermost ``span``.
-    """
+    """Return plain values as a tree; what has no place of its own has that of its container. Raises TypeError."""
     path = path or []
     if isinstance(value, Placed):
         return as_tree(value.value, value.span, path)
@@ -202,10 +192,7 @@ class Proof(NamedTuple):
 
 
 def comments_of(document: Document, paths: Mapping[int, TreePath]) -> list[Comment]:
-    """Return the comments of a document, in their order; ``paths`` leads from an element (by ``id``) to its entry.
-
-    Those within an element that is kept as it is are part of it; the banner of xacro, which warns of edits, is none.
-    """
+    """Return the comments of a document, in their order; ``paths`` leads from an element (by ``id``) to its entry."""
     text = document.source.text
     found: list[tuple[Remark, TreePath, str]] = [(one, ("robot",), BEFORE) for one in document.before]
     waiting = [document.root]

@@ -204,10 +204,7 @@ def _named_in_elements(tree: Map) -> list[NamedFile]:
 
 
 def references(mesh: Path) -> list[str]:
-    """Return the files that a mesh file names, and those that they name, relative to its folder.
-
-    These are the .mtl of an OBJ and its textures, the images of COLLADA and PLY, and the buffers and images of glTF.
-    """
+    """Return the files that a mesh file names, and those that they name, relative to its folder."""
     ending = mesh.suffix.lower()
     try:
         data = files.read_bytes(mesh)

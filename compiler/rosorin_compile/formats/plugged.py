@@ -43,10 +43,7 @@ def plugged(built_in: Collection[str], files: Callable[[], Collection[str]]) -> 
 
 
 def _unique_names(built_in: Collection[str], format: Format) -> list[str]:
-    """Return what no other format may have: its name, its endings or root elements, the ids of its rules.
-
-    Raises ValueError or TypeError for an invalid record.
-    """
+    """Return what no other format may have. Raises ValueError or TypeError for an invalid record."""
     from rosorin_compile.language.schema import schema
     from rosorin_compile.language.validator import check_schema
 

@@ -54,10 +54,7 @@ _REASON = "the robot was imported with it"
 
 
 def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | None = None) -> Imported:
-    """Return the robot of a file in any format. Problems are diagnostics, and then there is no tree.
-
-    ``asked`` is the place that names the file, if a description does.
-    """
+    """Return the robot of a file in any format; ``asked`` is the place that names it. Problems are diagnostics."""
     Progress.step(f"reading {path.name}")
     notes, more = list[Diagnostic](), plugged_diagnostics()  # a plug-in that failed might have read it
     try:
@@ -149,10 +146,7 @@ def _readable() -> list[Format]:
 
 
 def _parsed(path: Path, options: ReadOptions, asked: Span | None = None) -> tuple[Source, Document]:
-    """Return a file as it is, and parsed. Raises MarkupError.
-
-    If it is not well-formed, what other readers ignore is blanked out, most of it only with ``lenient``.
-    """
+    """Return a file as it is, and parsed, with what other readers ignore blanked out. Raises MarkupError."""
     original = read_source(path, asked)
     start, rule, help = original.text.lstrip()[:200].lower(), "wrong-format", f"import reads {known_formats()}"
     if start.startswith(("<!doctype html", "<html")):
@@ -196,10 +190,7 @@ def _wrong_root(document: Document) -> Diagnostic:
 
 
 def outputs_of(imported: Imported, why: str = "") -> Outputs:
-    """Return the outputs for the description of an imported robot; ``why`` optional formats are left out.
-
-    Raises ValueError for a broken source.
-    """
+    """Return the outputs for the description of an imported robot; ``why`` optional formats are left out."""
     made = Outputs({}, {}, {})
     for format in FORMATS.values():
         asked = format.asked and format.asked(imported.whole, imported.version, imported.file_name)
@@ -213,10 +204,7 @@ def outputs_of(imported: Imported, why: str = "") -> Outputs:
 
 
 def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
-    """Return the tree with entries in ``accept`` for the rules that it violates, and diagnostics.
-
-    There is no tree if a violation cannot be accepted. ``lenient`` accepts more.
-    """
+    """Return the tree with entries in ``accept`` for the rules that it violates, or None, and diagnostics."""
     Progress.step("validating")
     invalid = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
     if invalid:
@@ -269,10 +257,7 @@ def _name(diagnostic: Diagnostic) -> str:
 
 
 def lower_artifact(tree: Map, diagnostics: Iterable[Diagnostic]) -> Robot:
-    """Return the robot of a tree that was read from an artifact of ours, with the diagnostics of the reading.
-
-    Mistakes that a description may accept are in its artifacts as well. Raises ValueError for any other.
-    """
+    """Return the robot of a tree that was read from an artifact of ours. Raises ValueError for a damaged one."""
     links = [*(tree.get("links") or ())]
     tree["accept"] = [{"rule": rule.id, "of": links, "reason": ""} for rule in SHAPE_RULES if rule.accept]
     wrong = [one.message for one in diagnostics if one.severity == ERROR and one.rule not in acceptable()]

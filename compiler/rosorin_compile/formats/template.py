@@ -33,10 +33,7 @@ RULES = (
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return what the template of an output makes of a robot. Option: ``template``, a file beside the description.
-
-    Raises TemplateProblem if the template is missing or fails.
-    """
+    """Return what the template of an output makes of a robot. Raises TemplateProblem."""
     name = output.options.get("template")
     if not name:
         message = f'output "{output.name}" names no template'

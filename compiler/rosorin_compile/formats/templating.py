@@ -89,10 +89,7 @@ class TemplateProblem(Exception):
 
 
 def attributes(**values: str) -> Markup:
-    """Return the attributes of an XML element, each with a space before it; the values are escaped.
-
-    A large robot has tens of thousands of them, and each expression of a template costs time.
-    """
+    """Return the attributes of an XML element, each with a space before it; the values are escaped."""
     text = "".join([f' {name}="{value}"' for name, value in values.items()])
     if text.count('"') != 2 * len(values) or "&" in text or "<" in text or ">" in text or "'" in text:
         text = "".join([f' {name}="{escape(value)}"' for name, value in values.items()])
@@ -119,11 +116,7 @@ def _own(place: Path | None) -> jinja2.Environment:
 
 
 class Templates:
-    """Renders the templates in ``folder``, the folder of a description, or those of the program.
-
-    ``first`` is the first file of the description: if it is a link, templates may also be where it leads to
-    (``project.homes``). Templates of plug-ins are ``trusted``.
-    """
+    """Renders the templates in ``folder``, the folder of a description, or those of the program."""
 
     comment = staticmethod(comment)
 
@@ -166,11 +159,7 @@ class Templates:
         return Templates(folder, f"the package {name}", trusted=True)
 
     def render(self, name: str, values: Mapping[str, Any], asked: Span | None = None) -> str:
-        """Return the text of a template; ``asked`` is the place in the description that names it.
-
-        The values for a template of a description can be pickled: functions are those of a module. Raises
-        TemplateProblem with the place in the template that fails.
-        """
+        """Return the text of a template, which ``asked`` names. Raises TemplateProblem with the place that fails."""
         if self.trusted:
             try:
                 return self.environment.get_template(name).render(values)
@@ -213,10 +202,7 @@ class Templates:
 
 
 class _Rendered(NamedTuple):
-    """The text of a template, or the rule, message, template and line (0 if unknown) of a failure.
-
-    ``inputs`` are the files that were read or looked for.
-    """
+    """The text of a template, or the rule, message, template and line (0 if unknown) of a failure."""
 
     text: str = ""
     rule: str = ""

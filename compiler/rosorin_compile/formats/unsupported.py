@@ -103,10 +103,7 @@ def is_within(key: str, prefixes: Iterable[str]) -> bool:
 
 
 def reason(format: Format, output: Output, key: str, one_way: bool = False) -> Unsupported | None:
-    """Return why an output does not carry a key of the language, or None if it has to.
-
-    With ``one_way``, also why the robot that is read from an artifact does not have it.
-    """
+    """Return why an output, or (``one_way``) the robot read from it, has nothing at a key; None if it has to."""
     steps = key.split(".")
     if is_within(key, ABOUT_THE_DESCRIPTION) or not REMARKS.isdisjoint(steps):
         return Unsupported("it is about the description", quiet=True)

@@ -120,11 +120,7 @@ def _links(robot: Robot, frames: str) -> frozenset[str]:
 
 @of_robot
 def carriers(robot: Robot, carried: frozenset[str]) -> Mapping[str, tuple[str, Transform]]:
-    """Return for each link the carried link that it belongs to, and its pose in that.
-
-    A link belongs to the next carried link above it, or to the topmost one if there is none. Joints between are at
-    zero, and mimic joints follow their leaders.
-    """
+    """Return the next carried link above each link, or else the topmost, and its pose in that with joints at zero."""
 
     def at_zero(joint: Joint) -> Transform:
         return joint.transform(robot.position(joint, {}) if joint.moves else 0.0)
@@ -145,10 +141,7 @@ def carriers(robot: Robot, carried: frozenset[str]) -> Mapping[str, tuple[str, T
 
 
 def inertials_at(robot: Robot, carried: Set[str]) -> Mapping[str, Inertial]:
-    """Return the inertials of the links that are ``carried``, with those of the links that belong to each.
-
-    Raises ValueError where a sum overflows.
-    """
+    """Return the inertials of links with those of the links that each carries. Raises ValueError."""
     parts: dict[str, list[tuple[Inertial, Transform]]] = {}
     for name, (carrier, transform) in carriers(robot, frozenset(carried)).items():
         inertial = robot.link[name].inertial
@@ -159,10 +152,7 @@ def inertials_at(robot: Robot, carried: Set[str]) -> Mapping[str, Inertial]:
 
 
 def _shapes_at(robot: Robot, link: str, carried: Set[str], purpose: str, output: Output) -> list[Shape]:
-    """Return the solids of a link, after those of the links that are fixed to it and not carried.
-
-    ``purpose`` is visual or collision. The solids of links that are mounted on it come first.
-    """
+    """Return the solids of a link, visual or collision, after those of links that are fixed to it and not carried."""
     form, moved, own = str(output.options.get("height_maps", ROWS)), list[Shape](), list[Shape]()
     visited, waiting = {link}, [(link, Transform())]
     while waiting:
@@ -195,10 +185,7 @@ def _in_version(shape: Shape, output: Output) -> Shape:
 
 
 def _collisions(robot: Robot, link: str, carried: Set[str], output: Output) -> list[Shape]:
-    """Return what a link collides with in a URDF that carries these frames.
-
-    A link that turns, and whose parts that turn on it are not carried, is one cylinder around it and them.
-    """
+    """Return what a link collides with; wheels with rollers that are not carried are cylinders around them."""
     own = _shapes_at(robot, link, carried, "collision", output)
     joint = robot.joint_to.get(link)
     lost = _lost(robot, frozenset(carried)).get(link) if joint is not None and joint.type == "continuous" else None
@@ -396,11 +383,9 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 
 def _damping(case: Case, joints: tuple[Joint, ...]) -> Iterator[Diagnostic]:
-    """Find joints whose damping is unstable in explicit steps, even with all that hangs on them held together.
-
-    A step of ``dt`` takes ``damping * dt / inertia`` of a speed away; if that is more than twice of it, each step is
-    faster than the one before. MuJoCo and Drake damp implicitly: all is stable. A URDF has no inertia of rotors.
-    """
+    """Find joints whose damping is unstable in explicit steps, even with all that hangs on them held together."""
+    # A step of dt takes damping * dt / inertia of a speed away; if that is more than twice of it, each step is faster
+    # than the one before. MuJoCo and Drake damp implicitly: all is stable. A URDF has no inertia of rotors.
     places: dict[Span | None, list[tuple[float, Joint, float]]] = {}
     for joint in joints:
         damping = joint.dynamics.damping if joint.dynamics is not None and joint.moves else 0.0
@@ -422,10 +407,7 @@ def _damping(case: Case, joints: tuple[Joint, ...]) -> Iterator[Diagnostic]:
 
 @of_robot
 def _moved_inertia(robot: Robot) -> Mapping[str, float]:
-    """Return the inertia of what each joint moves with all that hangs on it, by child, where joints are at zero.
-
-    For a joint that turns, the inertia about its axis (kg*m^2); for one that slides, the mass (kg).
-    """
+    """Return the mass (kg) that each sliding joint moves, and the inertia (kg*m^2) that others turn, by child."""
     found: dict[str, float] = {}
     below: dict[str, list[tuple[Inertial, Transform]]] = {}
     try:

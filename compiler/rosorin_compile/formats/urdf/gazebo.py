@@ -60,10 +60,7 @@ def _blocks_in(elements: Iterable[str]) -> Iterator[Element]:
 
 
 def _physics(content: Content) -> tuple[list[str], list[Diagnostic]]:
-    """Return the blocks for what a URDF has no word for and Gazebo reads: springs of joints and friction of links.
-
-    Gazebo reads one coefficient a link. What the description already has in a ``<gazebo>`` of its own is left as it is.
-    """
+    """Return the blocks for springs of joints and friction of links; Gazebo reads one coefficient a link."""
     robot, number = content.robot, number_format(content.output.options)
     own = {(block.get("reference", ""), inner.tag) for block in _blocks_in(robot.urdf_elements) for inner in block}
     values: dict[str, dict[str, float]] = {}
@@ -96,10 +93,7 @@ def _physics(content: Content) -> tuple[list[str], list[Diagnostic]]:
 
 
 class _Merged:
-    """The links that Gazebo makes of those of a URDF: what fixed joints hold together is one, called like its top.
-
-    ``kept`` are the fixed joints that are not merged.
-    """
+    """The links that Gazebo makes of those of a URDF: what fixed joints hold together is one, called like its top."""
 
     def __init__(self, content: Content, kept: set[str]) -> None:
         self.content = content

@@ -122,10 +122,7 @@ def read(text: str) -> Robot:
 
 
 def plain(robot: Robot) -> Robot:
-    """Return a robot without what no URDF and no SDF contains: sources, and publishers of joints.
-
-    Raises ValueError if a joint has an end that is no link.
-    """
+    """Return a robot without sources and publishers of joints. Raises ValueError if the end of a joint is no link."""
     for joint in robot.joints:
         for end, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in robot.link:
@@ -178,10 +175,7 @@ class _Reader(Reading):
         return tree
 
     def check_element(self, element: Element, keep: Map | None = None, path: TreePath = (), *needed: str) -> None:
-        """Report what no reader of URDF knows in an element, and attributes that it lacks; ``keep`` as for ``check``.
-
-        ``path`` is that of its entry, if it has one.
-        """
+        """Report unknown and missing words of an element; ``path`` is that of its entry, ``keep`` as for ``check``."""
         attributes = (*TEXTS.get(element.tag, ()), *NUMBERS.get(element.tag, ()))
         self.check(element, CHILDREN.get(element.tag, ()), attributes, keep)
         self.need(element, *needed)
@@ -191,10 +185,7 @@ class _Reader(Reading):
     def put_numbers(
         self, entry: Map, element: Element, position: str = PLAIN, keys: Mapping[str, str] | None = None
     ) -> None:
-        """Set the keys of an entry to the numbers of an element, or only those of ``keys``, by attribute.
-
-        ``position`` is the unit of the position of the joint that the element belongs to.
-        """
+        """Set the keys of an entry to the numbers of an element; ``position`` is the unit of that of its joint."""
         for name, (count, unit) in NUMBERS[element.tag].items():
             attribute = element.attributes.get(name)
             if attribute is None or (keys is not None and name not in keys):
@@ -257,10 +248,7 @@ class _Reader(Reading):
         return entry
 
     def _inertial(self, element: Element, link: Map, path: TreePath) -> None:
-        """Set the inertial of a link; mass and all six moments are required, as in urdfdom.
-
-        Leniently, an unreadable one is left out, as urdfdom does.
-        """
+        """Set the inertial of a link; mass and all six moments are required. Leniently, a damaged one is left out."""
         entry, before = Map(element.span), len(self.diagnostics)
         self.paths[id(element)] = path
         for tag in ("mass", "inertia"):
@@ -477,10 +465,7 @@ class _Reader(Reading):
         self.check_element(element)
 
     def _rename_materials(self, tree: Map) -> None:
-        """Remove the name of each material of a visual that looks otherwise than the first material of that name.
-
-        A name has one meaning in a URDF: urdfdom takes the first for all, other readers what is written in the visual.
-        """
+        """Remove material names that differ in look from the first: urdfdom takes the first look for all."""
 
         def look(entry: Map) -> tuple[object, object] | None:
             rgba, texture = entry.get("rgba"), entry.get("texture")

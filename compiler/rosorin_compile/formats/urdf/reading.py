@@ -56,10 +56,7 @@ class _Size(NamedTuple):
 
 
 class Reading:
-    """One reading of a file: collects diagnostics and which entry an element became.
-
-    Without ``spelling``, elements with unknown names are kept, even where their names look misspelt.
-    """
+    """One reading of a file: collects diagnostics and which entry an element became."""
 
     attributes: Collection[str] = ()  # all attributes of the format
 
@@ -91,10 +88,7 @@ class Reading:
         return self.options.lenient
 
     def spoilt(self, element: Element, what: str, before: int) -> bool:
-        """Return True if there are errors among the diagnostics from ``before`` on.
-
-        With --lenient, a warning that the element is left out replaces them.
-        """
+        """Return True if there are errors from ``before`` on, which a warning replaces with --lenient."""
         reported = [one.worded() for one in self.diagnostics[before:]]
         wrong = [one for one in reported if one.severity == ERROR]
         if wrong and self.options.lenient:

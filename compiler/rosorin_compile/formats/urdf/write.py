@@ -24,13 +24,7 @@ from .content import Content, link_groups, version_of
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the URDF of a robot.
-
-    Options: ``number_format``, ``elements`` (of inertial, visual, collision, dynamics, urdf_elements;
-    default all), ``frames`` (published, all or bodies), ``visuals`` (from_collision, where a link has none),
-    ``version`` (1.0 or 1.2, which has capsules), ``height_maps`` (the form of their boxes), ``gazebo`` (true, or which
-    Gazebo; default no sensors).
-    """
+    """Return the URDF of a robot. Its options are described in ``FORMAT``."""
     content, number, version = Content(robot, output), number_format(output.options), version_of(output)
     shown = content.view
     steps = []

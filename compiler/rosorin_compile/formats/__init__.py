@@ -32,7 +32,7 @@ _MODULES = {
     "robot_model": "rosorin_compile.formats.robot_model",
     "static_tf": "rosorin_compile.formats.static_tf",
     "static_tf_json": "rosorin_compile.formats.static_tf",
-    "template": "rosorin_compile.formats.template",
+    "template": "rosorin_compile.formats.templating",
     "xacro": "rosorin_compile.importing.xacro",
     "mjcf": "rosorin_compile.mujoco.mjcf",
     "scene": "rosorin_compile.mujoco.scene",

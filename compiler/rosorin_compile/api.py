@@ -28,11 +28,10 @@ from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
 from rosorin_compile.compare.precision import printed
 from rosorin_compile.compare.sentences import several
-from rosorin_compile.formats import FORMATS, plugged_diagnostics
+from rosorin_compile.formats import FORMATS, plugged_diagnostics, schema_names, schema_text
 from rosorin_compile.formats.compiled import Compiled, Reading
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.mesh_files import opened_by
-from rosorin_compile.formats.schemas import schema_names, schema_text
 from rosorin_compile.language.arguments import Argument, as_texts, declared, of_api, takes_no_arguments
 from rosorin_compile.language.explain import explain as explain_names
 from rosorin_compile.model import Pose, Robot

@@ -94,10 +94,6 @@ FORMAT = Format(
     partial=True,
     read=partial(_call, "read", "read"),
     asked=_asked,
-    lacks=frozenset(
-        {"armature", "calibration", "safety", "simulation", "actuator", "pose", "servo", "sensor", "contact"}
-        | {"publisher", "edge", "drive", "fixed joint name", "urdf_elements"}
-    ),
     meshes=True,
     syntax=xml_syntax,
     folder="sdf",

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any
 
-from rosorin_compile.formats.distributions import described_by, title
+from rosorin_compile.formats.format import described_by
 from rosorin_compile.model import Edge, Output, Robot
 from rosorin_compile.ros.sections.control.hardware import POSITION, VELOCITY
 from rosorin_compile.rules.case import Case
@@ -134,8 +134,10 @@ def _apart(case: Case, output: Output, distribution: str) -> Iterator[Diagnostic
     if not case.robot.control or not blocks or distribution in map(described_by, blocks.values()):
         return
     name, said = next(iter(blocks.items()))
-    message = f'output "{output.name}" is for {title(asked(output))}, and the hardware blocks of output "{name}" are'
-    message += f" for {title(said)}"
+    message = (
+        f'output "{output.name}" is for {asked(output).capitalize()}, and the hardware blocks of output "{name}" are'
+    )
+    message += f" for {said.capitalize()}"
     help = f'distribution: {said} here, or control: {asked(output)} in output "{name}"'
     path = ("outputs", output.name, "distribution")
     place = path if exists(case.tree, path) else path[:2]

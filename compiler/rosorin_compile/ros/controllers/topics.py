@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from rosorin_compile.formats.distributions import described_by
+from rosorin_compile.formats.format import described_by
 from rosorin_compile.model import Robot
 
 from ..parameters.files import asked

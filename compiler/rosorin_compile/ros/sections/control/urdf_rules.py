@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from rosorin_compile.formats.distributions import HUMBLE, title
+from rosorin_compile.formats.format import HUMBLE
 from rosorin_compile.formats.urdf.content import joints_of
 from rosorin_compile.model import Joint, Output, Robot
 from rosorin_compile.ros.sections.control.hardware import (
@@ -307,7 +307,7 @@ def _unread(case: Case, block: Block) -> Iterator[Diagnostic]:
     """Yield what Humble does not read."""
 
     def ignored(what: str, path: Path) -> Diagnostic:
-        message, help = f"{title(HUMBLE)} does not read {what}", "leave it out, or ask for a later distribution"
+        message, help = f"{HUMBLE.capitalize()} does not read {what}", "leave it out, or ask for a later distribution"
         return case.problem("control-ignored", message, path, help, severity=WARNING, key=True)
 
     for field, key in _LATER.items():

@@ -102,7 +102,7 @@ class Opened:
     @cached_property
     def source(self) -> Source:
         """The file for diagnostics. Raises MarkupError as ``text``."""
-        from rosorin_compile.source.xml.files import read_source
+        from rosorin_compile.source.xml.markup import read_source
 
         return self.document.source if self.document else read_source(self.path, self.asked)
 

@@ -12,8 +12,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from . import files
-from .xml.files import read_source
-from .xml.markup import MarkupError, parse
+from .xml.markup import MarkupError, parse, read_source
 
 PACKAGE_XML = "package.xml"
 OF_GAZEBO = ("SDF_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")

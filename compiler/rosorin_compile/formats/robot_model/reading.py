@@ -19,8 +19,7 @@ from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import Source, Span, error
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.wording import masked
-from rosorin_compile.source.xml.files import read_source
-from rosorin_compile.source.xml.markup import MarkupError
+from rosorin_compile.source.xml.markup import MarkupError, read_source
 
 from ..imported import Imported, as_tree
 from ..reading import accept, lower_artifact

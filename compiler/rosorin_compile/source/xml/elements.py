@@ -11,9 +11,9 @@ from collections import Counter
 from typing import TYPE_CHECKING, NamedTuple
 from xml.parsers import expat
 
-from ..diagnostics import Source, error
+from ..diagnostics import Source
 from ..tree import Text
-from .markup import RULE, Document, Element, MarkupError, new_parser, parse
+from .markup import Element, MarkupError, new_parser, parse
 
 if TYPE_CHECKING:
     from xml.etree import ElementTree
@@ -53,10 +53,9 @@ def canonical(element: ElementTree.Element) -> str:
             parts.append(item)
             continue
         text = _words(item.text or "")
-        is_empty = not text and not len(item)
         attributes = "".join(f' {name}="{_words(item.attrib[name])}"' for name in sorted(item.attrib))
-        parts.append(f"<{item.tag}{attributes}/>" if is_empty else f"<{item.tag}{attributes}>{text}")
-        waiting += [] if is_empty else [f"</{item.tag}>"]
+        parts.append(f"<{item.tag}{attributes}>{text}" if text or len(item) else f"<{item.tag}{attributes}/>")
+        waiting += [f"</{item.tag}>"] if text or len(item) else []
         for child in reversed(item):
             waiting += [_words(child.tail or ""), child]
     return "".join(parts)
@@ -69,7 +68,7 @@ def _words(text: str) -> str:
 
 def _value(text: str) -> str | float:
     try:
-        return text if "_" in text else float(text) + 0.0
+        return number_of(text) + 0.0
     except ValueError:
         return " ".join(text.split())
 
@@ -115,19 +114,15 @@ class Found(NamedTuple):
     line: int
 
 
-def _fragment(text: str) -> Document:
-    """Return the document of a text of elements, within a root. Raises MarkupError."""
-    try:
-        text.encode()
-    except UnicodeEncodeError:
-        raise MarkupError(error(RULE, "a character that no file can contain", None)) from None
-    return parse(Source("", f"<robot>{text}</robot>"))
+def _fragment(text: str) -> Element:
+    """Return a root that contains the elements of a text. Raises MarkupError."""
+    return parse(Source("", f"<robot>{text}</robot>")).root
 
 
 def damage(text: str) -> str:
     """Return why a text is not elements of XML, or an empty string if it is."""
     try:
-        root = _fragment(text).root
+        root = _fragment(text)
     except MarkupError as problem:
         span = problem.diagnostic.span
         return f"{problem}{f' (line {span.line} of the text)' if span and chr(10) in text.strip() else ''}"
@@ -138,19 +133,15 @@ def damage(text: str) -> str:
 
 def found_in(text: str) -> list[Found]:
     """Return every element of a text of elements, in the order of their ends; none if it is not XML."""
-    found: list[Found] = []
-
-    def visit(element: Element, tags: tuple[str, ...]) -> None:
-        for child in element.children:
-            inner = (*tags, child.tag)
-            visit(child, inner)
-            attributes = {name: attribute.value for name, attribute in child.attributes.items()}
-            found.append(Found(inner, attributes, child.text, child.span.line))
-
     try:
-        visit(_fragment(text).root, ())
+        elements = sorted([*_fragment(text).iter()][1:], key=lambda element: element.end)
     except MarkupError:
         return []
+    found = []
+    for element in elements:
+        tags = (*(outer.tag for outer in [*element.ancestors()][-2::-1]), element.tag)
+        attributes = {name: attribute.value for name, attribute in element.attributes.items()}
+        found.append(Found(tags, attributes, element.text, element.span.line))
     return found
 
 
@@ -177,7 +168,7 @@ def indented(text: str, indent: str) -> str:
     text = text.replace("\r\n", "\n").strip()
     first, *rest = text.split("\n")  # and at no other character that ends lines elsewhere
     has_lines = "<![CDATA[" in text or any("\n" in value for value in re.findall(r"=\s*(\"[^\"]*\"|'[^']*')", text))
-    pieces = (piece for element in _fragment(text).root.iter() for piece in element.texts) if rest else ()
+    pieces = (piece for element in _fragment(text).iter() for piece in element.texts) if rest else ()
     if not rest or has_lines or any("\n" in piece.text for piece in pieces):
         return indent + text
     lines = [line for line in rest if line.strip(" \t")]

@@ -16,8 +16,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from rosorin_compile.source import report
 from rosorin_compile.source.diagnostics import ERROR, NOTE, TRUSTED, WARNING, Diagnostic
+from rosorin_compile.source.diagnostics import text as report_text
 from rosorin_compile.source.messages import gathered, worded
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import and_more, counted, inert, printable
@@ -193,7 +193,7 @@ class Console:
         if not diagnostics:
             return
         diagnostics = gathered(diagnostics, [WARNING, NOTE])
-        text = report.text(worded(diagnostics[:MAX_SHOWN]), colour())
+        text = report_text(worded(diagnostics[:MAX_SHOWN]), colour())
         if len(diagnostics) > MAX_SHOWN:
             text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
         if colour():

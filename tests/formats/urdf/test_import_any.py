@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
+from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.report import text as report
 from rosorin_compile.source.tree import Map, Seq, locate
 from support.importing import accepted, meaning, robot, urdf_of
 from support.paths import BROKEN_SOURCES, OUTPUTS

@@ -1,7 +1,6 @@
-"""The user's cache folder, for compiled templates and the names of written artifacts.
+"""The user's cache folder (XDG), for compiled templates and names of written artifacts; everything works without it.
 
-It follows the XDG base directory specification; ``ROSORIN_COMPILE_CACHE`` names another folder, or disables it if it
-is ``off``. Everything works without it.
+``ROSORIN_COMPILE_CACHE`` names another folder, or disables the cache if it is ``off``.
 """
 
 from __future__ import annotations
@@ -22,8 +21,7 @@ def cache_folder(name: str) -> Path | None:
 
     Compiled templates are run. ``cache_refused`` returns why a folder is not used.
     """
-    top = top_folder()
-    if top is None:
+    if (top := top_folder()) is None:
         return None
     folder = top / name
     try:

@@ -1,4 +1,4 @@
-"""Read YAML: text in, a plain tree with spans out.
+"""Read YAML as a tree with spans; and JSON, Python and YAML of other programs, up to a depth that code can process.
 
 Scalars have the meaning of the YAML 1.2 core schema (https://yaml.org/spec/1.2.2/#103-core-schema), not that of 1.1:
 ``1e-3`` is a number, ``on`` and ``12:30`` are text. One form is added: a plain scalar that is a number and a known
@@ -7,26 +7,29 @@ unit, such as ``12.5 mm``, is a quantity. Quotes make text of anything.
 
 from __future__ import annotations
 
+import json
 import math
-import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import yaml
 from yaml import MappingEndEvent, ScalarEvent, SequenceEndEvent
 
 from . import files
-from .diagnostics import Diagnostic, Help, Related, Source, SourceError, Span, Suggestion, error
+from .diagnostics import Help, Related, Source, SourceError, Span, Suggestion, error
 from .project import stdin_of
 from .rule_registry import FILES, Rule
 from .tree import Instance, Map, Seq, Text
 from .units import Quantity
 from .wording import in_words
 from .yaml_mistakes import MAX_DEPTH, explained, quoted_tokens
+
+if TYPE_CHECKING:
+    import ast
 
 RULES = (
     Rule("file-unreadable", "A file does not exist or may not be read.", "Check the name and the permissions.", FILES),
@@ -47,20 +50,14 @@ RULES = (
     Rule("duplicate-key", "A key is repeated in a mapping, by a loop or in two files.", "Rename or remove one.", FILES),
 )
 
-_new = tuple.__new__
-MAX_BYTES = 20_000_000
-MAX_NODES = 1_000_000
-
+MAX_BYTES, MAX_NODES = 20_000_000, 1_000_000
 _INT = re.compile(r"[-+]?[0-9]+\Z")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z")
 _BASED = re.compile(r"0x[0-9a-fA-F]{1,15}\Z|0o[0-7]{1,20}\Z")
 _WORDS: dict[str, Any] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
-_WORDS |= dict.fromkeys(("true", "True", "TRUE"), True)
-_WORDS |= dict.fromkeys(("false", "False", "FALSE"), False)
+_WORDS |= {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 _WORDS |= {sign + word: float(sign + "inf") for sign in ("", "+", "-") for word in (".inf", ".Inf", ".INF")}
 _WORDS |= {word: float("nan") for word in (".nan", ".NaN", ".NAN")}
-
-
 # The unit tags of xacro's YAML, which published tables of robots use (https://github.com/ros/xacro/wiki).
 _UNIT_TAGS = {"!degrees": "deg", "!radians": "rad", "!meters": "m"}
 _UNIT_TAGS |= {"!millimeters": "mm", "!foot": "ft", "!inches": "inch"}
@@ -69,12 +66,6 @@ _FUNCTIONS = ("pi", "e", "tau", "sin", "cos", "tan", "asin", "acos", "atan", "at
 _CALCULATION = re.compile(rf"(?:[-+/(), \d.]|\*(?!\*)|(?<=\d)e(?=[-+\d])|\b(?:{'|'.join(_FUNCTIONS)})\b)+")
 
 LoadError = SourceError
-
-
-def unreadable(problem: OSError) -> Diagnostic:
-    """Return the error about a file or folder that cannot be accessed."""
-    message = f"cannot read {files.shown(os.fsdecode(problem.filename))}: {problem.strerror}"
-    return error("file-unreadable", message, None, "check the permissions")
 
 
 def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str) -> bytes:
@@ -125,10 +116,7 @@ def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instanc
     raise LoadError(error("not-a-mapping", message, source.span(), help))
 
 
-@cache
-def load_own(path: Path, shown: str) -> Map:
-    """Read a file that ships with the tool, once a process; nobody may change the tree. Raises LoadError."""
-    return load_mapping(path, shown)
+load_own = cache(load_mapping)  # for a file that ships with the tool, once a process; nobody may change the tree
 
 
 def parse_yaml(source: Source, via: Instance | None = None, max_nodes: int = MAX_NODES) -> Any:
@@ -194,10 +182,8 @@ class _Composer:
 
     def span(self, event: Any) -> Span:
         start, end = event.start_mark, event.end_mark
-        line, column = start.line, start.column
-        length = end.column - column if end.line == line else 1
-        # As Span(...) does, without a call of Python: of every key and value there is one.
-        return _new(Span, (self.source, line + 1, column + 1, length if length > 1 else 1))
+        length = end.column - start.column if end.line == start.line else 1
+        return Span(self.source, start.line + 1, start.column + 1, max(1, length))
 
     def fail(self, rule: str, message: str, event: Any, help: Help) -> LoadError:
         return LoadError(error(rule, message, self.span(event), help))
@@ -289,11 +275,7 @@ class _Composer:
 
 
 def plain_scalar(text: str) -> Any:
-    """Return the value of a scalar without quotes: None, bool, int, float, Quantity or str.
-
-    >>> plain_scalar("1e-3"), plain_scalar("on"), plain_scalar("12.5 mm")
-    (0.001, 'on', 0.0125)
-    """
+    """Return the value of a scalar without quotes: None, bool, int, float, Quantity or str."""
     if text in _WORDS:
         return _WORDS[text]
     first = text[0]
@@ -304,7 +286,48 @@ def plain_scalar(text: str) -> Any:
             return float(text)
         if text.startswith(("0x", "0o")) and _BASED.match(text):
             return int(text, 0)
-        quantity = Quantity.parse(text)
-        if quantity is not None:
+        if (quantity := Quantity.parse(text)) is not None:
             return quantity
     return text
+
+
+# --- texts of other programs: nested a hundred thousand times, parsers raise RecursionError or end the program ---
+
+MAX_NESTING = 100
+_JSON = re.compile(r'(?s)"[^"\\]*(?:\\.[^"\\]*)*"|[\[\]{}]')
+
+
+def json_of(text: str | bytes, parse_constant: Callable[[str], Any] | None = None) -> Any:
+    """Parse JSON. Raises ValueError, with the place if there is one, also if it is nested too deep."""
+    if isinstance(text, bytes):
+        text = text.decode(json.detect_encoding(text))
+    depth = 0
+    for match in _JSON.finditer(text) if text.count("[") + text.count("{") > MAX_NESTING else ():
+        depth += (match[0] in "[{") - (match[0] in "]}")
+        if depth > MAX_NESTING:
+            raise json.JSONDecodeError(f"nested deeper than {MAX_NESTING} levels", text, match.start())
+    return json.loads(text, parse_constant=parse_constant)
+
+
+def python_of(text: str, expression: bool = False) -> ast.Module | ast.Expression:
+    """Parse a program or an expression. Raises SyntaxError; ValueError if it is nested too deep."""
+    import ast
+
+    try:
+        tree: ast.Module | ast.Expression = ast.parse(text, mode="eval") if expression else ast.parse(text)
+    except (RecursionError, MemoryError):
+        raise ValueError("nested too deep") from None
+    nodes: list[ast.AST] = [tree]
+    for _ in range(150):  # a call in a list in a call is six levels of Python's syntax tree
+        nodes = [child for node in nodes for child in ast.iter_child_nodes(node)]
+    if nodes:
+        raise ValueError("nested too deep")
+    return tree
+
+
+def yaml_of(text: str) -> Any:
+    """Parse YAML. Raises ValueError with the reason, also if it is nested too deep."""
+    try:
+        return parse_yaml(Source("", text))
+    except LoadError as problem:
+        raise ValueError(str(problem)) from None

@@ -16,10 +16,7 @@ from .xml.markup import MarkupError, parse, read_source
 
 PACKAGE_XML = "package.xml"
 OF_GAZEBO = ("SDF_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
-
-# How deep a workspace nests its packages, and how many folders are searched: enough for ROS, not for a whole disk.
-_DEPTH = 4
-_FOLDERS = 5_000
+_DEPTH, _FOLDERS = 4, 5_000  # of folders that are searched for packages: enough for ROS, not for a whole disk
 _SKIPPED = {"build", "install", "log", "node_modules", "__pycache__"}
 
 

@@ -24,29 +24,14 @@ if TYPE_CHECKING:
 class Heading:
     """The headings of the page of rules by name."""
 
-    FILES = "Files and YAML"
-    ARGUMENTS = "Arguments, named values, expressions, parts"
-    SHAPE = "Shape"
-    JOINTS = "Links and joints"
-    NUMBERS = "Numbers"
-    POSES = "Servos and poses"
-    FRAMES = "Frames and publishers"
-    OUTPUTS = "Outputs and stand-ins"
-    FORMATS = "Unsupported by a format"
-    SIMULATED = "MuJoCo keys and elements"
-    SIMULATION = "Simulation"
-    CONTROL = "Hardware and controllers of ros2_control"
-    TEMPLATES = "Templates"
-    WRITING = "Writing and comparing"
-    READING = "Robots in other formats"
-    MESHES = "Numbers from meshes"
-    PHYSICS = "Physics"
-    ASKING = "Transforms and pulses"
-    PACKAGES = "ROS packages"
-    RECORDINGS = "Recordings"
-    PARAMETERS = "Parameters of nodes"
-    NAVIGATION = "Navigation and localisation"
-    PLUGINS = "Plug-ins"
+    FILES, ARGUMENTS = "Files and YAML", "Arguments, named values, expressions, parts"
+    SHAPE, JOINTS, NUMBERS, POSES = "Shape", "Links and joints", "Numbers", "Servos and poses"
+    FRAMES, OUTPUTS, FORMATS = "Frames and publishers", "Outputs and stand-ins", "Unsupported by a format"
+    SIMULATED, SIMULATION = "MuJoCo keys and elements", "Simulation"
+    CONTROL, TEMPLATES = "Hardware and controllers of ros2_control", "Templates"
+    WRITING, READING, MESHES = "Writing and comparing", "Robots in other formats", "Numbers from meshes"
+    PHYSICS, ASKING, PACKAGES, RECORDINGS = "Physics", "Transforms and pulses", "ROS packages", "Recordings"
+    PARAMETERS, NAVIGATION, PLUGINS = "Parameters of nodes", "Navigation and localisation", "Plug-ins"
 
 
 # The same as plain names, for modules of the core.
@@ -54,18 +39,16 @@ FILES, ARGUMENTS, SHAPE, JOINTS = Heading.FILES, Heading.ARGUMENTS, Heading.SHAP
 NUMBERS, POSES, FRAMES, OUTPUTS = Heading.NUMBERS, Heading.POSES, Heading.FRAMES, Heading.OUTPUTS
 FORMATS, SIMULATED, SIMULATION, TEMPLATES = Heading.FORMATS, Heading.SIMULATED, Heading.SIMULATION, Heading.TEMPLATES
 WRITING, READING, MESHES, PHYSICS = Heading.WRITING, Heading.READING, Heading.MESHES, Heading.PHYSICS
-ASKING, PACKAGES, RECORDINGS, PARAMETERS = Heading.ASKING, Heading.PACKAGES, Heading.RECORDINGS, Heading.PARAMETERS
-NAVIGATION, PLUGINS = Heading.NAVIGATION, Heading.PLUGINS
+ASKING, PACKAGES, RECORDINGS, PLUGINS = Heading.ASKING, Heading.PACKAGES, Heading.RECORDINGS, Heading.PLUGINS
 
 
 @dataclass(frozen=True)
 class Rule:
-    """The entry of a rule on the page of rules.
+    """The entry of a rule on the page of rules; ``what`` and ``help`` are Markdown, ``topic`` is the heading.
 
-    ``what`` and ``help`` are Markdown with links relative to ``docs``; ``topic`` is the heading. ``accept``: what a
-    description may name that breaks the rule ("link", "joint", "link or joint" or empty). ``imported``: whether a robot
-    in another format is accepted like that ("always", "lenient" or empty). ``asked``: what a run has to request to
-    check it ("meshes", "physics", "simulation" or empty).
+    ``accept``: what a description may name that breaks the rule ("link", "joint", "link or joint"). ``imported``:
+    whether a robot in another format is accepted like that ("always", "lenient"). ``asked``: what a run has to request
+    to check it ("meshes", "physics", "simulation").
     """
 
     id: str
@@ -105,7 +88,6 @@ class Check(NamedTuple):
     rules: tuple[Rule, ...] = ()
 
     def __call__(self, case: Case) -> Iterable[Diagnostic]:
-        """Return the diagnostics of a robot."""
         return self.function(case)
 
 
@@ -120,15 +102,11 @@ def rule(
 
     def decorate(function: Look | Check) -> Check:
         check = function if isinstance(function, Check) else Check(function)
-        text = what or _first_paragraph(check.function.__doc__)
+        text = what or " ".join((check.function.__doc__ or "").strip().partition("\n\n")[0].split())
         declared = DECLARED[id] = Rule(id, text, help, topic, accept, imported)
         return Check(check.function, (declared, *check.rules))
 
     return decorate
-
-
-def _first_paragraph(doc: str | None) -> str:
-    return " ".join((doc or "").strip().partition("\n\n")[0].split())
 
 
 def checks_of(module: ModuleType) -> tuple[Check, ...]:

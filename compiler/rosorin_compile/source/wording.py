@@ -1,8 +1,4 @@
-"""Words of messages: lists of names, letters that look alike, and "did you mean".
-
-Letters that look like Latin ones are those of Unicode's list of confusables (https://www.unicode.org/reports/tr39/)
-that a keyboard of another script types.
-"""
+"""Words of messages: lists of names, letters that look alike, and "did you mean"."""
 
 from __future__ import annotations
 
@@ -10,9 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches
 
-MAX_COMPARED = 60
-MAX_LISTED = 40
-MAX_SUGGESTED = 3
+MAX_COMPARED, MAX_LISTED, MAX_SUGGESTED = 60, 40, 3
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
@@ -59,11 +53,9 @@ def _parts(name: str) -> list[str]:
 def _contains(longer: list[str], shorter: list[str]) -> bool:
     """Return True if one name contains the words of another in a row, or begins or ends with them."""
     long, short = "".join(longer), "".join(shorter)
-    if len(short) < 3 or len(long) <= len(short):
-        return False
-    if len(short) > 3 and (long.startswith(short) or long.endswith(short)):
-        return True
-    return any(longer[i : i + len(shorter)] == shorter for i in range(len(longer) - len(shorter) + 1))
+    is_end = len(short) > 3 and (long.startswith(short) or long.endswith(short))
+    is_within = any(longer[i : i + len(shorter)] == shorter for i in range(len(longer) - len(shorter) + 1))
+    return 2 < len(short) < len(long) and (is_end or is_within)
 
 
 def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
@@ -72,7 +64,7 @@ def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
     if close := _similar(word, names):
         looks_same = not (word + close[0]).isascii() and look(word) == look(close[0])
         reason = f" the two differ in {difference(word, close[0])}" if looks_same else ""
-        return f"did you mean {' or '.join(map(_in_quotes, close))}?{reason}"
+        return f"did you mean {' or '.join(quoted([name]) for name in close)}?{reason}"
     return or_else(f"known: {first_of(names, MAX_LISTED)}" if names else "", otherwise)
 
 
@@ -83,7 +75,8 @@ def or_else(guess: str, otherwise: str) -> str:
     return f"{otherwise} ({guess})" if guess else otherwise
 
 
-# Letters of Cyrillic, Greek and Armenian, each before the one of Latin that it looks like; and dashes.
+# Letters of Cyrillic, Greek and Armenian, each before the one of Latin that it looks like; and dashes. They are of
+# Unicode's list of confusables (https://www.unicode.org/reports/tr39/) that a keyboard of another script types.
 _ALIKE = (
     "аaсcеeоoрpхxуyіiјjѕsԁdһhԛqԝwѵvӏlАAВBЕEІIЈJКKМMНHОOРPСCТTУYХXЅSԌGҮY"
     "οoνvρpιiκkυuχxΑAΒBΕEΖZΗHΙIΚKΜMΝNΟOΡPΤTΥYΧXϲcϳj"
@@ -103,17 +96,13 @@ def unseen(name: str) -> str:
         return ""
     from unicodedata import category
 
-    def is_unseen(letter: str) -> bool:
-        is_control = category(letter) in ("Cc", "Cf", "Cs", "Zl", "Zp")
-        return is_control or letter in _FILLERS or _SELECTORS.match(letter) is not None
-
-    return next(filter(is_unseen, name), "")
+    kinds = ("Cc", "Cf", "Cs", "Zl", "Zp")
+    return next((c for c in name if category(c) in kinds or c in _FILLERS or _SELECTORS.match(c)), "")
 
 
 def foreign(name: str) -> str:
     """Return the first letter of another script that looks like a Latin one, in a word with Latin letters."""
-    words = () if name.isascii() else _WORD.findall(name)
-    mixed = (word for word in words if any(letter.isascii() for letter in word))
+    mixed = (word for word in _WORD.findall(name) if not word.isascii() and any(map(str.isascii, word)))
     return next((letter for word in mixed for letter in word if ord(letter) in LATIN), "")
 
 
@@ -121,8 +110,7 @@ def in_words(letter: str) -> str:
     """Return a letter by its number and its name in Unicode: U+200B ZERO WIDTH SPACE."""
     from unicodedata import name
 
-    called = name(letter, "")
-    return f"U+{ord(letter):04X}{f' {called}' if called else ', a control character'}"
+    return f"U+{ord(letter):04X} {name(letter, '')}".rstrip() + ("" if name(letter, "") else ", a control character")
 
 
 def look(name: str, case: bool = True) -> str:
@@ -141,8 +129,7 @@ def difference(name: str, other: str) -> str:
     from unicodedata import normalize
 
     pairs = ((name, other), (other, name))
-    hidden = next((unseen(first) for first, second in pairs if unseen(first) and unseen(first) not in second), "")
-    if hidden:
+    if hidden := next((unseen(first) for first, second in pairs if unseen(first) and unseen(first) not in second), ""):
         return f"{in_words(hidden)}, which is invisible"
     if normalize("NFC", name) == normalize("NFC", other):
         return "the Unicode form (NFC, NFD)"
@@ -176,9 +163,11 @@ def masked(text: str, keep: str = "") -> str:
 
 def plural(noun: str, count: int) -> str:
     """Return a noun as it is written after a number."""
-    ends_in_y = noun.endswith("y") and noun[-2] not in "aeiou"
-    many = f"{noun[:-1]}ies" if ends_in_y else f"{noun}{'es' if noun.endswith(('s', 'x', 'sh', 'ch')) else 's'}"
-    return noun if count == 1 else many
+    if count == 1:
+        return noun
+    if noun.endswith("y") and noun[-2] not in "aeiou":
+        return f"{noun[:-1]}ies"
+    return f"{noun}{'es' if noun.endswith(('s', 'x', 'sh', 'ch')) else 's'}"
 
 
 def counted(count: int, noun: str) -> str:
@@ -206,8 +195,4 @@ def listed(words: Iterable[str], most: int | None = None) -> str:
 
 def quoted(names: Iterable[str], most: int | None = None) -> str:
     """Return names in quotes, as in a sentence."""
-    return listed(map(_in_quotes, names), most)
-
-
-def _in_quotes(name: str) -> str:
-    return f'"{name}"'
+    return listed((f'"{name}"' for name in names), most)

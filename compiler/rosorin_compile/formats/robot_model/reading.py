@@ -15,8 +15,8 @@ from typing import Any
 from rosorin_compile.language.schema import subject
 from rosorin_compile.language.validator import misfits_of, validator, words_of
 from rosorin_compile.model import Robot
-from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import Source, Span, error
+from rosorin_compile.source.load import json_of
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.wording import masked
 from rosorin_compile.source.xml.markup import MarkupError, read_source

@@ -1,7 +1,4 @@
-"""Texts that are elements of XML: parse them, compare them, indent them, and put values into them.
-
-A prefix that is not declared, as in <controller:foo>, is part of a name: it is legal in a URDF.
-"""
+"""Texts that are elements of XML: parse them, compare them, indent them, and put values into them."""
 
 from __future__ import annotations
 
@@ -38,13 +35,7 @@ def tree_of(text: str) -> ElementTree.Element:
 
 
 def canonical(element: ElementTree.Element) -> str:
-    """Return an element in one spelling, without differences in white space, comments and digits.
-
-    Attributes are sorted, words are separated by one space, numbers have no spare zeros. Not recursive.
-
-    >>> canonical(tree_of("<a c='1.50'  b='x'><!-- 2 --><d> 1e3 </d><e/></a>"))
-    '<a b="x" c="1.5"><d>1000.0</d><e/></a>'
-    """
+    """Return an element in one spelling of white space, attributes and digits, without comments."""
     parts: list[str] = []
     waiting: list[ElementTree.Element | str] = [element]
     while waiting:
@@ -77,32 +68,29 @@ _NAMES = ("name", "class", "link", "joint", "body", "site")
 
 
 def values_of(text: str) -> list[tuple[str, str | float]]:
-    """Return the attributes and texts of the elements in an XML element, each by its place.
+    """Return the attributes and texts within an XML element, each with the last three elements that have names.
 
-    A place is the last three elements that have names; places that occur several times are numbered. Raises ValueError
-    for a text that is not well formed.
+    Places that occur several times are numbered. Raises ValueError for a text that is not well formed.
     """
-    found: list[tuple[str, str | float]] = []
-    times: Counter[str] = Counter()
-
-    def add(place: str, value: str) -> None:
-        times[place] += 1
-        found.append((place if times[place] == 1 else f"{place} ({times[place]})", _value(value)))
+    values: list[tuple[str, str]] = []
 
     def visit(element: ElementTree.Element, above: tuple[str, ...]) -> None:
         name = next((element.attrib[key] for key in _NAMES if key in element.attrib), "")
         here = (*above, f"{element.tag} {name}".rstrip())[-3:]
-        for key, value in element.items():
-            add(f"{' '.join(here)} {key}", value)
+        values.extend((f"{' '.join(here)} {key}", value) for key, value in element.items())
         words = (element.text or "").strip()
         if words or not (len(element) or element.attrib):
-            add(" ".join(here), words)
+            values.append((" ".join(here), words))
         for inner in element:
             visit(inner, here if name else above)
 
     for top in tree_of(text):
         visit(top, ())
-    return found
+    times: Counter[str] = Counter()
+    for number, (place, value) in enumerate(values):
+        times[place] += 1
+        values[number] = (place if times[place] == 1 else f"{place} ({times[place]})", value)
+    return [(place, _value(value)) for place, value in values]
 
 
 class Found(NamedTuple):
@@ -146,10 +134,9 @@ def found_in(text: str) -> list[Found]:
 
 
 def kept(element: Element, text: str = "") -> Text:
-    """Return an element as text, its further lines moved left, where space means nothing.
+    """Return an element (or ``text``, in which names are replaced) as text, its further lines moved left.
 
-    ``text`` replaces it where something in it has been renamed. A prefix that an element around it declares
-    (``xmlns:sim``) is declared in the text as well.
+    A prefix that an element around it declares (``xmlns:sim``) is declared in the text as well.
     """
     text = re.sub("\r\n|\r", "\n", text or element.verbatim)
     names = [name for inner in element.iter() for name in (inner.tag, *inner.attributes) if ":" in name]
@@ -191,9 +178,6 @@ def fitted(before: str, value: str) -> str:
 
     In an attribute and between tags, signs of XML are escaped; but a value that is whole elements stays elements
     between tags. In a comment two dashes are separated, and nothing ends a CDATA section.
-
-    >>> fitted("<a b='", 'x<"y"'), fitted("<a>", "1 < 2"), fitted("<a>", "<b/>")
-    ('x&lt;&quot;y&quot;', '1 &lt; 2', '<b/>')
     """
     last = next(iter([*_MARKUP.finditer(before)][-1:]), None)
     if last is not None and last.end() == len(before):
@@ -209,7 +193,7 @@ def fitted(before: str, value: str) -> str:
 
 
 def number_of(text: str) -> float:
-    """Return the number in a text. Raises ValueError if it is none or not finite."""
+    """Return the finite number in a text. Raises ValueError."""
     value = float(text)
     if "_" in text or not math.isfinite(value):
         raise ValueError(f"not a number: {text}")
@@ -219,6 +203,6 @@ def number_of(text: str) -> float:
 def numbers_of(text: str, count: int | None = None) -> tuple[float, ...]:
     """Return the numbers in a text. Raises ValueError if a word is none, or unless there are ``count``."""
     found = tuple(map(number_of, text.split()))
-    if count is not None and len(found) != count:
+    if count not in (None, len(found)):
         raise ValueError(f'"{text}": {count} numbers are needed')
     return found

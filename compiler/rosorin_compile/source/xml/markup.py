@@ -1,7 +1,7 @@
 """Read XML safely, with the place of every element, attribute and comment.
 
-Built on expat without namespaces, so a prefix that is not declared is part of a name, as for the readers of URDF. A
-document type is refused where it begins, so no entity is ever declared, expanded or fetched.
+A prefix that is not declared is part of a name, as for the readers of URDF. A document type is refused, so that no
+entity is ever declared, expanded or fetched.
 """
 
 from __future__ import annotations
@@ -37,8 +37,6 @@ COMMENT, TEXT, INSTRUCTION = "comment", "text", "instruction"
 
 MarkupError = SourceError  # a text that is not XML, or XML that is not safe to read
 
-# --- files ---
-
 # https://www.w3.org/TR/xml/#sec-guessing: marks, the longer ones first; then UTF-16 without a mark.
 _BEGINNINGS = (
     *((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF32_LE, "utf-32-le"), (codecs.BOM_UTF32_BE, "utf-32-be")),
@@ -56,10 +54,7 @@ _NO_SPACE = re.compile(r"""(=\s*(?:"[^"]*"|'[^']*'))(?=[A-Za-z_])""")
 
 
 def read_source(path: Path, asked: Span | None = None) -> Source:
-    """Return the text of a file in the encoding that it declares. Raises MarkupError.
-
-    ``asked`` is the place that names the file.
-    """
+    """Return the text of a file, which ``asked`` names, in the encoding that it declares. Raises MarkupError."""
     name = shown(path)
     data = read_input(path, name, asked, MAX_BYTES, "check the name and the permissions")
     if not data.strip():
@@ -100,8 +95,6 @@ def mended(source: Source) -> Source:
     return Source(source.path, _TAG.sub(lambda tag: _NO_SPACE.sub(r"\1 ", tag[1]) if tag[1] else tag[0], text))
 
 
-# --- documents ---
-
 _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # as ``Source.line`` counts lines
 _ATTRIBUTE = re.compile(r"""\s+([^\s=]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
 _WORD = re.compile(r"[^ \t\r\n]+")
@@ -126,7 +119,6 @@ class Attribute(NamedTuple):
 
     @property
     def span(self) -> Span:
-        """Return the place of the value, without its quotes; of an empty one the closing quote."""
         return self.document.span(self.start, len(self.raw))
 
     @property
@@ -134,7 +126,6 @@ class Attribute(NamedTuple):
         return self.document.span(self.name_start, len(self.name))
 
     def words(self) -> list[Word]:
-        """Return the pieces between white space. Those of a value with references (``&#48;``) have its whole place."""
         return self.document.words(self.raw, self.value, self.start, self.span)
 
 
@@ -152,10 +143,7 @@ class Remark(NamedTuple):
 
 
 class Element:
-    """An element: name, attributes and content in order.
-
-    It begins at the offset ``start`` of the text and ends at ``end``; its start tag ends at ``opened``.
-    """
+    """An element between the offsets ``start`` and ``end`` of the text; its start tag ends at ``opened``."""
 
     __slots__ = ("attributes", "content", "document", "end", "opened", "parent", "start", "tag")
 
@@ -207,10 +195,7 @@ class Element:
 
 
 class Document:
-    """A text read as XML: its root, and the remarks ``before`` and ``after`` it.
-
-    A text that a program made of other files has an ``origin``, which returns places in those.
-    """
+    """A text read as XML: its root, and the remarks around it; ``origin`` returns places in files it was made of."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -268,11 +253,8 @@ def correction(word: str, known: Iterable[str]) -> str | None:
     return lower[near[0]] if near else None
 
 
-# --- parsing ---
-
-
 def new_parser() -> expat.XMLParserType:
-    """Return a parser of XML without namespaces, which reports text in one piece; input is decoded already."""
+    """Return a parser of XML without namespaces, which reports text in one piece."""
     parser = expat.ParserCreate("utf-8")
     parser.buffer_text = True
     return parser
@@ -367,8 +349,6 @@ class _Reader:
         help = "remove the <!DOCTYPE ...>; no reader of robots needs one"
         raise MarkupError(error("xml-doctype", message, self.document.span(self.here(), len("<!DOCTYPE")), help))
 
-
-# --- errors ---
 
 _ENDS = {"<!--": "comment", "<![CDATA[": "CDATA section", "<?": "instruction", "<": "tag"}
 _ESCAPES = 'write &lt; for <, &amp; for &, &quot; for "'

@@ -104,15 +104,15 @@ def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instanc
     tree = parse_yaml(source, via)
     if isinstance(tree, Map):
         return tree
+    kind = "empty" if tree is None else "a list" if isinstance(tree, Seq) else "not a mapping"
+    message = f'{source.path} is {kind}; a description is a mapping such as "robot: my_robot"'
+    help = "start from docs/tutorial.md"
+    if tree is None and stdin_of(path) is not None:
+        help = "the program before the pipe printed nothing"
     if source.text.lstrip().startswith("<"):
         marks = {"<sdf": "SDF", "<mujoco": "MJCF", "xmlns:xacro": "xacro", "<robot": "URDF", "": "XML"}
         kind = next(kind for mark, kind in marks.items() if mark in source.text[:2_000])
         message, help = f"{source.path} is {kind}, not a description", "`rosorin-compile import` converts robots in XML"
-    else:
-        kind = "empty" if tree is None else "a list" if isinstance(tree, Seq) else "not a mapping"
-        message = f'{source.path} is {kind}; a description is a mapping such as "robot: my_robot"'
-        is_piped = tree is None and stdin_of(path) is not None
-        help = "the program before the pipe printed nothing" if is_piped else "start from docs/tutorial.md"
     raise LoadError(error("not-a-mapping", message, source.span(), help))
 
 
@@ -291,8 +291,7 @@ def plain_scalar(text: str) -> Any:
     return text
 
 
-# --- texts of other programs: nested a hundred thousand times, parsers raise RecursionError or end the program ---
-
+# Of texts of other programs: nested a hundred thousand times, parsers raise RecursionError or end the program.
 MAX_NESTING = 100
 _JSON = re.compile(r'(?s)"[^"\\]*(?:\\.[^"\\]*)*"|[\[\]{}]')
 

@@ -1,7 +1,4 @@
-"""Read files, and record what was read or looked for and not found: the dependencies of a compiled robot.
-
-A path that no file can have (too long, with a NUL) does not exist. Missing permissions raise OSError.
-"""
+"""Read files, and record what was read or looked for and not found: the dependencies of a compiled robot."""
 
 from __future__ import annotations
 
@@ -84,7 +81,7 @@ def exists(path: AnyPath) -> bool:
 
 
 def is_file(path: AnyPath) -> bool:
-    """Return True for a regular file, following links."""
+    """Return True for a regular file, following links. Raises OSError if it cannot be accessed."""
     return stat.S_ISREG(_mode(path))
 
 

@@ -158,26 +158,21 @@ class _Composer:
     """Builds the tree from parser events."""
 
     def __init__(self, source: Source, via: Instance | None, max_nodes: int) -> None:
-        self.source = source
-        self.via = via
-        self.max_nodes = max_nodes
+        self.source, self.via = source, via
         self.anchors: dict[str, tuple[Any, int, Span]] = {}
-        self.nodes = 0
+        self.nodes, self.max_nodes = 0, max_nodes
         # libyaml counts columns in code points of the text that it was given; NUL and the like raise ReaderError.
-        self.parser = getattr(yaml, "CLoader", yaml.Loader)(source.text)
+        self.events: Iterator[Any] = iter(getattr(yaml, "CLoader", yaml.Loader)(source.text).get_event, None)
 
     def document(self) -> Any:
         """Return the value of the one document of the source; None if it is empty."""
-        events = iter(self.parser.get_event, None)
-        tree: Any = None
-        is_begun = False
-        for event in events:
-            if isinstance(event, yaml.DocumentStartEvent):
-                if is_begun:
-                    raise self.fail("yaml-documents", "a description is one YAML document", event, 'remove the "---"')
-                is_begun = True
-            elif isinstance(event, (yaml.NodeEvent, yaml.AliasEvent)):
-                tree = self.value(event, events, 0)
+        tree, is_begun = None, False
+        for event in self.events:
+            if isinstance(event, yaml.DocumentStartEvent) and is_begun:
+                raise self.fail("yaml-documents", "a description is one YAML document", event, 'remove the "---"')
+            is_begun = is_begun or isinstance(event, yaml.DocumentStartEvent)
+            if isinstance(event, yaml.NodeEvent):
+                tree = self.value(event, 0)
         return tree
 
     def span(self, event: Any) -> Span:
@@ -188,77 +183,59 @@ class _Composer:
     def fail(self, rule: str, message: str, event: Any, help: Help) -> LoadError:
         return LoadError(error(rule, message, self.span(event), help))
 
-    def value(self, event: Any, events: Iterator[Any], depth: int) -> Any:
-        """Return the value that begins with ``event``; reads on in ``events`` to its end."""
-        self.count(1, event)
+    def value(self, event: Any, depth: int) -> Any:
+        """Return the value that begins with ``event``; reads the following events to its end."""
+        before, alias = self.nodes, self.anchors.get(event.anchor) if isinstance(event, yaml.AliasEvent) else None
+        self.nodes += 1 + (alias[1] if alias else 0)
+        if self.nodes > self.max_nodes:
+            message = f"the file, or its aliases, have more than {self.max_nodes:,} values"
+            raise self.fail("yaml-too-large", message, event, "split it, or use a loop")
         if depth > MAX_DEPTH:
             raise self.fail("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", event, "flatten the file")
         if type(event) is ScalarEvent and event.tag is None and not event.anchor:  # as nearly all are
             return Text(event.value) if event.style else plain_scalar(event.value)
         if isinstance(event, yaml.AliasEvent):
-            return self.alias(event)
-        tag, is_scalar, before = event.tag, isinstance(event, yaml.ScalarEvent), self.nodes
-        if tag not in (None, "!", "tag:yaml.org,2002:str") and not (is_scalar and tag in _UNIT_TAGS):
-            help = "list the file under include" if "include" in tag else "write the value without it"
-            raise self.fail("yaml-tag", f"the tag {tag} has no meaning here", event, help)
-        if is_scalar:
-            text = Text(event.value) if event.style or tag is not None else plain_scalar(event.value)
-            made: Any = self.tagged(event) if tag in _UNIT_TAGS else text
-        else:
-            made = (self.mapping if isinstance(event, yaml.MappingStartEvent) else self.sequence)(event, events, depth)
-        if event.anchor:
-            self.anchors[event.anchor] = (made, self.nodes - before + 1, self.span(event))
-        return made
-
-    def count(self, nodes: int, event: Any) -> None:
-        self.nodes += nodes
-        if self.nodes > self.max_nodes:
-            message = f"the file, or its aliases, have more than {self.max_nodes:,} values"
-            raise self.fail("yaml-too-large", message, event, "split it, or use a loop")
-
-    def alias(self, event: Any) -> Any:
-        if event.anchor not in self.anchors:
+            if alias is not None:
+                return alias[0]
             spans = {anchor: span for anchor, (_, _, span) in self.anchors.items()}
             help = Suggestion(event.anchor, spans, none="define it above, or put the text in quotes", places=spans)
             message = f'no anchor "&{event.anchor}" is defined before this alias'
             raise self.fail("yaml-alias", message, event, help)
-        value, size, _ = self.anchors[event.anchor]
-        self.count(size, event)
-        return value
-
-    def mapping(self, event: Any, events: Iterator[Any], depth: int) -> Map:
-        made = Map(self.span(event), self.via)
-        key_spans, value_spans = made.key_spans, made.value_spans
-        for key_event in events:
-            if type(key_event) is MappingEndEvent:
-                return made
-            key = self.key(key_event)
-            key_span = self.span(key_event)
-            if key in made:
-                related = [Related("first defined here", key_spans[key])]
-                message = f'the key "{key}" is defined twice in one mapping'
-                raise LoadError(error("duplicate-key", message, key_span, "rename or remove one", related))
-            value_event = next(events)
-            made[key] = self.value(value_event, events, depth + 1)
-            key_spans[key] = key_span
-            value_spans[key] = self.span(value_event)
+        tag, is_scalar = event.tag, isinstance(event, yaml.ScalarEvent)
+        if tag not in (None, "!", "tag:yaml.org,2002:str") and not (is_scalar and tag in _UNIT_TAGS):
+            advice = "list the file under include" if "include" in tag else "write the value without it"
+            raise self.fail("yaml-tag", f"the tag {tag} has no meaning here", event, advice)
+        made: Any
+        if tag in _UNIT_TAGS:
+            made = self.tagged(event)
+        elif is_scalar:
+            made = Text(event.value) if event.style or tag is not None else plain_scalar(event.value)
+        elif isinstance(event, yaml.MappingStartEvent):
+            made = self.mapping(event, depth)
+        else:
+            made = Seq(self.span(event), self.via)
+            while type(item := next(self.events)) is not SequenceEndEvent:
+                made.put(self.value(item, depth + 1), self.span(item))
+        if event.anchor:
+            self.anchors[event.anchor] = (made, self.nodes - before, self.span(event))
         return made
 
-    def key(self, event: Any) -> str:
-        if type(event) is not ScalarEvent:
-            raise self.fail("yaml-key", "a key must be plain text", event, "an expression is written ${...}, in quotes")
-        if event.value == "<<" and not event.style:
-            help = "repeat the keys, or name a value in let"
-            raise self.fail("yaml-merge", '"<<" is not part of YAML 1.2', event, help)
-        return str(event.value)
-
-    def sequence(self, event: Any, events: Iterator[Any], depth: int) -> Seq:
-        made = Seq(self.span(event), self.via)
-        for item in events:
-            if type(item) is SequenceEndEvent:
-                break
-            made.append(self.value(item, events, depth + 1))
-            made.value_spans.append(self.span(item))
+    def mapping(self, event: Any, depth: int) -> Map:
+        made = Map(self.span(event), self.via)
+        while type(key_event := next(self.events)) is not MappingEndEvent:
+            if type(key_event) is not ScalarEvent:
+                help = "an expression is written ${...}, in quotes"
+                raise self.fail("yaml-key", "a key must be plain text", key_event, help)
+            key, key_span = str(key_event.value), self.span(key_event)
+            if key == "<<" and not key_event.style:
+                help = "repeat the keys, or name a value in let"
+                raise self.fail("yaml-merge", '"<<" is not part of YAML 1.2', key_event, help)
+            if key in made:
+                related = [Related("first defined here", made.key_spans[key])]
+                message = f'the key "{key}" is defined twice in one mapping'
+                raise LoadError(error("duplicate-key", message, key_span, "rename or remove one", related))
+            value_event = next(self.events)
+            made.put(key, self.value(value_event, depth + 1), key_span, self.span(value_event))
         return made
 
     def tagged(self, event: Any) -> float:
@@ -267,8 +244,7 @@ class _Composer:
         with suppress(Exception):
             if _CALCULATION.fullmatch(text):
                 text = repr(float(eval(text, {"__builtins__": {}}, names)))  # noqa: S307 - no other syntax or names
-        quantity = Quantity.parse(f"{text} {_UNIT_TAGS[event.tag]}")
-        if quantity is None:
+        if (quantity := Quantity.parse(f"{text} {_UNIT_TAGS[event.tag]}")) is None:
             help = "write a number, or a quantity or an expression without the tag"
             raise self.fail("yaml-tag", f'{event.tag} is before "{event.value}", not a number', event, help)
         return float(quantity)

@@ -1,8 +1,4 @@
-"""Merge, order and word the diagnostics of all stages, after the last stage.
-
-One mistake in a value, a part or a name is reported once, with its uses. Suggestions are computed here, for as many
-diagnostics as are shown.
-"""
+"""Merge and order the diagnostics of all stages, each mistake once with its uses, and compute their suggestions."""
 
 from __future__ import annotations
 

@@ -188,10 +188,7 @@ def _upwards() -> Iterator[Path]:
 
 
 def homes(path: Path) -> tuple[Path, ...]:
-    """Return the folder of a description, links followed, and that of the file that it leads to if it is a link.
-
-    ``colcon build --symlink-install`` installs a folder as one of links, each to a file of the source.
-    """
+    """Return the folder of a description, and that of the source if colcon installed a link to a file of the source."""
     here = files.resolve(path.parent)
     try:
         there = files.resolve(path).parent if path.is_symlink() else here

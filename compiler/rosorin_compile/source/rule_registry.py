@@ -1,8 +1,4 @@
-"""The registry of rules: what each id of a diagnostic means.
-
-A rule about the meaning of a robot is a function under ``@rule``; rules of other stages are declared in a tuple
-``RULES`` next to their code.
-"""
+"""The registry of rules: checks of robots are functions under ``@rule``, rules of other stages are in ``RULES``."""
 
 from __future__ import annotations
 
@@ -94,11 +90,7 @@ class Check(NamedTuple):
 def rule(
     id: str, what: str = "", help: str = "", topic: str = PLUGINS, accept: str = "", imported: str = ""
 ) -> Callable[[Look | Check], Check]:
-    """Declare a rule, and make a check of the function that yields its diagnostics; one decorator for each rule.
-
-    The arguments are those of ``Rule``; without ``what`` it is the first paragraph of the docstring. A plug-in names
-    the function as an entry point of ``rosorin_compile.rules``.
-    """
+    """Declare a rule (see ``Rule``; ``what`` is by default the first paragraph of the docstring) of a function."""
 
     def decorate(function: Look | Check) -> Check:
         check = function if isinstance(function, Check) else Check(function)

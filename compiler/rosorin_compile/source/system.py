@@ -1,7 +1,4 @@
-"""Functions that not every system has, and the packages of Python that are installed.
-
-On Windows, without owners, locks and limits, all files are considered this user's, and runs go on without a lock.
-"""
+"""Functions that not every system has (Windows: owners, locks, limits), and the installed packages of Python."""
 
 from __future__ import annotations
 

@@ -24,11 +24,7 @@ _SHORT |= {'"': '"', "\\": "\\", "\x85": "N", "\xa0": "_", "\u2028": "L", "\u202
 
 
 class Scalar(str):
-    """A text as a scalar of YAML.
-
-    >>> Scalar("base link").written(True), Scalar("180 deg").written(True), Scalar("a: b").written(False)
-    ('base link', '"180 deg"', '"a: b"')
-    """
+    """A text as a scalar of YAML."""
 
     __slots__ = ()
 
@@ -42,8 +38,13 @@ class Scalar(str):
         return self.quoted()
 
     def quoted(self) -> str:
-        """Return it in double quotes, which every reader of YAML takes for just this text."""
-        return '"' + "".join(map(_letter, self)) + '"'
+        """Return it in double quotes (https://yaml.org/spec/1.2.2/#57-escaped-characters)."""
+        escaped = (c.encode("unicode_escape", "surrogatepass").decode("ascii") for c in self)
+        letters = (
+            f"\\{_SHORT[c]}" if c in _SHORT else c if _RAW.fullmatch(c) else escape
+            for c, escape in zip(self, escaped, strict=True)
+        )
+        return '"' + "".join(letters) + '"'
 
     @property
     def is_raw(self) -> bool:
@@ -56,7 +57,6 @@ class Scalar(str):
         return plain_scalar(str(self))
 
     def _is_plain(self, flow: bool) -> bool:
-        """Return True if it needs no quotes, for this reader of YAML and for others."""
         if not self or self != self.strip(" ") or self[0] in "-?:,[]{}#&*!|>'\"%@`=" or not self.is_raw:
             return False
         if ": " in self or " #" in self or self.endswith(":") or self.startswith("..."):
@@ -64,11 +64,3 @@ class Scalar(str):
         if (flow and any(letter in ",[]{}" for letter in self)) or _YAML_1_1.fullmatch(self):
             return False
         return isinstance(self.value, str)
-
-
-def _letter(letter: str) -> str:
-    """Return a letter inside double quotes (https://yaml.org/spec/1.2.2/#57-escaped-characters)."""
-    if letter in _SHORT:
-        return f"\\{_SHORT[letter]}"
-    escape = letter.encode("unicode_escape", "surrogatepass").decode("ascii")
-    return letter if _RAW.fullmatch(letter) else escape

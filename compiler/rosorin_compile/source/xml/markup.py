@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import codecs
 import difflib
+import json
 import re
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator
@@ -37,12 +38,6 @@ COMMENT, TEXT, INSTRUCTION = "comment", "text", "instruction"
 
 MarkupError = SourceError  # a text that is not XML, or XML that is not safe to read
 
-# https://www.w3.org/TR/xml/#sec-guessing: marks, the longer ones first; then UTF-16 without a mark.
-_BEGINNINGS = (
-    *((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF32_LE, "utf-32-le"), (codecs.BOM_UTF32_BE, "utf-32-be")),
-    *((codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be")),
-    *((b"<\0?\0", "utf-16-le"), (b"\0<\0?", "utf-16-be")),
-)
 # What may be before a declaration. A comment ends at its first end: with a lazy ".*?" the time would double with each.
 _DECLARATION = re.compile(r"(?s)(?:\s|<!--(?:(?!-->).)*-->)*(<\?xml\s[^>]*\?>)")
 _DECLARED = re.compile(r"""encoding\s*=\s*["']([A-Za-z][A-Za-z0-9._-]{0,40})["']""")
@@ -59,8 +54,8 @@ def read_source(path: Path, asked: Span | None = None) -> Source:
     data = read_input(path, name, asked, MAX_BYTES, "check the name and the permissions")
     if not data.strip():
         raise MarkupError(error("file-empty", f"{name} is empty", asked, "is this the right file?"))
-    encoding = next((encoding for beginning, encoding in _BEGINNINGS if data.startswith(beginning)), "")
-    if not encoding:
+    encoding = json.detect_encoding(data) if b"<" in data[:8] else "utf-8"  # by a mark, or zero bytes
+    if encoding == "utf-8":
         beginning = Source(name, data[:10_000].decode("ascii", "replace"))
         declaration = _DECLARATION.match(beginning.text)
         declared = _DECLARED.search(beginning.text, declaration.start(1), declaration.end()) if declaration else None
@@ -76,7 +71,7 @@ def read_source(path: Path, asked: Span | None = None) -> Source:
         message = f"{name} is not a text file: it contains zero bytes"
         raise MarkupError(error("not-text", message, asked, "name a URDF, xacro, SDF or MJCF file"))
     help = 'save the file as UTF-8, or declare its encoding: <?xml version="1.0" encoding="ISO-8859-1"?>'
-    return decoded(data, name, encoding, help)
+    return decoded(data, name, encoding.removesuffix("-sig"), help)
 
 
 def without_late_declaration(source: Source) -> Source:

@@ -20,7 +20,7 @@ from rosorin_compile.source.diagnostics import ERROR, NOTE, TRUSTED, WARNING, Di
 from rosorin_compile.source.diagnostics import text as report_text
 from rosorin_compile.source.messages import gathered, worded
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.wording import and_more, counted, inert, printable
+from rosorin_compile.source.wording import and_more, counted, printable
 
 if TYPE_CHECKING:
     from .markdown import Block, Section
@@ -225,7 +225,8 @@ class Console:
         sys.stderr.write(f"{self._inert(line)}\n")
 
     def _inert(self, line: str) -> str:
-        return inert(line) if self.form == "github" else line
+        """Return a line in which a job on GitHub finds no command, whatever a robot is called."""
+        return line.replace("::", ": :").replace("##[", "## [") if self.form == "github" else line
 
     def summary(self) -> str:
         """Return the output as Markdown."""

@@ -8,11 +8,11 @@ from dataclasses import replace
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.source.diagnostics import Diagnostic, swaps
+from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.rule_registry import ARGUMENTS, SHAPE, Rule
 from rosorin_compile.source.tree import Map, Seq, at
 from rosorin_compile.source.units import Dimension, Quantity, describe, parse_unit
-from rosorin_compile.source.wording import counted, in_words, unseen
+from rosorin_compile.source.wording import counted, in_words, swaps, unseen
 
 from . import suggestions
 from .expand.provenance import problem_at

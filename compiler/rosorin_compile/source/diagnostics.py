@@ -10,18 +10,9 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from .wording import MAX_LISTED as MAX_LISTED
-from .wording import and_more as and_more
-from .wording import counted as counted
-from .wording import did_you_mean as did_you_mean
-from .wording import first_of as first_of
-from .wording import listed as listed
-from .wording import masked as masked
-from .wording import nearest as nearest
-from .wording import printable as printable
-from .wording import quoted as quoted
-from .wording import split_lines
-from .wording import swaps as swaps
+from .wording import and_more, counted, did_you_mean, first_of, listed, nearest, printable, quoted, split_lines
+
+__all__ = ["and_more", "counted", "did_you_mean", "first_of", "listed", "nearest", "printable", "quoted"]  # of wording
 
 ERROR, WARNING, NOTE = "error", "warning", "note"
 TRUSTED = (("trusted", True),)  # the ``numbers`` of a warning before trusted code is run: it is counted, and not shown

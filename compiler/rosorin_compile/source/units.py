@@ -1,7 +1,6 @@
 """Quantities: numbers with a unit, converted to SI as soon as they are read.
 
-Dimensions are exponents of (metre, kilogram, second, radian). SI counts the radian as 1, but a length in the place of
-an angle is a mistake worth reporting. A bare number has no dimension: it is in SI units.
+Dimensions are exponents of (metre, kilogram, second, radian). A bare number has no dimension: it is in SI units.
 Unit values: the SI brochure (BIPM, 9th edition); inch and pound: international yard and pound agreement, 1959.
 """
 
@@ -43,10 +42,8 @@ UNITS = {unit: (value, dimension) for _, dimension, units in _TABLE for unit, va
 _NAMES = {dimension: f"a{'n' if words[0] == 'a' else ''} {words}" for words, dimension, _ in _TABLE if words}
 _NAMES[NUMBER] = "a plain number"
 # The dimensions that a parameter can be declared to have, by the word for it.
-DIMENSIONS: dict[str, Dimension] = {
-    words.partition(" (")[0].removeprefix("moment of ").replace(" ", "_"): dimension
-    for words, dimension, _ in _TABLE[:11]
-}
+_WORDS = (words.partition(" (")[0].removeprefix("moment of ").replace(" ", "_") for words, _, _ in _TABLE[:11])
+DIMENSIONS: dict[str, Dimension] = {word: row[1] for word, row in zip(_WORDS, _TABLE, strict=False)}
 
 MAX_LENGTH = 100  # of a quantity: a text of megabytes is none
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches
+from itertools import pairwise
 
 MAX_COMPARED, MAX_LISTED, MAX_SUGGESTED = 60, 40, 3
 
@@ -40,13 +41,12 @@ def _similar(word: str, names: list[str]) -> list[str]:
 
 def swaps(word: str) -> Iterator[str]:
     """Yield each word with two neighbouring letters of ``word`` swapped."""
-    for at in range(1, len(word)):
-        if word[at - 1] != word[at]:
-            yield f"{word[: at - 1]}{word[at]}{word[at - 1]}{word[at + 1 :]}"
+    for at, (first, second) in enumerate(pairwise(word)):
+        if first != second:
+            yield f"{word[:at]}{second}{first}{word[at + 2 :]}"
 
 
 def _parts(name: str) -> list[str]:
-    """Return the words of a name in small letters: those of ``left_wheel`` are left and wheel."""
     return [part for part in re.split(r"[\W_]+", name.casefold()) if part]
 
 
@@ -70,9 +70,7 @@ def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
 
 def or_else(guess: str, otherwise: str) -> str:
     """Return 'did you mean "x"?' as it is, or what to do before a list of legal words."""
-    if guess.startswith("did") or not otherwise:
-        return guess
-    return f"{otherwise} ({guess})" if guess else otherwise
+    return guess if guess.startswith("did") or not otherwise else f"{otherwise} ({guess})".removesuffix(" ()")
 
 
 # Letters of Cyrillic, Greek and Armenian, each before the one of Latin that it looks like; and dashes. They are of
@@ -119,8 +117,7 @@ def look(name: str, case: bool = True) -> str:
         from unicodedata import normalize
 
         name = normalize("NFKC", name)
-        name = name if name.isascii() else normalize("NFC", "".join(filter(lambda letter: not unseen(letter), name)))
-        name = name.translate(LATIN)
+        name = normalize("NFC", "".join(c for c in name if not unseen(c))).translate(LATIN)
     return name.casefold() if case else name
 
 
@@ -149,11 +146,6 @@ def printable(text: str, keep: str = "") -> str:
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() or c in keep else c.encode("unicode_escape").decode("ascii") for c in text)
-
-
-def inert(line: str) -> str:
-    """Return a line in which a job on GitHub finds no command, whatever a robot is called."""
-    return line.replace("::", ": :").replace("##[", "## [")
 
 
 def masked(text: str, keep: str = "") -> str:
@@ -187,10 +179,10 @@ def and_more(count: int, of: str = "") -> str:
 
 def listed(words: Iterable[str], most: int | None = None) -> str:
     """Return words as in a sentence; of more than ``most`` the first ones and the number of the others."""
-    every = list(words) or [""]
-    if most is not None and len(every) > most:
-        return first_of(every, most)
-    return " and ".join(filter(None, (", ".join(every[:-1]), every[-1])))
+    *others, last = list(words) or [""]
+    if most is not None and len(others) >= most:
+        return first_of([*others, last], most)
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def quoted(names: Iterable[str], most: int | None = None) -> str:

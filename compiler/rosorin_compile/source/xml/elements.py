@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import textwrap
 from collections import Counter
 from typing import TYPE_CHECKING, NamedTuple
 from xml.parsers import expat
@@ -146,8 +147,7 @@ def kept(element: Element, text: str = "") -> Text:
         if above is not None and key not in names:
             address = above.attributes[key].raw.replace('"', "&quot;")
             declarations += f' {key}="{address}"'
-    at = 1 + len(element.tag)
-    return Text(indented(text[:at] + declarations + text[at:], ""))
+    return Text(indented(f"<{element.tag}{declarations}{text[1 + len(element.tag) :]}", ""))
 
 
 def indented(text: str, indent: str) -> str:
@@ -158,11 +158,8 @@ def indented(text: str, indent: str) -> str:
     pieces = (piece for element in _fragment(text).iter() for piece in element.texts) if rest else ()
     if not rest or has_lines or any("\n" in piece.text for piece in pieces):
         return indent + text
-    lines = [line for line in rest if line.strip(" \t")]
-    margin = min((line[: len(line) - len(line.lstrip(" \t"))] for line in lines), key=len)
-    while not all(line.startswith(margin) for line in lines):
-        margin = margin[:-1]
-    return "\n".join([indent + first, *(indent + line[len(margin) :] if line.strip(" \t") else "" for line in rest)])
+    lines = textwrap.dedent("\n".join(rest)).split("\n")
+    return "\n".join([indent + first, *(indent + line if line else "" for line in lines)])
 
 
 _MARKUP = re.compile(

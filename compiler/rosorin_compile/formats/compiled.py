@@ -24,7 +24,7 @@ from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import PACKAGE_XML
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import PYTHON_PACKAGE, ROS_PACKAGE, of_tool
+from rosorin_compile.source.project import PYTHON_PACKAGE, ROS_PACKAGE, tool_folders
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import counted
 
@@ -288,7 +288,9 @@ def compile_robot(
             unreadable = error("file-unreadable", message, None, "check the permissions")
             compiled = Compiled(None, (), [unreadable], (path,))
     listed = {*map(os.path.abspath, compiled.inputs)}
-    new = [p for p in recorded if p.name != PACKAGE_XML and os.path.abspath(p) not in listed and not of_tool(p)]
+    own = tuple(f"{folder}{os.sep}" for folder in tool_folders().values())
+    places = {os.path.abspath(path): path for path in recorded if path.name != PACKAGE_XML}
+    new = [path for place, path in places.items() if place not in listed and not place.startswith(own)]
     missing = tuple(path for path in new if not recorded[path])
     return replace(compiled, inputs=(*compiled.inputs, *new), missing=missing)
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 from .wording import and_more, counted, did_you_mean, first_of, listed, nearest, printable, quoted, split_lines
@@ -32,16 +31,13 @@ class Source(NamedTuple):
 
     def line(self, number: int) -> str:
         """Return line ``number`` (1-based) without its line end; empty beyond the end of the file."""
-        lines = _lines(self.text)
+        lines = split_lines(self.text)
         return lines[number - 1] if 0 < number <= len(lines) else ""
 
     def span(self, offset: int = 0, length: int = 1) -> Span:
         """Return the place of the characters from an offset on."""
         lines = split_lines(self.text[:offset])
         return Span(self, len(lines), len(lines[-1]) + 1, max(1, length))
-
-
-_lines = lru_cache(maxsize=16)(split_lines)
 
 
 class Span(NamedTuple):

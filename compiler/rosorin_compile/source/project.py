@@ -263,11 +263,6 @@ def data_folder(name: str) -> Path:
     return Path(import_module(f"rosorin_compile.{package}").__path__[0])
 
 
-def of_tool(path: Path) -> bool:
-    """Whether a path is in one of the folders of the tool."""
-    return os.path.abspath(path).startswith(tuple(f"{folder}{os.sep}" for folder in tool_folders().values()))
-
-
 @cache
 def tool_folders() -> dict[str, Path]:
     """Return the folders of the tool by name: those of its packages, then those of what ships with it."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -112,24 +112,15 @@ DECLARED: dict[str, Rule] = {}
 OF_PLUGINS: dict[str, Rule] = {}
 
 
-def find(ids: Collection[str]) -> dict[str, Rule]:
-    """Return those of the tool's own rules that have one of the ids, by id."""
-    quoted = [f'"{id}"'.encode() for id in ids]
-    return {rule.id: rule for rule in _declared(lambda text: any(map(text.__contains__, quoted))) if rule.id in ids}
-
-
-def every_rule() -> dict[str, Rule]:
-    """Return the tool's own rules by id."""
-    return {rule.id: rule for rule in _declared(lambda _: True)}
-
-
-def _declared(is_wanted: Callable[[bytes], bool]) -> Iterator[Rule]:
-    """Yield the rules that modules of the tool declare; only modules that declare rules are imported."""
-    package = Path(__file__).parents[1]
+def find(ids: Collection[str] | None = None) -> dict[str, Rule]:
+    """Return the tool's own rules by id: all, or those of ``ids``; only modules that declare them are imported."""
+    package, found = Path(__file__).parents[1], {}
+    quoted = [f'"{id}"'.encode() for id in ids or ()]
     for path in sorted(package.glob("**/*.py")):
         text = path.read_bytes()
-        if (b"Rule(" in text or b"@rule(" in text) and is_wanted(text):
+        if (b"Rule(" in text or b"@rule(" in text) and (ids is None or any(id in text for id in quoted)):
             name = ".".join(path.relative_to(package.parent).with_suffix("").parts).removesuffix(".__init__")
             module = import_module(name)
-            yield from getattr(module, "RULES", ())
-            yield from (rule for check in checks_of(module) for rule in check.rules)
+            rules = (*getattr(module, "RULES", ()), *(rule for check in checks_of(module) for rule in check.rules))
+            found |= {rule.id: rule for rule in rules if ids is None or rule.id in ids}
+    return found

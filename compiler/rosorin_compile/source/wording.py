@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches
+from functools import lru_cache
 from itertools import pairwise
 
 MAX_COMPARED, MAX_LISTED, MAX_SUGGESTED = 60, 40, 3
@@ -136,8 +137,9 @@ def difference(name: str, other: str) -> str:
     return next(map(in_words, strange), "letters that look alike")
 
 
+@lru_cache(maxsize=16)
 def split_lines(text: str) -> list[str]:
-    """Return the lines of a text, as YAML counts them."""
+    """Return the lines of a text, as YAML counts them; the list is not to be changed."""
     return re.split("\r\n|[\n\r\x85\u2028\u2029]", text)
 
 

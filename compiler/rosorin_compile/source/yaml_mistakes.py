@@ -17,7 +17,7 @@ MAX_DEPTH = 60
 _QUOTE = "put the text in quotes"
 _COMMENT = 'a comment begins with "#"'
 _COLON = re.compile(r":(\s|$)")
-_ITEM = re.compile(r" *(- +)*")
+_ITEM = re.compile(r"^ *(- +)*")
 _FOREIGN_COMMENT = re.compile(r" *(//|/\*|<!--|--)")
 _CONFLICT = re.compile(r"^(<{7}|\|{7}|>{7})(?= |$)", re.MULTILINE)
 _IN_BRACKETS = re.compile(r"""(?<!\w)"(?:\\.|[^"\\])*"|(?<!\w)'[^']*'|(?<!\S)#.*|[\[\]{}]""")
@@ -56,7 +56,7 @@ class _Failure:
         self.what = f"{getattr(problem, 'context', None) or ''}: {getattr(problem, 'problem', None) or ''}"
         self.line, self.text = self.at[0], source.line(self.at[0])
         self.before, self.rest = self.text[: self.at[1] - 1], self.text[self.at[1] - 1 :]
-        self.letter = self.rest[:1]
+        self.letter, self.indent = self.rest[:1], len(self.text) - len(self.text.lstrip(" "))
         self.opened = source.line(self.begun[0])[self.begun[1] - 1 :][:1]
 
     def report(
@@ -158,7 +158,7 @@ class _Failure:
             name = printable(_COLON.split(text.strip().lstrip("- "))[0].strip()[:40])
             message = f'this line is indented below "{name}", which already has a value'
             help = f'indent it by {_key_indent(text)}, as "{name}"'
-            return self.report(message, help, (self.line, _indent(self.text) + 1))
+            return self.report(message, help, (self.line, self.indent + 1))
         return None
 
     def bare_line(self, number: int) -> Diagnostic:
@@ -184,14 +184,13 @@ class _Failure:
         is_item = "'-' indicator" in self.what
         if not ("expected key" in self.what or is_item) or self.before.strip() or not self.text.strip():
             return None
-        indent = _indent(self.text)
-        message = f"this line is indented by {indent} spaces, as no entry above it is"
+        message = f"this line is indented by {self.indent} spaces, as no entry above it is"
         help = "indent it as the entry that it belongs to"
-        if is_item and indent == self.begun[1] - 1:
+        if is_item and self.indent == self.begun[1] - 1:
             message, help = 'an item of this list has no "- "', "indent it deeper, to belong to the above"
         elif self.letter == "-":
             message, help = "an item of a list is among keys", "indent it under the key of its list"
-        return self.report(message, help, (self.line, indent + 1))
+        return self.report(message, help, (self.line, self.indent + 1))
 
     def beginning(self) -> Diagnostic:
         """Report a value that begins with a character to which YAML gives a meaning."""
@@ -233,14 +232,9 @@ def _is_bare(line: str) -> bool:
     return bool(text) and not _COLON.search(text) and not text.startswith(("[", "{", "---", "'", '"'))
 
 
-def _indent(line: str) -> int:
-    return len(line) - len(line.lstrip(" "))
-
-
 def _key_indent(line: str) -> int:
     """Return the indentation of the key of a line, which may be the first one of an item."""
-    found = _ITEM.match(line)
-    return found.end() if found else 0
+    return len(line) - len(_ITEM.sub("", line))
 
 
 def quoted_tokens(text: str) -> Iterator[Any]:

@@ -71,27 +71,21 @@ _NAMES = ("name", "class", "link", "joint", "body", "site")
 def values_of(text: str) -> list[tuple[str, str | float]]:
     """Return the attributes and texts within an XML element, each with the last three elements that have names.
 
-    Places that occur several times are numbered. Raises ValueError for a text that is not well formed.
+    Places that occur several times are numbered. Raises MarkupError.
     """
-    values: list[tuple[str, str]] = []
-
-    def visit(element: ElementTree.Element, above: tuple[str, ...]) -> None:
-        name = next((element.attrib[key] for key in _NAMES if key in element.attrib), "")
-        here = (*above, f"{element.tag} {name}".rstrip())[-3:]
-        values.extend((f"{' '.join(here)} {key}", value) for key, value in element.items())
-        words = (element.text or "").strip()
-        if words or not (len(element) or element.attrib):
-            values.append((" ".join(here), words))
-        for inner in element:
-            visit(inner, here if name else above)
-
-    for top in tree_of(text):
-        visit(top, ())
     times: Counter[str] = Counter()
-    for number, (place, value) in enumerate(values):
-        times[place] += 1
-        values[number] = (place if times[place] == 1 else f"{place} ({times[place]})", value)
-    return [(place, _value(value)) for place, value in values]
+    values: list[tuple[str, str | float]] = []
+    for element in [*parse(Source("", text)).root.iter()][1:]:
+        names = [(outer.tag, next(filter(None, map(outer.get, _NAMES)), "")) for outer in element.ancestors()]
+        above = [f"{tag} {name}" for tag, name in names[-2::-1] if name]
+        name = next(filter(None, map(element.get, _NAMES)), "")
+        place = " ".join([*above, f"{element.tag} {name}".rstrip()][-3:])
+        own = [(f"{place} {key}", attribute.value) for key, attribute in element.attributes.items()]
+        own += [(place, element.text)] if element.text or not (own or element.children) else []
+        for where, value in own:
+            times[where] += 1
+            values.append((where if times[where] == 1 else f"{where} ({times[where]})", _value(value)))
+    return values
 
 
 class Found(NamedTuple):

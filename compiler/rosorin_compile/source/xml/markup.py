@@ -91,7 +91,7 @@ def mended(source: Source) -> Source:
 
 
 _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # as ``Source.line`` counts lines
-_ATTRIBUTE = re.compile(r"""\s+([^\s=]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
+_ATTRIBUTE = re.compile(r"""(?s)\s+([^\s=]+)\s*=\s*(["'])(.*?)\2""")
 _WORD = re.compile(r"[^ \t\r\n]+")
 
 
@@ -304,9 +304,7 @@ class _Reader:
         position = start + 1 + len(tag)
         found = _ATTRIBUTE.finditer(self.text, position)  # expat has read the tag: it has this form
         for name, value, match in zip(pairs[::2], pairs[1::2], found, strict=False):
-            group = 2 if match[2] is not None else 3
-            at = (match.start(1), match.start(group))
-            made.attributes[name] = Attribute(self.document, name, value, *at, match[group])
+            made.attributes[name] = Attribute(self.document, name, value, match.start(1), match.start(3), match[3])
             position = match.end()
         made.opened = self.text.index(">", position) + 1
         if self.open:

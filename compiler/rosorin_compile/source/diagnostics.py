@@ -1,7 +1,4 @@
-"""Diagnostics: errors, warnings and notes about a description, with the place in a file; and how they are printed.
-
-A stage neither prints nor raises for a problem in the user's files: it returns diagnostics, which ``messages`` merges.
-"""
+"""Diagnostics: the errors, warnings and notes that stages return, with places in files, and how they are printed."""
 
 from __future__ import annotations
 
@@ -186,12 +183,16 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
     return any(d.severity == ERROR for d in diagnostics)
 
 
-class SourceError(Exception):
-    """A file that cannot be read or parsed; carries the diagnostic."""
+class DiagnosticError(Exception):
+    """The processing cannot continue; carries the diagnostic."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(diagnostic.message)
         self.diagnostic = diagnostic
+
+
+class SourceError(DiagnosticError):
+    """A file cannot be read or parsed."""
 
 
 class RequestError(ValueError):

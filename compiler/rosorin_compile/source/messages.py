@@ -93,12 +93,10 @@ def gathered(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> li
     return result
 
 
-# The note at the definition that an unknown name is similar to, if nothing else names it.
-UNNAMED = "is defined here, and may be what is misspelt"
+UNNAMED = "is defined here, and may be what is misspelt"  # a definition that nothing names, similar to an unknown name
 USED = "used here"
 _MEANT = re.compile(r'did you mean "([^"]+)"\?')
-# Each of these is a mistake of its own, wherever it is.
-_OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")
+_OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")  # never merged
 
 
 class Offer(NamedTuple):

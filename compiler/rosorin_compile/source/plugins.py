@@ -1,8 +1,4 @@
-"""Plug-ins: entry points of other distributions, such as those in the group ``rosorin_compile.formats``.
-
-A plug-in that cannot be used is a diagnostic that names its distribution; it never replaces what is built in.
-``ROSORIN_COMPILE_PLUGINS=off`` disables all of them.
-"""
+"""Plug-ins: entry points of other distributions. One that cannot be used is a diagnostic; none replaces a built-in."""
 
 from __future__ import annotations
 
@@ -15,7 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TextIO, TypeVar
 
-from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, error
+from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, DiagnosticError, Related, Span, error
 from .rule_registry import PLUGINS, Rule
 
 if TYPE_CHECKING:
@@ -44,12 +40,8 @@ class Plugin(NamedTuple):
         return f"the plug-in {self.distribution} {self.version} ({PREFIX}{self.group}: {self.name} = {self.value})"
 
 
-class PluginFailed(Exception):
-    """A plug-in raised an exception, and the run cannot continue without it; carries the diagnostic."""
-
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
+class PluginFailed(DiagnosticError):
+    """A plug-in raised an exception, and the run cannot continue without it."""
 
 
 def load(

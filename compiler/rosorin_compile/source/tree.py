@@ -184,13 +184,9 @@ def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
 
 
 def written(tree: Map, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
-    """Return where the value (or the key) at a path was written, and where it is used if that is another place.
-
-    If the path does not exist, the place is the key of the entry that lacks it.
-    """
+    """Return where the value (or the key) at a path was written, and where it is used if that is another place."""
     reached = follow(tree, path)
-    missing = reached < len(path)
-    path = path[:reached]
+    missing, path = reached < len(path), path[:reached]  # then the place is the key of the entry that lacks the rest
     place = tree.locate(path, key=key or missing or within)
     use: Span | None = None
     node: Any = tree

@@ -72,13 +72,11 @@ class Quantity(float):
         unit = parse_unit(match[2]) if match else None
         if match is None or unit is None:
             return None
-        # Powers of ten move the exponent, so that 46.62 mm is the double 0.04662.
         factor, exponent = unit[0], round(math.log10(unit[0]))
-        value = float(match[1]) * factor
-        if factor == float(f"1e{exponent}"):
-            mantissa, _, power = match[1].lower().partition("e")
-            value = float(f"{mantissa}e{int(power or 0) + exponent}")
-        return Quantity(value, unit[1], text)
+        mantissa, _, power = match[1].lower().partition("e")
+        if factor == float(f"1e{exponent}"):  # so that 46.62 mm is the double 0.04662
+            return Quantity(float(f"{mantissa}e{int(power or 0) + exponent}"), unit[1], text)
+        return Quantity(float(match[1]) * factor, unit[1], text)
 
     @property
     def unit(self) -> str:

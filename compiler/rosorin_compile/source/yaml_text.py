@@ -19,6 +19,7 @@ _RAW = re.compile(
     "[ -~\u00a1-\u00ac\u00ae-\u167f\u1681-\u1fff\u2010-\u2027\u2030-\u205e\u2070-\u2fff\u3001-\ud7ff"
     "\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]*"
 )
+_SIGNS = "-?:,[]{}#&*!|>'\"%@`="  # with which no plain scalar begins
 _SHORT = {"\0": "0", "\a": "a", "\b": "b", "\t": "t", "\n": "n", "\v": "v", "\f": "f", "\r": "r", "\x1b": "e"}
 _SHORT |= {'"': '"', "\\": "\\", "\x85": "N", "\xa0": "_", "\u2028": "L", "\u2029": "P"}
 
@@ -31,7 +32,9 @@ class Scalar(str):
     @lru_cache(maxsize=20_000)  # noqa: B019 - the same keys and texts occur in a robot again and again
     def written(self, flow: bool) -> str:
         """Return it on one line, in quotes only where it has to be; ``flow`` is inside brackets."""
-        if self._is_plain(flow):
+        has_sign = ": " in self or " #" in self or self.endswith(":") or (flow and any(c in ",[]{}" for c in self))
+        is_plain = self != "" and self == self.strip(" ") and self[0] not in _SIGNS and self.is_raw and not has_sign
+        if is_plain and not self.startswith("...") and not _YAML_1_1.fullmatch(self) and isinstance(self.value, str):
             return str(self)
         if ('"' in self or "\\" in self) and "'" not in self and self.is_raw:
             return f"'{self}'"
@@ -55,12 +58,3 @@ class Scalar(str):
     def value(self) -> Any:
         """Its value without quotes: None, bool, int, float, Quantity or str."""
         return plain_scalar(str(self))
-
-    def _is_plain(self, flow: bool) -> bool:
-        if not self or self != self.strip(" ") or self[0] in "-?:,[]{}#&*!|>'\"%@`=" or not self.is_raw:
-            return False
-        if ": " in self or " #" in self or self.endswith(":") or self.startswith("..."):
-            return False
-        if (flow and any(letter in ",[]{}" for letter in self)) or _YAML_1_1.fullmatch(self):
-            return False
-        return isinstance(self.value, str)

@@ -69,10 +69,7 @@ _NAMES = ("name", "class", "link", "joint", "body", "site")
 
 
 def values_of(text: str) -> list[tuple[str, str | float]]:
-    """Return the attributes and texts within an XML element, each with the last three elements that have names.
-
-    Places that occur several times are numbered. Raises MarkupError.
-    """
+    """Return the attributes and texts in an element, each with the last three named elements. Raises MarkupError."""
     times: Counter[str] = Counter()
     values: list[tuple[str, str | float]] = []
     for element in [*parse(Source("", text)).root.iter()][1:]:
@@ -107,8 +104,7 @@ def damage(text: str) -> str:
     try:
         root = _fragment(text)
     except MarkupError as problem:
-        span = problem.diagnostic.span
-        return f"{problem}{f' (line {span.line} of the text)' if span and chr(10) in text.strip() else ''}"
+        return str(problem)
     if root.text:
         return f'"{root.text[:20]}" is outside of an element'
     return "" if root.children else "there is no element"
@@ -129,10 +125,7 @@ def found_in(text: str) -> list[Found]:
 
 
 def kept(element: Element, text: str = "") -> Text:
-    """Return an element (or ``text``, in which names are replaced) as text, its further lines moved left.
-
-    A prefix that an element around it declares (``xmlns:sim``) is declared in the text as well.
-    """
+    """Return an element (or ``text``, in which names are replaced) as text, with declarations of its prefixes."""
     text = re.sub("\r\n|\r", "\n", text or element.verbatim)
     names = [name for inner in element.iter() for name in (inner.tag, *inner.attributes) if ":" in name]
     declarations = ""
@@ -165,11 +158,7 @@ _IN_QUOTES = _ESCAPES | str.maketrans({'"': "&quot;", "'": "&apos;", "\n": "&#10
 
 
 def fitted(before: str, value: str) -> str:
-    """Return a value spelt so that a reader gets the same value, after the text ``before``.
-
-    In an attribute and between tags, signs of XML are escaped; but a value that is whole elements stays elements
-    between tags. In a comment two dashes are separated, and nothing ends a CDATA section.
-    """
+    """Return a value escaped as it has to be after the text ``before``; whole elements between tags stay elements."""
     last = next(iter([*_MARKUP.finditer(before)][-1:]), None)
     if last is not None and last.end() == len(before):
         if last["comment"] is not None and not before.endswith("-->"):

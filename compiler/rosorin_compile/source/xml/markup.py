@@ -1,8 +1,4 @@
-"""Read XML safely, with the place of every element, attribute and comment.
-
-A prefix that is not declared is part of a name, as for the readers of URDF. A document type is refused, so that no
-entity is ever declared, expanded or fetched.
-"""
+"""Read XML, with the place of every element, attribute and comment; without namespaces, document types and entities."""
 
 from __future__ import annotations
 
@@ -131,10 +127,6 @@ class Remark(NamedTuple):
     text: str
     start: int
     end: int
-
-    @property
-    def is_comment(self) -> bool:
-        return self.kind == COMMENT
 
 
 class Element:
@@ -386,11 +378,9 @@ def _explained(document: Document, code: int, at: int, open_element: Element | N
 
 def _invalid_token(text: str, at: int) -> tuple[int, str, str]:
     """Return the place of a character that is not valid, the message and the help."""
-    letter = text[at] if text else ""
-    comment = text.rfind("<!--", 0, at + 1)
+    letter, comment = text[at : at + 1], text.rfind("<!--", 0, at + 1)
     if letter and not letter.isprintable() and letter not in "\r\n\t":
-        is_end = letter == "\0" and not text[at:].strip("\0 \r\n\t")
-        help = f"remove it{'; --lenient ignores it' if is_end else ''}"
+        help = "remove it" if letter != "\0" or text[at:].strip("\0 \r\n\t") else "remove it; --lenient ignores it"
         return at, f"the character U+{ord(letter):04X} is not allowed in XML", help
     if comment >= 0 and text.find("-->", comment + 4, at) < 0:
         return at, '"--" is not allowed inside a comment', "write one dash; --lenient takes it as it is"

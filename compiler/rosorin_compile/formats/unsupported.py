@@ -14,7 +14,7 @@ from rosorin_compile.model import Link, Output
 from rosorin_compile.model.link import limited_fields
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 from rosorin_compile.source.rule_registry import FORMATS, Rule
-from rosorin_compile.source.tree import Map, locate
+from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import counted, listed
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -
         counts = {key: len([*_places(tree, key)]) for key in lost if all(table.get(key) for table in others)}
         found = [f"{key.replace('.*', '')} ({counted(count, 'place')})" for key, count in counts.items() if count]
         if found:
-            span = locate(tree, ("outputs", some[0].name), key=True).span
+            span = tree.locate(("outputs", some[0].name), key=True).span
             yield Diagnostic("not-in-format", NOTE, f"{formats[name].word} cannot express {listed(found)}", span)
 
 

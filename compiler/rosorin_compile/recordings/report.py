@@ -6,7 +6,8 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from xml.sax.saxutils import escape, quoteattr
 
-from rosorin_compile.source.diagnostics import and_more, counted, masked, printable
+from rosorin_compile.source.diagnostics import and_more, counted, printable
+from rosorin_compile.source.wording import masked
 
 from .findings import seconds
 from .results import Finding, RecordedEdge, Verified

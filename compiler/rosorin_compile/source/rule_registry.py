@@ -6,7 +6,7 @@ A rule about the meaning of a robot is a function under ``@rule``; rules of othe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -98,6 +98,13 @@ class Rule:
         return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
 
+def declare(topic: str, rules: Mapping[str, tuple[str, str]]) -> tuple[Rule, ...]:
+    """Declare rules of one topic that ``Case.problem`` reports: by id, what is wrong and the fix."""
+    declared = tuple(Rule(id, what, help, topic) for id, (what, help) in rules.items())
+    DECLARED.update((rule.id, rule) for rule in declared)
+    return declared
+
+
 class Check(NamedTuple):
     """A function that yields diagnostics of a robot, and the rules that are declared with it."""
 
@@ -158,7 +165,7 @@ def _declared(is_wanted: Callable[[bytes], bool]) -> Iterator[Rule]:
     package = Path(__file__).parents[1]
     for path in sorted(package.glob("**/*.py")):
         text = path.read_bytes()
-        if (b"Rule(" in text or b"@rule(" in text) and is_wanted(text):
+        if any(mark in text for mark in (b"Rule(", b"@rule(", b"declare(")) and is_wanted(text):
             name = ".".join(path.relative_to(package.parent).with_suffix("").parts).removesuffix(".__init__")
             module = import_module(name)
             yield from getattr(module, "RULES", ())

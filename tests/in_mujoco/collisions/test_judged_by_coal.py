@@ -10,7 +10,7 @@ import pytest
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.mujoco.collisions.search import FAR, Contacts, Search
-from rosorin_compile.mujoco.physics.solids import mesh_shapes, read_meshes
+from rosorin_compile.mujoco.physics.scene import mesh_shapes, read_meshes
 from rosorin_compile.request import Request
 from rosorin_compile.ros.srdf.planning import Planning, urdf_of
 from rosorin_compile.source.project import Description

@@ -18,8 +18,7 @@ from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..physics.checking import require
-from ..physics.scene import Pair
-from ..physics.solids import mesh_shapes, read_meshes
+from ..physics.scene import Pair, mesh_shapes, read_meshes
 from .search import Planning, Search, ordered
 
 RULES = (

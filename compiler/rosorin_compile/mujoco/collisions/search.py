@@ -26,12 +26,11 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.model import DisabledCollision
 from rosorin_compile.source.progress import Progress
 
-from ..physics.scene import Bodies, Pair
-from ..physics.solids import Meshes
+from ..physics.scene import Bodies, Meshes, Pair
 from ..rest_pose import leader_of, range_of
 
 if TYPE_CHECKING:
-    from ..physics.solids import Floats
+    from ..physics.scene import Floats
 
 FAR = 0.02  # m: links that stay farther apart than this are reported so, without the distance
 TOUCH = 1e-6  # m: faces that lie on each other touch, whatever the rounding of the poses made of it

@@ -67,7 +67,7 @@ def robot_of(folder: Path) -> Robot:
 def world_of(folder: Path) -> World:
     robot = robot_of(folder)
     output = next(one for one in robot.outputs if one.backend == "mjcf")
-    return World(mujoco, robot, mjcf_text(robot, output, Templates(), FREE), FREE, ROOT)
+    return World(mujoco, robot, mjcf_text(robot, output, Templates(), FREE)[0], FREE, ROOT)
 
 
 @pytest.mark.landing("engines", "robot.yaml", "ackermann_car")

@@ -98,9 +98,10 @@ class Rule:
         return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
 
-def declare(topic: str, rules: Mapping[str, tuple[str, str]]) -> tuple[Rule, ...]:
-    """Declare rules of one topic that ``Case.problem`` reports: by id, what is wrong and the fix."""
-    declared = tuple(Rule(id, what, help, topic) for id, (what, help) in rules.items())
+def declare(topic: str, rules: Mapping[str, str]) -> tuple[Rule, ...]:
+    """Declare rules of one topic that ``Case.problem`` reports: by id, what is wrong, then "Fix:" and what to do."""
+    texts = {id: text.partition(" Fix: ") for id, text in rules.items()}
+    declared = tuple(Rule(id, what, help, topic) for id, (what, _, help) in texts.items())
     DECLARED.update((rule.id, rule) for rule in declared)
     return declared
 

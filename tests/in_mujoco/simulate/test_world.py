@@ -20,8 +20,6 @@ from rosorin_compile.mujoco.simulate.world import (
     FREE,
     POSITION,
     VELOCITY,
-    Refused,
-    SimulationDiverged,
     World,
     mjcf_text,
     quiet,
@@ -164,17 +162,17 @@ def test_numbers_that_end_are_told(mujoco: Any) -> None:
     world = World(mujoco, robot(("motor",)), mjcf(("motor",), '<motor joint="motor"/>'), FREE, Path())
     world.reset({})
     world.data.ctrl[0] = float("inf")
-    with pytest.raises(SimulationDiverged, match="MuJoCo warns: Nan, Inf or huge value in CTRL"):
-        list(world.run(0.1))
+    assert list(world.run(0.1)) == []
+    assert "MuJoCo warns: Nan, Inf or huge value in CTRL" in world.broken
     world.reset({})
     world.data.qvel[0] = 1e200
-    with pytest.raises(SimulationDiverged, match="after 0 s: MuJoCo warns: Nan, Inf or huge value in QVEL"):
-        list(world.run(0.1))
+    assert list(world.run(0.1)) == []
+    assert world.broken.startswith("after 0 s: MuJoCo warns: Nan, Inf or huge value in QVEL")
     assert hold(world, "home", {}, 0.5).broken == ""  # a trial begins anew
 
 
 def test_what_mujoco_does_not_take_is_refused(mujoco: Any) -> None:
-    with pytest.raises(Refused, match="XML"):
+    with pytest.raises(ValueError, match="XML"):
         World(mujoco, robot(), "<mujoco>", FIXED, Path())
 
 
@@ -201,7 +199,7 @@ def creeps(path: Path, mujoco: Any, option: dict[str, Any] | None = None) -> flo
     options = next((dict(one.options) for one in made.robot.outputs if one.backend == "mjcf"), {})
     options["option"] = {**options.get("option", {}), **(option or {})}
     output = Output("mjcf", "mjcf", "robot.xml", options)
-    world = World(mujoco, made.robot, mjcf_text(made.robot, output, Templates(), FREE), FREE, path.parent)
+    world = World(mujoco, made.robot, mjcf_text(made.robot, output, Templates(), FREE)[0], FREE, path.parent)
     world.reset(dict(home_of(made.robot).positions))
     for _ in world.run(1.0):  # it settles on the level
         pass

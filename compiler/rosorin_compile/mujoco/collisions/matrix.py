@@ -14,21 +14,19 @@ from rosorin_compile.model import DisabledCollision, Robot
 from rosorin_compile.output import OutputError, may_replace, write_file
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, counted, error
-from rosorin_compile.source.rule_registry import WRITING, Rule
+from rosorin_compile.source.rule_registry import WRITING, declare
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..physics.checking import require
 from ..physics.scene import Pair, mesh_shapes, read_meshes
-from .search import Planning, Search, ordered
+from .search import Planning, Search
 
-RULES = (
-    Rule(
-        "collisions-refused",
-        "The collision matrix cannot be computed or written: the robot has no URDF, a mesh of its shapes cannot be "
-        "read, or the file is not one that the tool has written.",
-        "As the message says.",
-        WRITING,
-    ),
+RULES = declare(
+    WRITING,
+    {
+        "collisions-refused": "The collision matrix cannot be computed or written: the robot has no URDF, a mesh of "
+        "its shapes cannot be read, or the file is not one that the tool has written. Fix: As the message says.",
+    },
 )
 
 FILE = "collisions.yaml"
@@ -65,9 +63,8 @@ def compute_matrix(
     ``planning_of`` returns the robot as MoveIt plans with it. A file that is up to date is only computed again with
     ``force``. Raises RequestError without MuJoCo, or if ``output`` is not a regular file.
     """
-    understood = request.understand()
-    case, path = understood.case, output or request.description.path.parent / FILE
-    errors = tuple(one for one in understood.diagnostics if one.severity == "error")
+    understood, path = request.understand(), output or request.description.path.parent / FILE
+    case, errors = understood.case, tuple(one for one in understood.diagnostics if one.severity == "error")
     refused = CollisionMatrix(request.description.name, str(path), diagnostics=errors)
     if case is None:
         return refused
@@ -85,9 +82,9 @@ def compute_matrix(
             return refuse(f"{path} was not written by rosorin-compile", "name another file with -o, or remove it")
     places = Places(request.description.path, request.description.outputs, request.packages, os.environ)
     files = places.meshes(case.tree, case.robot.outputs) if planning.meshes else {}
-    digests, included, how = planning.digests(files), planning.said.matrix, planning.said.search
+    digests, included, seed = planning.digests(files), planning.said.matrix, planning.said.search.seed
     result = CollisionMatrix(
-        planning.robot.name, str(path), urdf=planning.urdf.file, seed=how.seed, included=included is not None
+        planning.robot.name, str(path), urdf=planning.urdf.file, seed=seed, included=included is not None
     )
     if included is not None and included.of == planning.digest and dict(included.meshes) == digests and not force:
         return result
@@ -114,7 +111,7 @@ def compute_matrix(
         pairs=tuple(pairs),
         kept=len(search.same),
         touching_hulls=tuple(sorted(search.only_hulls)),
-        contradicted=tuple(pair for pair in never if ordered(*pair) in search.hit),
+        contradicted=tuple(pair for pair in never if not search.hit.isdisjoint((pair, pair[::-1]))),
     )
 
 

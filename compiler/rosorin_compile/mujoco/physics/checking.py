@@ -29,31 +29,20 @@ from .scene import Meshes, MeshShape, Scene, Solid, mesh_shapes, read_meshes, so
 RULES = declare(
     PHYSICS,
     {
-        "mesh-size": (
-            "A warning: a mesh is hundreds of times longer than the rest of the robot, or shorter than a millimetre.",
-            "Check the unit that it was drawn in; `scale: [0.001, 0.001, 0.001]` makes metres of millimetres.",
-        ),
-        "mesh-mass": (
-            "A warning: the mass of a link is more than its shapes could weigh if they were of osmium, or less than "
-            "air.",
-            "Check the unit of the mass, and the scale of the mesh.",
-        ),
-        "mesh-centre-of-mass": (
-            "A warning: the centre of mass of a link is outside the box around its shapes.",
-            "Check `xyz` of the inertial: it is relative to the frame of the link, in metres.",
-        ),
-        "mesh-inertia": (
-            "A warning: the inertia of a link is larger than that of its mass at the far end of its meshes.",
-            "Inertia is about the centre of mass, in kg*m^2; `inertia: {of: collision}` computes it for primitives.",
-        ),
-        "mesh-apart": (
-            "A warning: the collision shapes of a link are not where its visuals are.",
-            "Check the `xyz`, `rpy` and `scale` of both.",
-        ),
-        "mesh-not-closed": (
-            "A note: collision meshes are inside out or have holes. Simulators take their hulls.",
-            "Close the holes, or turn the faces, in the program that made them.",
-        ),
+        "mesh-size": "A warning: a mesh is hundreds of times longer than the rest of the robot, or shorter than a "
+        "millimetre. Fix: Check the unit that it was drawn in; `scale: [0.001, 0.001, 0.001]` makes metres of "
+        "millimetres.",
+        "mesh-mass": "A warning: the mass of a link is more than its shapes could weigh if they were of osmium, or "
+        "less than air. Fix: Check the unit of the mass, and the scale of the mesh.",
+        "mesh-centre-of-mass": "A warning: the centre of mass of a link is outside the box around its shapes. Fix: "
+        "Check `xyz` of the inertial: it is relative to the frame of the link, in metres.",
+        "mesh-inertia": "A warning: the inertia of a link is larger than that of its mass at the far end of its "
+        "meshes. Fix: Inertia is about the centre of mass, in kg*m^2; `inertia: {of: collision}` computes it for "
+        "primitives.",
+        "mesh-apart": "A warning: the collision shapes of a link are not where its visuals are. Fix: Check the `xyz`, "
+        "`rpy` and `scale` of both.",
+        "mesh-not-closed": "A note: collision meshes are inside out or have holes. Simulators take their hulls. Fix: "
+        "Close the holes, or turn the faces, in the program that made them.",
     },
 )
 

@@ -185,6 +185,13 @@ def solids_of(shapes: Sequence[Shape], link: str, meshes: Meshes) -> list[Solid]
     return [solid for solid in solids if solid.has_volume]
 
 
+class Overlap(NamedTuple):
+    """The depth (m) of two links in each other, and the solids where it is deepest, in the order of the pair."""
+
+    depth: float
+    solids: tuple[Solid, Solid]
+
+
 class Bodies:
     """Floating bodies in MuJoCo, one for each link. ``solids`` are in the order of the geoms."""
 
@@ -246,6 +253,16 @@ class Bodies:
             if distance <= farthest:
                 yield self.solids[first], self.solids[second], distance
 
+    def overlaps_at(self, row: Floats, farthest: float) -> dict[Pair, Overlap]:
+        """Place all bodies and return the pairs that touch, in the order of the bodies, where they are deepest."""
+        overlaps: dict[Pair, Overlap] = {}
+        for *solids, distance in self.contacts(row, farthest):
+            first, second = sorted(solids, key=lambda solid: self.names.index(solid.link))
+            pair = (first.link, second.link)
+            if pair not in overlaps or overlaps[pair].depth < -distance:
+                overlaps[pair] = Overlap(-distance, (first, second))
+        return overlaps
+
     def move(self, points: Floats, source: Solid, target: Solid) -> Floats:
         """Transform points (n, 3) from the link of one solid to that of another."""
         turns, places = self.data.xmat, self.data.xpos
@@ -266,19 +283,11 @@ class Bodies:
         return False
 
 
-class Overlap(NamedTuple):
-    """The depth (m) of two links in each other, and the solids where it is deepest, in the order of the pair."""
-
-    depth: float
-    solids: tuple[Solid, Solid]
-
-
 class Scene(Bodies):
     """The collision shapes of a robot; links that are fixed to each other or disabled never touch."""
 
     def __init__(self, robot: Robot, meshes: Meshes) -> None:
         shapes, groups = {link.name: link.collision for link in robot.walk()}, weld_groups(robot)
-        self.order = {name: number for number, name in enumerate(shapes)}
         self.top = {name: top for top, names in groups.items() for name in names}  # the link that a link is fixed to
         moving = [joint for joint in robot.joints if not joint.is_fixed]
         self.joint_between = {frozenset((self.top[joint.parent], joint.child)): joint for joint in moving}
@@ -289,16 +298,7 @@ class Scene(Bodies):
 
     def overlaps(self, states: Sequence[Positions]) -> list[dict[Pair, Overlap]]:
         """Return the links that are inside each other, for each of several states of the same joints."""
-        found = []
-        for row in self.rows(states):
-            overlaps: dict[Pair, Overlap] = {}
-            for first, second, distance in self.contacts(row, -LEAST):
-                solids = (first, second) if self.order[first.link] < self.order[second.link] else (second, first)
-                pair = (solids[0].link, solids[1].link)
-                if pair not in overlaps or overlaps[pair].depth < -distance:
-                    overlaps[pair] = Overlap(-distance, solids)
-            found.append(overlaps)
-        return found
+        return [self.overlaps_at(row, -LEAST) for row in self.rows(states)]
 
     def joint_of(self, pair: Pair) -> Joint | None:
         """Return the joint between two adjacent links, or None."""

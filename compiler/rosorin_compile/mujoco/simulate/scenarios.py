@@ -1,16 +1,14 @@
 """Scenarios: the robot holds its poses, drives, moves its joints over their ranges, and swings without damping.
 
 Each scenario starts again and returns numbers, which ``simulation`` compares with limits. One that diverges has
-``broken``, and no numbers.
+``broken``, when and why, and no numbers.
 """
 
 from __future__ import annotations
 
 import copy
 import math
-from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
@@ -20,12 +18,11 @@ from rosorin_compile.model import Joint, Robot, Twist
 from rosorin_compile.mujoco.rest_pose import HOME, home_of, leader_of, range_of
 from rosorin_compile.source.progress import Progress
 
-from .world import FREE, POSITION, VELOCITY, SimulationDiverged, World
+from .world import FREE, POSITION, VELOCITY, World
 
-LAST = 0.25  # s at the end of a scenario over which is averaged
-RAMP, DRIVING = 0.5, 2.0  # s until a drive is at its speed, and at speed, of which the second half counts
-FORWARD, SIDEWAYS, TURN, CURVE = Twist(vx=0.3), Twist(vy=0.3), Twist(wz=1.0), Twist(vx=0.3, wz=0.3)
-SWING = 0.5  # s
+_LAST = 0.25  # s at the end of a scenario over which is averaged
+_RAMP, _DRIVING = 0.5, 2.0  # s until a drive is at its speed, and at speed, of which the second half counts
+_SWING = 0.5  # s
 _PUSH = 0.5  # rad/s, or a tenth of it in m/s: the speed that joints swing from
 _SWEEP_SPEED, _SLIDE_SPEED = 1.0, 0.1  # rad/s and m/s at most, and half of the limit of the joint
 _SHORTEST, _LONGEST, _AT_END = 0.25, 4.0, 0.4  # s from one end to the other, and there
@@ -33,17 +30,9 @@ _SHORTEST, _LONGEST, _AT_END = 0.25, 4.0, 0.4  # s from one end to the other, an
 
 @dataclass
 class Result:
-    """What all scenarios have: when and why it diverged, or an empty text."""
+    """The result of a scenario; ``broken`` is when and why the simulation diverged."""
 
     broken: str = field(default="", kw_only=True)
-
-    @contextmanager
-    def recording(self) -> Iterator[None]:
-        """Record it if the simulation diverges."""
-        try:
-            yield
-        except SimulationDiverged as problem:
-            self.broken = str(problem)
 
 
 @dataclass
@@ -121,16 +110,15 @@ class Swung(Result):
 
 
 def run_scenarios(world: World, seconds: float) -> dict[str, Any]:
-    """Run all scenarios and return the results by kind; each pose is held for ``seconds`` (at least twice ``LAST``)."""
+    """Run all scenarios and return the results by kind; each pose is held for ``seconds``."""
     robot, poses, joints = world.robot, poses_of(world.robot), swept_joints(world)
     home, commands = poses[0][1], dict[str, Twist]()
     if robot.drive is not None and world.base == FREE:
-        others = {"turn": TURN}
-        if robot.driving.slides:
-            others = {"sideways": SIDEWAYS, "turn": TURN}
-        elif robot.driving.steering:
-            others = {"curve": CURVE}
-        commands = {"forward": FORWARD, **others}
+        commands = {"forward": Twist(vx=0.3), "sideways": Twist(vy=0.3), "turn": Twist(wz=1.0)}
+        if not robot.driving.slides:
+            del commands["sideways"]
+        if robot.driving.steering:
+            commands = {"forward": Twist(vx=0.3), "curve": Twist(vx=0.3, wz=0.3)}
     done, total = 0, len(poses) + len(commands) + len(joints) + 1
 
     def step(scenario: Callable[..., Any], *arguments: Any) -> Any:
@@ -155,19 +143,19 @@ def poses_of(robot: Robot) -> list[tuple[str, Mapping[str, float]]]:
 
 def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float) -> PoseTrial:
     """Leave the robot to its actuators in a pose for some seconds."""
-    result, root, robot = PoseTrial(pose, positions), world.robot.root, world.robot
+    root, robot = world.robot.root, world.robot
     world.reset(positions)
     actuated = set(world.targets) - set(world.own)
     held = [joint for joint in world.joints if actuated.intersection((joint.name, leader_of(robot, joint).name))]
     targets = {joint.name: robot.position(joint, positions) for joint in held}
     turn_before, place_before = world.place(root)
     errors, heights = list[list[float]](), list[float]()
-    with result.recording():
-        for _ in world.run(seconds):
-            errors.append([world.position(joint.name) - targets[joint.name] for joint in held])
-            heights.append(float(world.place(root)[1][2]))
-    if not result.broken:
-        last = max(1, round(LAST / world.sample))
+    for _ in world.run(seconds):
+        errors.append([world.position(joint.name) - targets[joint.name] for joint in held])
+        heights.append(float(world.place(root)[1][2]))
+    result = PoseTrial(pose, positions, broken=world.broken)
+    if not world.broken:
+        last = max(1, round(_LAST / world.sample))
         means = (abs(sum(several) / len(several)) for several in zip(*errors[-last:], strict=True))
         result.errors = {joint.name: mean for joint, mean in zip(held, means, strict=True)}
         result.touches, result.stands_on = world.touches(), world.stands_on()
@@ -186,31 +174,34 @@ def _yaw(turn: Any) -> float:
 
 def drive(world: World, positions: Mapping[str, float], command: str, twist: Twist) -> Driven:
     """Drive a command from a pose: half a second to get to speed, a second to settle, and one that counts."""
-    driving = world.robot.driving
-    scale = _scale(world, twist)
+    driving, scale = world.robot.driving, 1.0
+    for name, speed in driving.speeds(twist).items():  # as fast as the wheels can
+        servo, limit = world.servo(name, VELOCITY), world.robot.joint[name].limit
+        ends = (servo.targets() if servo else None) or ()
+        fastest = [one for one in (*map(abs, ends), limit.known("velocity") if limit else None) if one]
+        if fastest and abs(speed) > min(fastest):
+            scale = min(scale, 0.9 * min(fastest) / abs(speed))
     twist = Twist(*(scale * part for part in twist))
-    result, angles = Driven(command, twist), driving.angles(twist)
+    angles = driving.angles(twist)
     speeds, centre = driving.speeds(twist, angles), (*driving.centre, 0.0)
     world.reset({**positions, **angles})
-    states: list[tuple[float, ...]] = []  # time, x, y, yaw and height of the centre of the drive
 
-    def sample(time: float) -> None:
+    def state(time: float) -> tuple[float, ...]:
+        """Return the time, and x, y, yaw and height of the centre of the drive."""
         turn, place = world.place(driving.frame)
         x, y, height = map(float, place + turn @ centre)
-        states.append((time, x, y, _yaw(turn), height))
+        return time, x, y, _yaw(turn), height
 
     def command_wheels(now: float) -> None:
         for name, speed in speeds.items():
-            world.turn(name, speed * min(1.0, now / RAMP), world.sample)
+            world.turn(name, speed * min(1.0, now / _RAMP), world.sample)
         for name, angle in angles.items():
             world.hold(name, angle)
 
-    sample(0.0)
-    with result.recording():
-        for time in world.run(RAMP + DRIVING, command_wheels):
-            sample(time)
-    if not result.broken:
-        count = max(1, round(DRIVING / 2 / world.sample))
+    states = [state(0.0), *map(state, world.run(_RAMP + _DRIVING, command_wheels))]
+    result = Driven(command, twist, broken=world.broken)
+    if not world.broken:
+        count = max(1, round(_DRIVING / 2 / world.sample))
         last = [_velocity(*pair) for pair in pairwise(states)][-count:]
         result.measured = Twist(*(sum(parts) / len(last) for parts in zip(*last, strict=True)))
         parts = list(zip(result.measured, twist, strict=True))
@@ -227,18 +218,6 @@ def _velocity(before: Sequence[float], after: Sequence[float]) -> Twist:
     x, y, middle = after[1] - before[1], after[2] - before[2], before[3] + turned / 2
     cosine, sine = math.cos(middle), math.sin(middle)
     return Twist((cosine * x + sine * y) / seconds, (cosine * y - sine * x) / seconds, turned / seconds)
-
-
-def _scale(world: World, twist: Twist) -> float:
-    """Return the share of a command (0 to 1) that the limits of the wheels allow."""
-    scale = 1.0
-    for name, speed in world.robot.driving.speeds(twist).items():
-        servo, limit = world.servo(name, VELOCITY), world.robot.joint[name].limit
-        ends = (servo.targets() if servo else None) or ()
-        known = [one for one in (*map(abs, ends), limit.known("velocity") if limit else None) if one]
-        if known and abs(speed) > min(known):
-            scale = min(scale, 0.9 * min(known) / abs(speed))
-    return scale
 
 
 def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
@@ -258,29 +237,29 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
 
 def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tuple[float, float]) -> Swept:
     """Move a joint from a pose to its lower end, and from there to its upper one."""
-    result = Swept(joint.name)
     velocity = joint.limit.known("velocity") if joint.limit else None
     speed = min(_SLIDE_SPEED if joint.type == "prismatic" else _SWEEP_SPEED, velocity / 2 if velocity else math.inf)
     world.reset(positions)
-    at_start, here = set(world.touches()), world.position(joint.name)
+    result, at_start, here = Swept(joint.name), set(world.touches()), world.position(joint.name)
 
     def move(start: float, end: float, seconds: float, now: float) -> None:
         world.hold(joint.name, start + (end - start) * min(1.0, now / seconds))
 
-    with result.recording():
-        for end in ends:
-            seconds = min(_LONGEST, max(_SHORTEST, abs(end - here) / speed))
-            errors: deque[float] = deque(maxlen=max(1, round(LAST / world.sample / 2)))
-            first, first_position, before = None, 0.0, at_start | set(world.touches())
-            for _ in world.run(seconds + _AT_END, partial(move, here, end, seconds)):
-                now, touches = world.position(joint.name), world.touches()
-                errors.append(abs(now - end))
-                fresh = [pair for pair in touches if pair not in before]
-                if fresh and first is None:
-                    first, first_position = fresh[0], now
-            left = [pair for pair in touches if pair not in at_start]
-            result.ends.append(End(end, sum(errors) / len(errors), left, first, first_position))
-            here = end
+    for end in ends:
+        seconds = min(_LONGEST, max(_SHORTEST, abs(end - here) / speed))
+        errors, first, first_position, before = list[float](), None, 0.0, at_start | set(world.touches())
+        for _ in world.run(seconds + _AT_END, partial(move, here, end, seconds)):
+            now, touches = world.position(joint.name), world.touches()
+            errors.append(abs(now - end))
+            fresh = [pair for pair in touches if pair not in before]
+            if fresh and first is None:
+                first, first_position = fresh[0], now
+        if world.broken:
+            result.broken = world.broken
+            break
+        last, left = errors[-max(1, round(_LAST / world.sample / 2)) :], [p for p in touches if p not in at_start]
+        result.ends.append(End(end, sum(last) / len(last), left, first, first_position))
+        here = end
     return result
 
 
@@ -303,9 +282,8 @@ def swing(world: World, positions: Mapping[str, float]) -> Swung:
     mujoco.mj_forward(model, free.data)
     inertia = {joint.name: float(model.dof_M0[model.joint(joint.name).dofadr[0]]) for joint in joints}
     result, at_start, most = Swung(lightest=min(inertia, key=lambda name: inertia[name])), free.data.energy.sum(), 0.0
-    with result.recording():
-        for _ in free.run(SWING):
-            change = abs(float(free.data.energy.sum() - at_start))
-            most, result.change = max(most, float(free.data.energy[1])), max(result.change, change)
-    result.change = result.change / most if most else 0.0
+    for _ in free.run(_SWING):
+        change = abs(float(free.data.energy.sum() - at_start))
+        most, result.change = max(most, float(free.data.energy[1])), max(result.change, change)
+    result.broken, result.change = free.broken, result.change / most if most else 0.0
     return result

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.source.diagnostics import Diagnostic, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic
 
 from ..mjcf.bodies import body_name
-from ..mjcf.engine import reason
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,25 +23,13 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-SAMPLE = 0.005  # s between two samples, rounded to a whole number of steps
 POSITION, VELOCITY, FORCE = "position", "velocity", "force"
 FIXED, FREE = "fixed", "free"
+_SAMPLE = 0.005  # s between two samples, rounded to a whole number of steps
 _SPEED_UP = 0.002  # s in which our servo brings the robot to speed: stiff, so that errors are those of the robot
 _OVER_DAMPING = 500  # how much stiffer than the damping of its joint such a servo is at least
 _STEER = 200.0  # rad/s: the frequency of our steering servo with the inertia at its joint, without damping
 _FAR = 1e6  # m: beyond any distance to the floor
-
-
-class Refused(Exception):
-    """The robot has no model in MuJoCo; ``diagnostics`` are those of its format."""
-
-    def __init__(self, message: str, diagnostics: Sequence[Diagnostic] = ()) -> None:
-        super().__init__(message)
-        self.diagnostics = tuple(diagnostics)
-
-
-class SimulationDiverged(Exception):
-    """The simulation diverged; the message has the time, the reason, and the first joint if it is known."""
 
 
 @dataclass(frozen=True)
@@ -85,20 +72,17 @@ def quiet() -> Iterator[Any]:
         mujoco.set_mju_user_warning(None)
 
 
-def mjcf_text(robot: Robot, output: Output | None, templates: Templates, base: str) -> str:
-    """Return the MJCF of a robot with the options of an output. Raises Refused."""
+def mjcf_text(robot: Robot, output: Output | None, templates: Templates, base: str) -> tuple[str, list[Diagnostic]]:
+    """Return the MJCF of a robot with the options of an output, and the diagnostics of the format."""
     options = {**(output.options if output else {}), "base": base}
-    text, problems = FORMATS["mjcf"].written(robot, Output("simulated", "mjcf", "simulated.xml", options), templates)
-    if has_errors(problems):
-        raise Refused("it cannot be written for MuJoCo", problems)
-    return text
+    return FORMATS["mjcf"].written(robot, Output("simulated", "mjcf", "simulated.xml", options), templates)
 
 
 class World:
     """A robot in MuJoCo, fixed to the world or free on a floor. Lengths in m, angles in rad.
 
     ``joints`` are those that move and have a single coordinate, ``own`` those of the drive that got a servo here,
-    because no actuator of the robot drives them.
+    because no actuator of the robot drives them. ``broken`` is when and why the simulation diverged, or empty.
     """
 
     def __init__(
@@ -106,46 +90,40 @@ class World:
     ) -> None:
         """Compile the MJCF in ``text``; ``folder`` is that of its file, ``meshes`` the contents of files by name.
 
-        Raises Refused.
+        Raises ValueError with the reason of MuJoCo.
         """
         self.mujoco, self.robot, self.base = mujoco, robot, base
         self.joints = [joint for joint in robot.joints if joint.moves]
-        self.steps, self.cpu = 0, 0.0
-        try:
-            spec: Any = mujoco.MjSpec.from_string(text, assets=dict(meshes or {}))
-            spec.modelfiledir = str(folder)
-            for key in list(spec.keys):
-                spec.delete(key)  # states come from the poses of the description
-            if base == FREE:
-                floor = "floor"
-                while floor in {geom.name for geom in spec.geoms}:
-                    floor += "_"
-                spec.worldbody.add_geom(name=floor, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05])
-            self.model = spec.compile()
-            self.floor = self.model.geom(floor).id if base == FREE else -1
-            self.own = self._add_servos(spec)
-            self.model = spec.compile() if self.own else self.model
-        except ValueError as problem:
-            raise Refused(reason(mujoco, problem)[0] or "MuJoCo gives no reason") from None
+        self.steps, self.cpu, self.broken = 0, 0.0, ""
+        spec: Any = mujoco.MjSpec.from_string(text, assets=dict(meshes or {}))
+        spec.modelfiledir = str(folder)
+        for key in list(spec.keys):
+            spec.delete(key)  # states come from the poses of the description
+        if base == FREE:
+            floor = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05])
+        self.model = spec.compile()
+        self.own = self._add_servos(spec)
+        self.model = spec.compile() if self.own else self.model
+        self.floor = floor.id if base == FREE else -1
         self.data = mujoco.MjData(self.model)
         numbers = {mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_BODY, body_name(robot, n)): n for n in robot.link}
         self.link_of: dict[int, str] = {number: name for number, name in numbers.items() if number >= 0}
         self.actuators = self._actuators()
-        self.chunk = max(1, round(SAMPLE / self.model.opt.timestep))
+        self.chunk = max(1, round(_SAMPLE / self.model.opt.timestep))
         self.sample = self.chunk * float(self.model.opt.timestep)
         self.targets: dict[str, float] = {}  # of the joints that are held, rad or m
 
     def _actuators(self) -> list[Actuator]:
         model, mujoco, actuators = self.model, self.mujoco, []
+        on_joint = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
         for number in range(model.nu):
-            kind_of_target = mujoco.mjtTrn(int(model.actuator_trntype[number])).name
-            is_on_joint = kind_of_target in ("mjTRN_JOINT", "mjTRN_JOINTINPARENT")
+            is_on_joint = model.actuator_trntype[number] in on_joint
             joint = model.joint(int(model.actuator_trnid[number][0])).name if is_on_joint else ""
             gain, bias = float(model.actuator_gainprm[number][0]), model.actuator_biasprm[number][:3].tolist()
             if not gain or model.actuator_biastype[number] != mujoco.mjtBias.mjBIAS_AFFINE:
                 bias = [0.0, 0.0, 0.0]
             kind = POSITION if bias[1] else VELOCITY if bias[2] else FORCE
-            low, high = map(float, model.actuator_ctrlrange[number])
+            low, high = model.actuator_ctrlrange[number].tolist()
             limits = (low, high) if model.actuator_ctrllimited[number] else None
             gear = float(model.actuator_gear[number][0])
             actuators.append(Actuator(number, joint, kind, gear, gain, bias[0], bias[1] or bias[2], limits))
@@ -156,12 +134,12 @@ class World:
         drive, mujoco, added = self.robot.drive, self.mujoco, []
         if drive is None or self.base != FREE:
             return ()
-        known = {(one.joint, one.kind) for one in self._actuators()}
+        existing = {(one.joint, one.kind) for one in self._actuators()}
         mass_per_wheel = float(self.model.body_mass.sum()) / len(drive.wheels)
         radius = {wheel.joint: wheel.radius for wheel in self.robot.driving.wheels}
         for name in (*drive.wheels, *drive.steering):
             steers = name in drive.steering
-            if (name, POSITION) in known or ((name, VELOCITY) in known and not steers):
+            if (name, POSITION) in existing or ((name, VELOCITY) in existing and not steers):
                 continue
             joint = self.model.joint(name)
             if steers:
@@ -178,7 +156,7 @@ class World:
 
     def reset(self, positions: Mapping[str, float]) -> None:
         """Start again at joint positions, everything at rest and held there; on the floor if there is one."""
-        model, data = self.model, self.data
+        model, data, self.broken = self.model, self.data, ""
         self.mujoco.mj_resetData(model, data)
         for joint in self.joints:
             data.joint(joint.name).qpos[0] = self.robot.position(joint, positions)
@@ -190,11 +168,10 @@ class World:
             heights = [self.mujoco.mj_geomDistance(model, data, floor, geom, _FAR, None) for geom in geoms]
             data.qpos[2] -= min(heights, default=0.0)
             self.mujoco.mj_forward(model, data)
-        for one in self.actuators:
-            if one.kind == POSITION:
-                data.ctrl[one.number] = one.control(float(data.actuator_length[one.number]))
-        held = {one.joint for one in self.actuators if one.kind == POSITION and one.joint in self.robot.joint}
-        self.targets = {joint: self.position(joint) for joint in held}
+        servos = [one for one in self.actuators if one.kind == POSITION]
+        for servo in servos:
+            data.ctrl[servo.number] = servo.control(float(data.actuator_length[servo.number]))
+        self.targets = {one.joint: self.position(one.joint) for one in servos if one.joint in self.robot.joint}
 
     def servo(self, joint: str, kind: str) -> Actuator | None:
         """Return the first actuator of a kind on a joint."""
@@ -218,7 +195,7 @@ class World:
     def run(self, seconds: float, before: Callable[[float], None] | None = None) -> Iterator[float]:
         """Simulate and yield the time (s) since the start after every ``sample``; ``before`` is called before each.
 
-        Raises SimulationDiverged if positions become infinite, or MuJoCo warns.
+        It ends with a reason in ``broken`` if positions become infinite, or MuJoCo warns.
         """
         start = self.data.time
         for _ in range(round(seconds / self.sample)):
@@ -229,23 +206,26 @@ class World:
             self.mujoco.mj_step(self.model, self.data, self.chunk)
             self.cpu += time.process_time() - began
             self.steps += self.chunk
-            self._check(now)
+            if problem := self._problem(now):
+                self.broken = f"after {round(now, 3):.6g} s: {problem}"
+                return
             yield self.data.time - start
 
-    def _check(self, before: float) -> None:
-        """Raise SimulationDiverged if MuJoCo warned, or reset the state, after the time ``before``."""
+    def _problem(self, before: float) -> str:
+        """Return the warning of MuJoCo, or that it reset the state, since the time ``before``."""
         import numpy as np
 
-        model, warnings, after = self.model, self.data.warning, f"after {round(before, 3):.6g} s"
-        by_velocity = dict.fromkeys(("mjWARN_INERTIA", "mjWARN_BADQVEL", "mjWARN_BADQACC"), model.jnt_dofadr)
-        for index in np.flatnonzero(warnings.number).tolist():
-            at, kind = int(warnings.lastinfo[index]), self.mujoco.mjtWarning(index).name
-            addresses = {"mjWARN_BADQPOS": model.jnt_qposadr, **by_velocity}.get(kind)
-            joint = "" if addresses is None else model.joint(int(np.flatnonzero(addresses <= at)[-1])).name
-            text = self.mujoco.mju_warningText(index, at).partition(". ")[0].rstrip(".")
-            raise SimulationDiverged(f"{after}: MuJoCo warns: {text}" + (f', joint "{joint}"' if joint else ""))
-        if self.data.time <= before or not np.isfinite(self.data.qpos).all():
-            raise SimulationDiverged(f"{after}: its positions become infinite")
+        kinds, addresses = self.mujoco.mjtWarning, {"BADQPOS": self.model.jnt_qposadr}
+        addresses.update(dict.fromkeys(("INERTIA", "BADQVEL", "BADQACC"), self.model.jnt_dofadr))
+        for kind in np.flatnonzero(self.data.warning.number).tolist():
+            index, name = int(self.data.warning.lastinfo[kind]), kinds(kind).name.removeprefix("mjWARN_")
+            text = self.mujoco.mju_warningText(kind, index).partition(". ")[0].rstrip(".")
+            joints = np.flatnonzero(addresses[name] <= index) if name in addresses else ()
+            return f"MuJoCo warns: {text}" + (
+                f', joint "{self.model.joint(int(joints[-1])).name}"' if len(joints) else ""
+            )
+        is_reset = self.data.time <= before or not np.isfinite(self.data.qpos).all()
+        return "its positions become infinite" if is_reset else ""
 
     def position(self, joint: str) -> float:
         """Return the position of a joint (rad or m)."""
@@ -263,11 +243,10 @@ class World:
         return [name for name in self.robot.link if name in found]
 
     def _links(self, contact: Any) -> list[str]:
-        """Return the names of the links at a contact, sorted."""
         bodies = self.model.geom_bodyid[contact.geom].tolist()
         return sorted({self.link_of[body] for body in bodies if body in self.link_of})
 
     def place(self, link: str) -> tuple[Floats, Floats]:
-        """Return where a link is in the world: a rotation (3, 3), and its place (3,) in metres."""
+        """Return the pose of a link in the world: a rotation (3, 3), and a place (3,) in metres."""
         body = self.data.body(body_name(self.robot, link))
         return body.xmat.reshape(3, 3).copy(), body.xpos.copy()

@@ -71,7 +71,7 @@ def test_what_an_actuator_is_is_read_from_its_gain_and_bias(mujoco: Any) -> None
         "": FORCE,
     }
     assert world.own == ()
-    targets = {one.joint: one.targets() for one in world.actuators if one.kind != FORCE}
+    targets = {one.joint: one.targets for one in world.actuators if one.kind != FORCE}
     assert targets["position"] == pytest.approx((-0.5, 0.7))
     assert targets["geared"] == pytest.approx((-0.5, 1.5))
     assert targets["unlimited"] is None
@@ -155,7 +155,7 @@ def test_a_robot_begins_on_the_floor(mujoco: Any, geom: str, quat: str) -> None:
         world.data.qpos[2] += height
         mujoco.mj_forward(world.model, world.data)
         assert (world.data.ncon > 0) == contacts
-        assert world.stands_on() == (["base"] if contacts else [])
+        assert world.contacts()[1] == (["base"] if contacts else [])
 
 
 def test_numbers_that_end_are_told(mujoco: Any) -> None:

@@ -158,7 +158,7 @@ def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float
         last = max(1, round(_LAST / world.sample))
         means = (abs(sum(several) / len(several)) for several in zip(*errors[-last:], strict=True))
         result.errors = {joint.name: mean for joint, mean in zip(held, means, strict=True)}
-        result.touches, result.stands_on = world.touches(), world.stands_on()
+        result.touches, result.stands_on = world.contacts()
         if world.base == FREE:
             turn, place = world.place(root)
             result.drift = math.hypot(*(place - place_before)[:2])
@@ -177,7 +177,7 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
     driving, scale = world.robot.driving, 1.0
     for name, speed in driving.speeds(twist).items():  # as fast as the wheels can
         servo, limit = world.servo(name, VELOCITY), world.robot.joint[name].limit
-        ends = (servo.targets() if servo else None) or ()
+        ends = (servo.targets if servo else None) or ()
         fastest = [one for one in (*map(abs, ends), limit.known("velocity") if limit else None) if one]
         if fastest and abs(speed) > min(fastest):
             scale = min(scale, 0.9 * min(fastest) / abs(speed))
@@ -228,7 +228,7 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
         servo, ends = world.servo(joint.name, POSITION), range_of(joint)
         if servo is None or ends is None or joint.limit is None or joint.type == "continuous":
             continue
-        lower, upper = servo.targets() or ends
+        lower, upper = servo.targets or ends
         ends = (max(lower, ends[0]), min(upper, ends[1]))
         if ends[0] < ends[1] and joint.name not in (*wheels, *world.own):
             found.append((joint, ends))
@@ -240,16 +240,16 @@ def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tupl
     velocity = joint.limit.known("velocity") if joint.limit else None
     speed = min(_SLIDE_SPEED if joint.type == "prismatic" else _SWEEP_SPEED, velocity / 2 if velocity else math.inf)
     world.reset(positions)
-    result, at_start, here = Swept(joint.name), set(world.touches()), world.position(joint.name)
+    result, at_start, here = Swept(joint.name), set(world.contacts()[0]), world.position(joint.name)
 
     def move(start: float, end: float, seconds: float, now: float) -> None:
         world.hold(joint.name, start + (end - start) * min(1.0, now / seconds))
 
     for end in ends:
         seconds = min(_LONGEST, max(_SHORTEST, abs(end - here) / speed))
-        errors, first, first_position, before = list[float](), None, 0.0, at_start | set(world.touches())
+        errors, first, first_position, before = list[float](), None, 0.0, at_start | set(world.contacts()[0])
         for _ in world.run(seconds + _AT_END, partial(move, here, end, seconds)):
-            now, touches = world.position(joint.name), world.touches()
+            now, touches = world.position(joint.name), world.contacts()[0]
             errors.append(abs(now - end))
             fresh = [pair for pair in touches if pair not in before]
             if fresh and first is None:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
@@ -16,12 +16,6 @@ from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import Diagnostic
 
 from ..mjcf.bodies import body_name
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
 
 POSITION, VELOCITY, FORCE = "position", "velocity", "force"
 FIXED, FREE = "fixed", "free"
@@ -37,7 +31,7 @@ class Actuator:
     """An actuator of the model and the joint that it drives (empty: something else).
 
     Its force is ``gain`` * control + bias (MuJoCo): it is a servo for the position or velocity that the bias depends on
-    with ``stiffness``. ``limits`` are those of its control.
+    with ``stiffness``. ``targets`` are the lowest and the highest target for the joint, or None if any is possible.
     """
 
     number: int
@@ -47,18 +41,11 @@ class Actuator:
     gain: float
     offset: float
     stiffness: float
-    limits: tuple[float, float] | None
+    targets: tuple[float, float] | None
 
     def control(self, target: float) -> float:
         """Return the control that makes a length (rad or m) or speed the target of the servo."""
         return -(self.offset + self.stiffness * target) / self.gain
-
-    def targets(self) -> tuple[float, float] | None:
-        """Return the lowest and the highest target for the joint, or None if any is possible."""
-        if self.limits is None:
-            return None
-        low, high = sorted(-(self.gain * end + self.offset) / (self.stiffness * self.gear) for end in self.limits)
-        return low, high
 
 
 @contextmanager
@@ -82,7 +69,8 @@ class World:
     """A robot in MuJoCo, fixed to the world or free on a floor. Lengths in m, angles in rad.
 
     ``joints`` are those that move and have a single coordinate, ``own`` those of the drive that got a servo here,
-    because no actuator of the robot drives them. ``broken`` is when and why the simulation diverged, or empty.
+    because no actuator of the robot drives them, ``targets`` the positions of the joints that are held. ``broken`` is
+    when and why the simulation diverged, or empty.
     """
 
     def __init__(
@@ -94,7 +82,7 @@ class World:
         """
         self.mujoco, self.robot, self.base = mujoco, robot, base
         self.joints = [joint for joint in robot.joints if joint.moves]
-        self.steps, self.cpu, self.broken = 0, 0.0, ""
+        self.steps, self.cpu, self.broken, self.targets = 0, 0.0, "", dict[str, float]()
         spec: Any = mujoco.MjSpec.from_string(text, assets=dict(meshes or {}))
         spec.modelfiledir = str(folder)
         for key in list(spec.keys):
@@ -102,7 +90,7 @@ class World:
         if base == FREE:
             floor = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05])
         self.model = spec.compile()
-        self.own = self._add_servos(spec)
+        self.own = self._add_servos(spec) if base == FREE and robot.drive is not None else ()
         self.model = spec.compile() if self.own else self.model
         self.floor = floor.id if base == FREE else -1
         self.data = mujoco.MjData(self.model)
@@ -111,7 +99,6 @@ class World:
         self.actuators = self._actuators()
         self.chunk = max(1, round(_SAMPLE / self.model.opt.timestep))
         self.sample = self.chunk * float(self.model.opt.timestep)
-        self.targets: dict[str, float] = {}  # of the joints that are held, rad or m
 
     def _actuators(self) -> list[Actuator]:
         model, mujoco, actuators = self.model, self.mujoco, []
@@ -119,29 +106,28 @@ class World:
         for number in range(model.nu):
             is_on_joint = model.actuator_trntype[number] in on_joint
             joint = model.joint(int(model.actuator_trnid[number][0])).name if is_on_joint else ""
-            gain, bias = float(model.actuator_gainprm[number][0]), model.actuator_biasprm[number][:3].tolist()
-            if not gain or model.actuator_biastype[number] != mujoco.mjtBias.mjBIAS_AFFINE:
-                bias = [0.0, 0.0, 0.0]
-            kind = POSITION if bias[1] else VELOCITY if bias[2] else FORCE
-            low, high = model.actuator_ctrlrange[number].tolist()
-            limits = (low, high) if model.actuator_ctrllimited[number] else None
-            gear = float(model.actuator_gear[number][0])
-            actuators.append(Actuator(number, joint, kind, gear, gain, bias[0], bias[1] or bias[2], limits))
+            gain, gear = float(model.actuator_gainprm[number][0]), float(model.actuator_gear[number][0])
+            is_servo = gain and model.actuator_biastype[number] == int(mujoco.mjtBias.mjBIAS_AFFINE)
+            offset, position, velocity = model.actuator_biasprm[number][:3].tolist() if is_servo else (0.0, 0.0, 0.0)
+            kind, stiffness = POSITION if position else VELOCITY if velocity else FORCE, position or velocity
+            targets = None
+            if model.actuator_ctrllimited[number] and stiffness:
+                ends = model.actuator_ctrlrange[number].tolist()
+                low, high = sorted(-(gain * end + offset) / (stiffness * gear) for end in ends)
+                targets = (low, high)
+            actuators.append(Actuator(number, joint, kind, gear, gain, offset, stiffness, targets))
         return actuators
 
     def _add_servos(self, spec: Any) -> tuple[str, ...]:
         """Add a servo for each joint of the drive that has none; return the joints."""
         drive, mujoco, added = self.robot.drive, self.mujoco, []
-        if drive is None or self.base != FREE:
-            return ()
         existing = {(one.joint, one.kind) for one in self._actuators()}
         mass_per_wheel = float(self.model.body_mass.sum()) / len(drive.wheels)
         radius = {wheel.joint: wheel.radius for wheel in self.robot.driving.wheels}
         for name in (*drive.wheels, *drive.steering):
-            steers = name in drive.steering
+            steers, joint = name in drive.steering, self.model.joint(name)
             if (name, POSITION) in existing or ((name, VELOCITY) in existing and not steers):
                 continue
-            joint = self.model.joint(name)
             if steers:
                 gain = float(self.model.dof_M0[joint.dofadr[0]]) * _STEER**2
                 bias = [0.0, -gain, -2 * gain / _STEER]
@@ -192,7 +178,7 @@ class World:
         elif joint in self.targets:
             self.hold(joint, self.targets[joint] + speed * seconds)
 
-    def run(self, seconds: float, before: Callable[[float], None] | None = None) -> Iterator[float]:
+    def run(self, seconds: float, before: Callable[[float], None] = lambda _: None) -> Iterator[float]:
         """Simulate and yield the time (s) since the start after every ``sample``; ``before`` is called before each.
 
         It ends with a reason in ``broken`` if positions become infinite, or MuJoCo warns.
@@ -200,8 +186,7 @@ class World:
         start = self.data.time
         for _ in range(round(seconds / self.sample)):
             now = self.data.time
-            if before is not None:
-                before(now - start)
+            before(now - start)
             began = time.process_time()
             self.mujoco.mj_step(self.model, self.data, self.chunk)
             self.cpu += time.process_time() - began
@@ -215,38 +200,32 @@ class World:
         """Return the warning of MuJoCo, or that it reset the state, since the time ``before``."""
         import numpy as np
 
-        kinds, addresses = self.mujoco.mjtWarning, {"BADQPOS": self.model.jnt_qposadr}
-        addresses.update(dict.fromkeys(("INERTIA", "BADQVEL", "BADQACC"), self.model.jnt_dofadr))
-        for kind in np.flatnonzero(self.data.warning.number).tolist():
-            index, name = int(self.data.warning.lastinfo[kind]), kinds(kind).name.removeprefix("mjWARN_")
-            text = self.mujoco.mju_warningText(kind, index).partition(". ")[0].rstrip(".")
-            joints = np.flatnonzero(addresses[name] <= index) if name in addresses else ()
-            return f"MuJoCo warns: {text}" + (
-                f', joint "{self.model.joint(int(joints[-1])).name}"' if len(joints) else ""
-            )
+        for number in np.flatnonzero(self.data.warning.number).tolist():
+            index, kind = int(self.data.warning.lastinfo[number]), self.mujoco.mjtWarning(number).name
+            text = self.mujoco.mju_warningText(number, index).partition(". ")[0].rstrip(".")
+            if kind in ("mjWARN_BADQPOS", "mjWARN_INERTIA", "mjWARN_BADQVEL", "mjWARN_BADQACC"):
+                addresses = self.model.jnt_qposadr if kind == "mjWARN_BADQPOS" else self.model.jnt_dofadr
+                text += f', joint "{self.model.joint(int(np.flatnonzero(addresses <= index)[-1])).name}"'
+            return f"MuJoCo warns: {text}"
         is_reset = self.data.time <= before or not np.isfinite(self.data.qpos).all()
         return "its positions become infinite" if is_reset else ""
+
+    def contacts(self) -> tuple[list[tuple[str, str]], list[str]]:
+        """Return the pairs of links that touch each other, sorted, and the links that touch the floor."""
+        pairs, on_floor = set[tuple[str, str]](), set[str]()
+        for contact in self.data.contact:
+            bodies = self.model.geom_bodyid[contact.geom].tolist()
+            links = sorted({self.link_of[body] for body in bodies if body in self.link_of})
+            if len(links) > 1 and contact.dist < 0:
+                pairs.add((links[0], links[1]))
+            on_floor.update(links if 0 in bodies else ())
+        return sorted(pairs), [name for name in self.robot.link if name in on_floor]
 
     def position(self, joint: str) -> float:
         """Return the position of a joint (rad or m)."""
         return float(self.data.joint(joint).qpos[0])
 
-    def touches(self) -> list[tuple[str, str]]:
-        """Return the pairs of links that touch each other, sorted."""
-        pairs = [self._links(contact) for contact in self.data.contact if contact.dist < 0]
-        return sorted({(pair[0], pair[-1]) for pair in pairs if len(pair) > 1})
-
-    def stands_on(self) -> list[str]:
-        """Return the links that touch the floor."""
-        contacts = [contact for contact in self.data.contact if 0 in self.model.geom_bodyid[contact.geom]]
-        found = {link for contact in contacts for link in self._links(contact)}
-        return [name for name in self.robot.link if name in found]
-
-    def _links(self, contact: Any) -> list[str]:
-        bodies = self.model.geom_bodyid[contact.geom].tolist()
-        return sorted({self.link_of[body] for body in bodies if body in self.link_of})
-
-    def place(self, link: str) -> tuple[Floats, Floats]:
+    def place(self, link: str) -> tuple[Any, Any]:
         """Return the pose of a link in the world: a rotation (3, 3), and a place (3,) in metres."""
         body = self.data.body(body_name(self.robot, link))
         return body.xmat.reshape(3, 3).copy(), body.xpos.copy()

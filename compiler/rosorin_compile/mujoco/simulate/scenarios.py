@@ -30,29 +30,24 @@ _SHORTEST, _LONGEST, _AT_END = 0.25, 4.0, 0.4  # s from one end to the other, an
 
 @dataclass
 class Result:
-    """The result of a scenario; ``broken`` is when and why the simulation diverged."""
+    """The result of a scenario."""
 
-    broken: str = field(default="", kw_only=True)
+    broken: str = field(default="", kw_only=True)  # when and why the simulation diverged
 
 
 @dataclass
 class PoseTrial(Result):
-    """A pose that was held.
-
-    ``errors`` are the mean errors at the end (rad or m) by joint. ``drift`` (m) and ``turned`` (rad) are how far the
-    base moved over the floor, ``leans`` (rad) how far it leans over, ``ripple`` (m) how much its height changes at the
-    end. ``touches`` are the links that touch there, ``stands_on`` those that touch the floor.
-    """
+    """A pose that was held, and what was measured at the end."""
 
     pose: str
     positions: Mapping[str, float]
-    errors: dict[str, float] = field(default_factory=dict)
-    drift: float = 0.0
-    turned: float = 0.0
-    leans: float = 0.0
-    ripple: float = 0.0
-    touches: list[tuple[str, str]] = field(default_factory=list)
-    stands_on: list[str] = field(default_factory=list)
+    errors: dict[str, float] = field(default_factory=dict)  # the mean error of each joint (rad or m)
+    drift: float = 0.0  # how far the base moved over the floor (m)
+    turned: float = 0.0  # how far it turned (rad)
+    leans: float = 0.0  # how far it leans over (rad)
+    ripple: float = 0.0  # how much its height changes (m)
+    touches: list[tuple[str, str]] = field(default_factory=list)  # links that touch each other
+    stands_on: list[str] = field(default_factory=list)  # links that touch the floor
 
     @property
     def worst(self) -> tuple[str, float] | None:
@@ -62,31 +57,24 @@ class PoseTrial(Result):
 
 @dataclass
 class Driven(Result):
-    """A command that was driven, scaled to the limits of the wheels, and the velocity that was measured (m/s, rad/s).
-
-    ``off`` is the largest error of a commanded part of the velocity, as a share of it; ``cross`` the largest part (m/s
-    or rad/s) that was not commanded; ``ripple`` (m) the change of the height.
-    """
+    """A command that was driven, scaled to the limits of the wheels, and the velocity that was measured."""
 
     command: str
     commanded: Twist
     measured: Twist = field(default_factory=Twist)
-    off: float = 0.0
-    cross: float = 0.0
-    ripple: float = 0.0
+    off: float = 0.0  # the largest error of a commanded part of the velocity, as a share of it
+    cross: float = 0.0  # the largest part that was not commanded (m/s or rad/s)
+    ripple: float = 0.0  # the change of the height (m)
 
 
 class End(NamedTuple):
-    """An end of a range: the target, the error there (rad or m), and the links that touch there.
+    """An end of a range, and what was measured there."""
 
-    ``first_touch`` is the first contact on the way, ``touch_position`` the position of the joint then (rad or m).
-    """
-
-    target: float
+    target: float  # rad or m, as the error and the position
     error: float
     touches: list[tuple[str, str]]
-    first_touch: tuple[str, str] | None = None
-    touch_position: float = 0.0
+    first_touch: tuple[str, str] | None = None  # the first contact on the way
+    touch_position: float = 0.0  # of the joint at that contact
 
 
 @dataclass
@@ -99,40 +87,33 @@ class Swept(Result):
 
 @dataclass
 class Swung(Result):
-    """The energy of the robot without damping, friction, actuators and contacts; without gravity where it is free.
+    """The energy of the robot without damping, friction, actuators and contacts; without gravity where it is free."""
 
-    ``change`` is the largest change as a share of the largest kinetic energy; ``lightest`` is the joint that moves the
-    least inertia.
-    """
-
-    change: float = 0.0
-    lightest: str = ""
+    change: float = 0.0  # the largest, as a share of the largest kinetic energy
+    lightest: str = ""  # the joint that moves the least inertia
 
 
 def run_scenarios(world: World, seconds: float) -> dict[str, Any]:
     """Run all scenarios and return the results by kind; each pose is held for ``seconds``."""
-    robot, poses, joints = world.robot, poses_of(world.robot), swept_joints(world)
-    home, commands = poses[0][1], dict[str, Twist]()
+    robot, poses, joints, commands = world.robot, poses_of(world.robot), swept_joints(world), list[tuple[str, Twist]]()
     if robot.drive is not None and world.base == FREE:
-        commands = {"forward": Twist(vx=0.3), "sideways": Twist(vy=0.3), "turn": Twist(wz=1.0)}
-        if not robot.driving.slides:
-            del commands["sideways"]
+        commands = [("forward", Twist(vx=0.3)), ("sideways", Twist(vy=0.3)), ("turn", Twist(wz=1.0))]
         if robot.driving.steering:
-            commands = {"forward": Twist(vx=0.3), "curve": Twist(vx=0.3, wz=0.3)}
-    done, total = 0, len(poses) + len(commands) + len(joints) + 1
-
-    def step(scenario: Callable[..., Any], *arguments: Any) -> Any:
-        nonlocal done
-        Progress.step("simulating", done, total)
-        done += 1
-        return scenario(world, *arguments)
-
-    return {
-        "poses": tuple(step(hold, *pose, seconds) for pose in poses),
-        "drive": tuple(step(drive, home, *command) for command in commands.items()),
-        "ranges": tuple(step(sweep, home, *joint) for joint in joints),
-        "energy": step(swing, home) if world.joints else None,
-    }
+            commands[1:] = [("curve", Twist(vx=0.3, wz=0.3))]
+        elif not robot.driving.slides:
+            del commands[1]
+    home, total, results = poses[0][1], len(poses) + len(commands) + len(joints) + 1, dict[str, list[Any]]()
+    scenarios: list[tuple[str, Callable[..., Any], Sequence[Any]]] = [
+        *(("poses", hold, (*pose, seconds)) for pose in poses),
+        *(("drive", drive, (home, *command)) for command in commands),
+        *(("ranges", sweep, (home, *joint)) for joint in joints),
+        *([("energy", swing, (home,))] if world.joints else []),
+    ]
+    for number, (kind, scenario, arguments) in enumerate(scenarios):
+        Progress.step("simulating", number, total)
+        results.setdefault(kind, []).append(scenario(world, *arguments))
+    (energy,) = results.pop("energy", [None])
+    return {"energy": energy, **{kind: tuple(several) for kind, several in results.items()}}
 
 
 def poses_of(robot: Robot) -> list[tuple[str, Mapping[str, float]]]:
@@ -222,16 +203,13 @@ def _velocity(before: Sequence[float], after: Sequence[float]) -> Twist:
 
 def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
     """Return the joints that an actuator can move over a range, with the ends of it (rad or m)."""
-    wheels = world.robot.drive.wheels if world.robot.drive is not None else ()
-    found = []
+    found, wheels = [], {*world.own, *(world.robot.drive.wheels if world.robot.drive is not None else ())}
     for joint in world.joints:
         servo, ends = world.servo(joint.name, POSITION), range_of(joint)
-        if servo is None or ends is None or joint.limit is None or joint.type == "continuous":
-            continue
-        lower, upper = servo.targets or ends
-        ends = (max(lower, ends[0]), min(upper, ends[1]))
-        if ends[0] < ends[1] and joint.name not in (*wheels, *world.own):
-            found.append((joint, ends))
+        if servo and ends and joint.limit and joint.type != "continuous" and joint.name not in wheels:
+            lower, upper = servo.targets or ends
+            ends = (max(lower, ends[0]), min(upper, ends[1]))
+            found += [(joint, ends)] if ends[0] < ends[1] else []
     return found
 
 

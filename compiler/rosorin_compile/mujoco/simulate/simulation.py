@@ -1,4 +1,4 @@
-"""Run all scenarios of one robot in MuJoCo and compare their results with limits."""
+"""Run all scenarios of one robot in MuJoCo, compare their results with limits, and print them as tables."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.request import Request
@@ -27,7 +27,7 @@ from rosorin_compile.source.rule_registry import SIMULATION, declare
 from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.tree import exists
-from rosorin_compile.source.wording import did_you_mean, first_of, listed
+from rosorin_compile.source.wording import counted, did_you_mean, first_of, listed
 
 from ..mjcf.engine import reason
 from ..rest_pose import leader_of
@@ -60,7 +60,6 @@ RULES = declare(
     },
 )
 
-_SECONDS = (0.5, 600.0)  # the shortest and the longest time to hold a pose
 _TIPPED = 0.2  # rad
 _SHOWN = 3  # names
 _LEAST = 5e-3  # m/s or rad/s: less is not reported
@@ -125,12 +124,7 @@ def simulate_robot(
     limits: Mapping[str, float] | None = None,
     timing: bool = True,
 ) -> Simulated:
-    """Run all scenarios of a robot and return their results, with a diagnostic for each that is beyond a limit.
-
-    ``base`` is "fixed" or "free"; by default a robot with a drive is free on a floor. Each pose is held for ``seconds``
-    (0.5 to 600). ``limits`` replace those of ``LIMITS`` by name. Raises RequestError for unusable values, and without
-    MuJoCo.
-    """
+    """Run all scenarios of a robot and compare their results with limits. Arguments and errors: ``api.simulate``."""
     used = dict(LIMITS)
     for name, value in (limits or {}).items():
         if name not in LIMITS:
@@ -138,8 +132,8 @@ def simulate_robot(
         if not 0 <= value < math.inf:
             raise RequestError(f"a limit is a number that is not negative, such as {name}={LIMITS[name].value:g}")
         used[name] = LIMITS[name]._replace(value=value)
-    if not _SECONDS[0] <= seconds <= _SECONDS[1]:
-        raise RequestError(f"seconds is {_SECONDS[0]:g} to {_SECONDS[1]:g}, not {seconds:g}")
+    if not 0.5 <= seconds <= 600:
+        raise RequestError(f"seconds is 0.5 to 600, not {seconds:g}")
     if base not in (None, FIXED, FREE):
         raise RequestError(f'base is "{FIXED}" or "{FREE}", not "{base}"')
     if missing := [name for name in ("mujoco", "numpy") if not is_installed(name)]:
@@ -152,9 +146,8 @@ def simulate_robot(
     robot = case.robot
 
     def refuse(why: str, found: Sequence[Diagnostic] = ()) -> Simulated:
-        message = f"{robot.name} cannot be simulated: {why}"
-        refused = error("simulation-refused", message, None, "check names the place")
-        return Simulated(robot.name, diagnostics=(*found, refused))
+        message, help = f"{robot.name} cannot be simulated: {why}", "check names the place"
+        return Simulated(robot.name, diagnostics=(*found, error("simulation-refused", message, None, help)))
 
     with quiet() as mujoco:
         Progress.step("building the model")
@@ -173,18 +166,9 @@ def simulate_robot(
             return refuse(reason(mujoco, problem)[0] or "MuJoCo gives no reason")
         scenarios = run_scenarios(world, seconds)
     timestep, speed = float(world.model.opt.timestep), world.steps / world.cpu if world.cpu else 0.0
-    result = Simulated(
-        robot.name,
-        mujoco.__version__,
-        base,
-        timestep,
-        used,
-        {joint.name: joint.unit for joint in robot.joints if joint.moves},
-        own_servos=world.own,
-        timing=Timing(speed, speed * timestep) if timing else None,
-        inputs=understood.expanded.files,
-        **scenarios,
-    )
+    units, files = {joint.name: joint.unit for joint in robot.joints if joint.moves}, understood.expanded.files
+    result = Simulated(robot.name, mujoco.__version__, base, timestep, used, units, own_servos=world.own, inputs=files)
+    result = replace(result, timing=Timing(speed, speed * timestep) if timing else None, **scenarios)
     return replace(result, diagnostics=tuple(arrange(settled(case, _judge(case, result), "simulation"))))
 
 
@@ -287,3 +271,53 @@ def _twist(twist: Sequence[float]) -> str:
     words = ("m/s forward", "m/s to the left", "rad/s")
     parts = [f"{value:.2g} {word}" for value, word in zip(twist, words, strict=True) if abs(value) > _LEAST]
     return ", ".join(parts) or "rest"
+
+
+def tables(result: Simulated) -> str:
+    """Return the results of the scenarios as tables with aligned columns."""
+
+    def row(name: str, trial: Any, *cells: str) -> tuple[str, ...]:
+        return (name, f"broke {trial.broken.partition(':')[0]}") if trial.broken else (name, *cells)
+
+    is_free = result.base == FREE
+    poses = [("pose", "largest error", "joint", "touches", *(("drift", "stands on") if is_free else ()))]
+    for held in result.poses:
+        error = (f"{held.worst[1]:.4f} {result.units[held.worst[0]]}", held.worst[0]) if held.worst else ("-", "-")
+        touches = listed([" - ".join(pair) for pair in held.touches], 2) or "-"
+        floor = (f"{1000 * held.drift:.1f} mm", listed(held.stands_on, 2) or "-") if is_free else ()
+        poses.append(row(held.pose, held, *error, touches, *floor))
+    drive = [("command", "commanded", "measured", "off", "cross", "ripple")]
+    for driven in result.drive:
+        parts = zip(driven.commanded, driven.measured, ("m/s", "m/s", "rad/s"), strict=True)
+        texts = [(f"{part:.3f} {unit}", f"{value:.3f} {unit}") for part, value, unit in parts if part]
+        errors = (f"{driven.off:.1%}", f"{driven.cross:.3f}", f"{1000 * driven.ripple:.2f} mm")
+        drive.append(row(driven.command, driven, *map(", ".join, zip(*texts, strict=True)), *errors))
+    ranges = [("joint", "lower", "error", "upper", "error", "touches")]
+    for swept in result.ranges:
+        unit = result.units[swept.joint]
+        ends = [text for end in swept.ends for text in (f"{end.target:.3f}", f"{end.error:.4f}")]
+        touched = [end for end in swept.ends if end.first_touch]
+        where = [f"{' - '.join(end.first_touch or ())} from {end.touch_position:.2f} {unit}" for end in touched]
+        ranges.append(row(f"{swept.joint} ({unit})", swept, *ends, ", ".join(where) or "-"))
+    blocks = []
+    for rows in (poses, drive, ranges):
+        widths = [max(len(cells[i]) for cells in rows if i < len(cells)) for i in range(len(rows[0]))]
+        lines = ("  ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=False)) for cells in rows)
+        blocks += ["\n".join(line.rstrip() for line in lines)] if len(rows) > 1 else []
+    if swung := result.energy:
+        change = f"{swung.change:.1%}" if swung.change >= 0.0005 else "less than 0.1%"
+        _, change = row("", swung, f"it changes by {change} in half a second")
+        blocks.append(f"energy without damping, friction and actuators: {change}")
+    return "\n\n".join(blocks)
+
+
+def about(result: Simulated) -> str:
+    """Return one line about the engine, the base and the time step."""
+    base = "on a floor" if result.base == FREE else "its base held"
+    return f"simulated in MuJoCo {result.mujoco}, {base}, in steps of {1000 * result.timestep:g} ms"
+
+
+def summary(result: Simulated) -> str:
+    """Return the number of scenarios of each kind."""
+    counts = {"pose": len(result.poses), "drive command": len(result.drive), "range": len(result.ranges)}
+    return ", ".join(counted(count, word) for word, count in counts.items() if count)

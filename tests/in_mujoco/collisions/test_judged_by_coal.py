@@ -9,8 +9,8 @@ import pytest
 
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.mesh_files import Places
-from rosorin_compile.mujoco.collisions.search import FAR, TOUCH, Search
-from rosorin_compile.mujoco.physics.scene import mesh_shapes, read_meshes
+from rosorin_compile.mujoco.collisions.matrix import FAR, TOUCH, Search
+from rosorin_compile.mujoco.physics.scene import read_meshes
 from rosorin_compile.request import Request
 from rosorin_compile.ros.srdf.planning import Planning, urdf_of
 from rosorin_compile.source.project import Description
@@ -69,7 +69,7 @@ def both(path: Path, outputs: Path) -> tuple[Search, Coal]:
     assert urdf is not None
     planning = Planning(known.robot, urdf)
     files = Places(path, outputs, {}, os.environ).meshes(known.tree, known.robot.outputs)
-    meshes, problems = read_meshes(known, list(mesh_shapes(known)), files)
+    _, meshes, problems = read_meshes(known, files)
     assert not problems
     (text,) = (one.text for one in compile_robot(path).artifacts if one.output == urdf.name)
     for name, file in files.items():

@@ -24,7 +24,7 @@ from rosorin_compile.source.wording import counted, listed
 from ..mjcf.bodies import weld_groups
 from ..rest_pose import range_of
 from .overlaps import Member, check_overlaps, note
-from .scene import Meshes, MeshShape, Scene, Solid, mesh_shapes, read_meshes, solids_of
+from .scene import Meshes, MeshShape, Scene, Solid, read_meshes, solids_of
 
 RULES = declare(
     PHYSICS,
@@ -111,8 +111,7 @@ def check_robot(request: Request) -> CheckedPhysics:
         # numpy warns about huge numbers, which have rules of their own.
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            shapes = list(mesh_shapes(case))
-            meshes, found = read_meshes(case, shapes, files.meshes(case.tree, case.robot.outputs))
+            shapes, meshes, found = read_meshes(case, files.meshes(case.tree, case.robot.outputs))
             found += [*_check_meshes(case, shapes, meshes), *check_overlaps(case, Scene(case.robot, meshes))]
         found = arrange(settled(case, found, "physics"))
         joints = sum(range_of(joint) is not None for joint in case.robot.joints)
@@ -135,7 +134,7 @@ class OverlapFinder:
         The position of a joint with several coordinates is a sequence.
         """
         if self.scene is None:
-            meshes, _ = read_meshes(self.case, list(mesh_shapes(self.case)), self.files)
+            _, meshes, _ = read_meshes(self.case, self.files)
             self.scene = Scene(self.case.robot, meshes)
         return [list(pair) for pair in self.scene.overlaps([positions])[0] if self.scene.joint_of(pair) is None]
 

@@ -7,7 +7,7 @@ it lets collide. Meshes are their convex hulls, as in simulators.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib import import_module
@@ -48,34 +48,40 @@ class MeshShape(NamedTuple):
     mesh: Mesh
 
 
-def mesh_shapes(case: Case) -> Iterator[MeshShape]:
-    """Yield the shapes with meshes, in the order of the description."""
-    for link in case.robot.links:
-        for purpose in ("collision", "visual"):
-            for number, shape in enumerate(getattr(link, purpose)):
-                if isinstance(shape.geometry, Mesh):
-                    yield MeshShape(link.name, purpose, number, shape.geometry)
+def read_meshes(
+    case: Case,
+    files: Mapping[str, Path],
+    purposes: Sequence[str] = ("collision", "visual"),
+    names: Collection[str] | None = None,
+) -> tuple[list[MeshShape], Meshes, list[Diagnostic]]:
+    """Read the meshes of the shapes of a robot; ``files`` are the mesh files by name, ``names`` the only ones to read.
 
-
-def read_meshes(case: Case, shapes: Sequence[MeshShape], files: Mapping[str, Path]) -> tuple[Meshes, list[Diagnostic]]:
-    """Read the meshes of shapes; return them with a warning for each that cannot be read."""
+    Return the shapes, the meshes, and a warning for each that cannot be read.
+    """
     import numpy as np
     import trimesh
 
+    every = [(link, purpose) for link in case.robot.links for purpose in purposes]
+    shapes = [
+        MeshShape(link.name, purpose, number, shape.geometry)
+        for link, purpose in every
+        for number, shape in enumerate(getattr(link, purpose))
+        if isinstance(shape.geometry, Mesh) and (names is None or shape.geometry.file in names)
+    ]
     meshes: dict[Mesh, Any] = {}
     problems: dict[Mesh, Diagnostic] = {}
-    for number, shape in enumerate(shapes):
+    for number, one in enumerate(shapes):
         Progress.step("reading meshes", number, len(shapes))
-        if shape.mesh in meshes or shape.mesh in problems:
+        if one.mesh in meshes or one.mesh in problems:
             continue
-        found = TriangleMesh.of_shape(case, shape[:3], files)
+        found = TriangleMesh.of_shape(case, one[:3], files)
         if isinstance(found, Diagnostic):
-            problems[shape.mesh] = found
+            problems[one.mesh] = found
         else:
             corners = found.triangles.reshape(-1, 3)
-            meshes[shape.mesh] = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
-            meshes[shape.mesh].merge_vertices()
-    return meshes, list(problems.values())
+            meshes[one.mesh] = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
+            meshes[one.mesh].merge_vertices()
+    return shapes, meshes, list(problems.values())
 
 
 @dataclass(frozen=True, eq=False)

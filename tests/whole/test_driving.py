@@ -18,8 +18,7 @@ from support.robots import compiled
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.mujoco.simulate.scenarios import drive, hold, poses_of  # noqa: E402
-from rosorin_compile.mujoco.simulate.world import FREE, World, mjcf_text  # noqa: E402
+from rosorin_compile.mujoco.simulate.scenarios import FREE, World, drive, hold, mjcf_text, poses_of  # noqa: E402
 
 pytestmark = pytest.mark.slow
 

@@ -13,16 +13,18 @@ from rosorin_compile.model import Joint, Limit, Link, Output, Robot
 from rosorin_compile.model.drive import Drive
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.mujoco.rest_pose import home_of
-from rosorin_compile.mujoco.simulate.scenarios import hold, poses_of, swept_joints
-from rosorin_compile.mujoco.simulate.world import (
+from rosorin_compile.mujoco.simulate.scenarios import (
     FIXED,
     FORCE,
     FREE,
     POSITION,
     VELOCITY,
     World,
+    hold,
     mjcf_text,
+    poses_of,
     quiet,
+    swept_joints,
 )
 from support.paths import ROOT, ROSORIN, data_text
 from support.robots import compiled

@@ -105,7 +105,7 @@ def compute_matrix(
     if included is not None and included.of == planning.digest and dict(included.meshes) == digests and not force:
         return result
     require("collisions")
-    _, meshes, problems = read_meshes(case, files, ("collision",), planning.meshes)
+    _, meshes, problems = read_meshes(case, files, planning.meshes)
     if problems:
         help = "--package NAME=PATH names a package"
         return refuse("pairs that never touch can only be found with all meshes", help, *problems)

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.model import Link, Mesh
+from rosorin_compile.model.bounds import bounds_of
 from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
@@ -47,13 +48,7 @@ RULES = declare(
 )
 
 # The packages that are imported, and their names for pip.
-_NEEDED = {
-    "mujoco": "'mujoco>=3.12'",
-    "numpy": "numpy",
-    "scipy": "scipy",
-    "trimesh": "trimesh",
-    "collada": "pycollada",
-}
+_NEEDED = {"mujoco": "'mujoco>=3.12'", "numpy": "numpy", "scipy": "scipy", "trimesh": "trimesh", "collada": "pycollada"}
 _LONGEST, _SHORTEST = 20.0, 1e-3  # m: no part of a robot is longer, or shorter
 _TIMES = 200.0  # longer than all else in the robot: millimetres are 1,000 times, and parts are not all of a size
 _HEAVIEST, _LIGHTEST = 25_000.0, 1.0  # kg/m^3: osmium has 22,600, air 1.2
@@ -129,10 +124,7 @@ class OverlapFinder:
         self.lacking = missing_packages
 
     def pairs(self, positions: Mapping[str, Any]) -> list[list[str]]:
-        """Return the pairs of links that overlap at joint positions (rad or m), without neighbours.
-
-        The position of a joint with several coordinates is a sequence.
-        """
+        """Return the pairs of links that overlap at joint positions, without neighbours."""
         if self.scene is None:
             _, meshes, _ = read_meshes(self.case, self.files)
             self.scene = Scene(self.case.robot, meshes)
@@ -166,10 +158,8 @@ def _check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> It
 def _check_size(case: Case, meshes: Meshes, shape: MeshShape) -> Diagnostic | None:
     """Return a warning if the size of a mesh does not fit the rest of the robot."""
     sizes = [math.dist((0, 0, 0), joint.origin.xyz) for joint in case.robot.joints]
-    for link in case.robot.links:
-        primitives = [one for one in link.collision if not isinstance(one.geometry, Mesh)]
-        solids = [Solid("", 0, piece, piece.origin().transform()) for one in primitives for piece in one.solids()]
-        sizes += [2 * max(solid.size) for solid in solids]
+    boxes = [bounds_of([shape]) for link in case.robot.links for shape in link.collision]
+    sizes += [max(box.size) for box in boxes if box]
     others = sorted(surface.extents.max() for mesh, surface in meshes.items() if mesh.file != shape.mesh.file)
     rest = max([*sizes, *others[len(others) // 2 : len(others) // 2 + 1]], default=0.0)
     longest = float(meshes[shape.mesh].extents.max())

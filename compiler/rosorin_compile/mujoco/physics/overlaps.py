@@ -1,13 +1,11 @@
 """Find parts that are inside each other at zero and in the named poses, and parts that joints drive together.
 
 Neighbours overlap at their joint in most robots: a cover, a shared housing, a shaft in its bearing. An overlap in every
-tested position, and not in full, is taken for a design and reported in one note, and so are neighbours with a corner
-in each other. Every other pair is reported with the shapes, the depth and the poses.
+tested position, and not in full, is a design and part of one note, and so are neighbours with a corner in each other.
 
-Each joint is moved alone over its range, from zero and from each named pose. A part that it drives into its neighbour
-is a warning if a good part of one gets into the other over a good part of the range, for then an axis or an origin is
-wrong, and a note if it is less: limits are often a little wider than the parts allow. What a joint drives into parts
-that are not neighbours is one note: planners know how to avoid it.
+Each joint is moved alone over its range, from zero and from each named pose. A part that it drives deep into its
+neighbour over a good part of the range is a warning, for then an axis or an origin is wrong, else a note: limits are
+often a little wider than the parts allow. Parts that are not neighbours are one note: planners know how to avoid them.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib import import_module
-from itertools import combinations
+from itertools import combinations, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -49,38 +49,31 @@ class MeshShape(NamedTuple):
 
 
 def read_meshes(
-    case: Case,
-    files: Mapping[str, Path],
-    purposes: Sequence[str] = ("collision", "visual"),
-    names: Collection[str] | None = None,
+    case: Case, files: Mapping[str, Path], colliding: Collection[str] | None = None
 ) -> tuple[list[MeshShape], Meshes, list[Diagnostic]]:
-    """Read the meshes of the shapes of a robot; ``files`` are the mesh files by name, ``names`` the only ones to read.
+    """Read the meshes of all shapes, or of the collision shapes with one of some files.
 
-    Return the shapes, the meshes, and a warning for each that cannot be read.
+    ``files`` are paths by the names in the description. Return the shapes, the meshes, and a warning for each that
+    cannot be read.
     """
     import numpy as np
     import trimesh
 
-    every = [(link, purpose) for link in case.robot.links for purpose in purposes]
-    shapes = [
-        MeshShape(link.name, purpose, number, shape.geometry)
-        for link, purpose in every
-        for number, shape in enumerate(getattr(link, purpose))
-        if isinstance(shape.geometry, Mesh) and (names is None or shape.geometry.file in names)
-    ]
-    meshes: dict[Mesh, Any] = {}
-    problems: dict[Mesh, Diagnostic] = {}
+    shapes, meshes, problems = list[MeshShape](), dict[Mesh, Any](), dict[Mesh, Diagnostic]()
+    for link, purpose in product(case.robot.links, ("collision", "visual") if colliding is None else ("collision",)):
+        for number, shape in enumerate(getattr(link, purpose)):
+            if isinstance(shape.geometry, Mesh) and (colliding is None or shape.geometry.file in colliding):
+                shapes.append(MeshShape(link.name, purpose, number, shape.geometry))
     for number, one in enumerate(shapes):
         Progress.step("reading meshes", number, len(shapes))
-        if one.mesh in meshes or one.mesh in problems:
-            continue
-        found = TriangleMesh.of_shape(case, one[:3], files)
-        if isinstance(found, Diagnostic):
-            problems[one.mesh] = found
-        else:
-            corners = found.triangles.reshape(-1, 3)
-            meshes[one.mesh] = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
-            meshes[one.mesh].merge_vertices()
+        if one.mesh not in meshes and one.mesh not in problems:
+            found = TriangleMesh.of_shape(case, one[:3], files)
+            if isinstance(found, Diagnostic):
+                problems[one.mesh] = found
+            else:
+                corners = found.triangles.reshape(-1, 3)
+                meshes[one.mesh] = trimesh.Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
+                meshes[one.mesh].merge_vertices()
     return shapes, meshes, list(problems.values())
 
 
@@ -126,12 +119,6 @@ class Solid:
             return creation.capsule(geometry.length, geometry.radius)
         return creation.icosphere(3).apply_scale(self.size)
 
-    @property
-    def has_volume(self) -> bool:
-        if isinstance(self.shape.geometry, Mesh):
-            return self.mesh is not None and self.hull is not None and self.hull.volume >= _SMALLEST**3
-        return all(math.isfinite(size) and size > _SMALLEST for size in self.size)
-
     def in_link(self, points: Floats) -> Floats:
         """Transform points (n, 3) from the frame of the shape to that of its link."""
         return TriangleMesh.placed(points, self.place.rows, self.place.xyz)
@@ -167,19 +154,6 @@ class Solid:
         points = lower + generator.random((4 * count, 3)) * (upper - lower)
         return self.in_link(points[self._in_hull(points)][:count])
 
-    def probes(self) -> Floats:
-        """Return points (n, 3) on the mesh, or inside a primitive, in the frame of the link."""
-        import numpy as np
-
-        if self.mesh is None:
-            return self.sample(_FILLING, np.random.default_rng(2))
-        points = np.concatenate([self.mesh.triangles_center, self.mesh.triangles.reshape(-1, 3)])
-        return self.in_link(_thinned(points, _ON_SURFACE))
-
-
-def _thinned(points: Any, most: int) -> Any:
-    return points[:: 1 + len(points) // most]
-
 
 def solids_of(shapes: Sequence[Shape], link: str, meshes: Meshes) -> list[Solid]:
     """Return the shapes of a link that have a volume."""
@@ -187,8 +161,13 @@ def solids_of(shapes: Sequence[Shape], link: str, meshes: Meshes) -> list[Solid]
     for number, shape in enumerate(shapes):
         for piece in shape.solids():
             mesh = meshes.get(piece.geometry) if isinstance(piece.geometry, Mesh) else None
-            solids.append(Solid(link, number, piece, piece.origin().transform(), mesh))
-    return [solid for solid in solids if solid.has_volume]
+            solid = Solid(link, number, piece, piece.origin().transform(), mesh)
+            if not isinstance(piece.geometry, Mesh):
+                has_volume = all(math.isfinite(size) and size > _SMALLEST for size in solid.size)
+            else:
+                has_volume = mesh is not None and solid.hull is not None and solid.hull.volume >= _SMALLEST**3
+            solids += [solid] if has_volume else []
+    return solids
 
 
 class Overlap(NamedTuple):
@@ -278,13 +257,20 @@ class Bodies:
 
     def touches(self, solids: tuple[Solid, Solid], positions: Positions) -> bool:
         """Return True if a corner or the middle of a triangle of a shape is inside the other, not only in its hull."""
+        import numpy as np
+
         if all(solid.mesh is None for solid in solids):
             return True
         self.put(self.rows([positions])[0])
         for inner, outer in (solids, solids[::-1]):
-            points = self.move(inner.probes(), inner, outer)
+            if inner.mesh is None:
+                points = inner.sample(_FILLING, np.random.default_rng(2))
+            else:
+                points = np.concatenate([inner.mesh.triangles_center, inner.mesh.triangles.reshape(-1, 3)])
+                points = inner.in_link(points[:: 1 + len(points) // _ON_SURFACE])
+            points = self.move(points, inner, outer)
             points = points[outer.contains(points)]
-            if len(points) and outer.contains(_thinned(points, _TESTED), exact=True).any():
+            if len(points) and outer.contains(points[:: 1 + len(points) // _TESTED], exact=True).any():
                 return True
         return False
 
@@ -322,6 +308,6 @@ class Scene(Bodies):
             self._points[small] = np.concatenate(samples)
         self.put(self.rows([positions])[0])
         points = self.move(self._points[small], inner[0], outer[0])
-        points = _thinned(points, _TESTED) if exact else points
+        points = points[:: 1 + len(points) // _TESTED] if exact else points
         inside = np.any([solid.contains(points, exact) for solid in outer], axis=0)
         return float(inside.mean()) if len(points) else 0.0

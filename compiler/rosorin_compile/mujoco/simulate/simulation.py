@@ -31,8 +31,7 @@ from rosorin_compile.source.wording import counted, did_you_mean, first_of, list
 
 from ..mjcf.engine import reason
 from ..rest_pose import leader_of
-from .scenarios import Driven, PoseTrial, Swept, Swung, run_scenarios
-from .world import FIXED, FREE, World, mjcf_text, quiet
+from .scenarios import FIXED, FREE, Driven, PoseTrial, Swept, Swung, World, mjcf_text, quiet, run_scenarios
 
 RULES = declare(
     SIMULATION,

@@ -12,15 +12,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    WARNING,
-    Diagnostic,
-    MissingPackages,
-    RequestError,
-    error,
-    has_errors,
-)
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, MissingPackages, RequestError, error, has_errors
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import SIMULATION, declare
@@ -195,7 +187,7 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
             moved = set().union(*(robot.below(one.child) for one in movers))
             touch = next((one for one in held.touches if len(moved.intersection(one)) == 1), None)
             message = f'{where}, joint "{name}" ends {off:.3g} {joint.unit} from its target{_touching(touch)}'
-            severity, place = NOTE if touch else WARNING, path if is_named else case.joint(joint)
+            severity, place = NOTE if touch else "", path if is_named else case.joint(joint)
             found = case.problem("pose-not-held", message, place, severity=severity, key=True)
             yield replace(found, of=(name, joint.child))
         moves = held.drift > limits["drift"] or held.turned > 2 * limits["drift"]
@@ -228,8 +220,8 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
                 )
                 if end.touches and end.first_touch:
                     message += f", from {round(end.touch_position, 2):.6g} {joint.unit} on"
-                severity = NOTE if end.touches else WARNING
-                yield case.problem("limit-not-reached", message, case.joint(joint, "limit", side), severity=severity)
+                place, severity = case.joint(joint, "limit", side), NOTE if end.touches else ""
+                yield case.problem("limit-not-reached", message, place, severity=severity)
     swung = result.energy
     if swung is not None and swung.broken:
         yield broken("swinging without damping", swung.broken, ("robot",))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -77,6 +77,14 @@ class Rule:
         return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
 
+def declare(topic: str, rules: Mapping[str, str]) -> tuple[Rule, ...]:
+    """Declare rules of one topic that ``Case.problem`` reports: by id, what is wrong, then "Fix:" and what to do."""
+    texts = {id: text.partition(" Fix: ") for id, text in rules.items()}
+    declared = tuple(Rule(id, what, help, topic) for id, (what, _, help) in texts.items())
+    DECLARED.update((rule.id, rule) for rule in declared)
+    return declared
+
+
 class Check(NamedTuple):
     """A function that yields diagnostics of a robot, and the rules that are declared with it."""
 
@@ -118,7 +126,8 @@ def find(ids: Collection[str] | None = None) -> dict[str, Rule]:
     quoted = [f'"{id}"'.encode() for id in ids or ()]
     for path in sorted(package.glob("**/*.py")):
         text = path.read_bytes()
-        if (b"Rule(" in text or b"@rule(" in text) and (ids is None or any(id in text for id in quoted)):
+        marks = (b"Rule(", b"@rule(", b"= declare(")
+        if any(mark in text for mark in marks) and (ids is None or any(id in text for id in quoted)):
             name = ".".join(path.relative_to(package.parent).with_suffix("").parts).removesuffix(".__init__")
             module = import_module(name)
             rules = (*getattr(module, "RULES", ()), *(rule for check in checks_of(module) for rule in check.rules))

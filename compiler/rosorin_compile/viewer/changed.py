@@ -18,8 +18,9 @@ from rosorin_compile.source.diagnostics import counted
 
 from .overlay import Overlay, of_two
 from .overlay import before as before_of
-from .page import MAX_MEGABYTES, Embedding, data_of, html, left_out
+from .page import MAX_MEGABYTES, data_of, html, left_out
 from .page.data import Data, before_data
+from .page.images import Embedding
 from .showing import Shown, look, nameless, on_disk
 
 if TYPE_CHECKING:

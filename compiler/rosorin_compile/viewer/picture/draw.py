@@ -22,7 +22,7 @@ from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.viewer.frame_trees import TooMany, frame_trees
 from rosorin_compile.viewer.frames import check_target
-from rosorin_compile.viewer.page.data import mesh_names
+from rosorin_compile.viewer.page.images import mesh_names
 from rosorin_compile.viewer.showing import Shown, look
 
 if TYPE_CHECKING:

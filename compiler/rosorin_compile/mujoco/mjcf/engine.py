@@ -101,9 +101,7 @@ def proof(mujoco: Any, path: str, asked: dict[str, Any], here: Path) -> dict[str
     ``asked`` has the ``text``, the files of its meshes by the names that it has for them (``files``), and the ``names``
     that the import gave by kind and index.
     """
-    from .accelerations import compare_motion, moves_alike
     from .compare_models import Comparison
-    from .compiled_model import Model
 
     theirs = _read(mujoco, Path(path), here)
     theirs.compiler.fusestatic = theirs.compiler.discardvisual = False
@@ -119,13 +117,12 @@ def proof(mujoco: Any, path: str, asked: dict[str, Any], here: Path) -> dict[str
         made = ours.compile()
     except Exception as problem:  # whatever MuJoCo has against it
         return {"refused": " ".join(str(problem).split())}
-    models = Model(mujoco, source, theirs), Model(mujoco, made, ours)
-    comparison = Comparison(*models, given)
+    comparison = Comparison(mujoco, source, made, given)
     found = comparison.run(theirs.stat)
-    counts = {kind: len(names) for kind, names in models[0].names.items()}
+    counts = {kind: len(names) for kind, names in comparison.source.names.items()}
     answer: dict[str, Any] = {"differences": found, "counts": counts}
-    if moves_alike(found):
-        answer["motion"] = compare_motion(mujoco, comparison)._asdict()
+    if comparison.moves_alike():
+        answer["motion"] = comparison.motion()._asdict()
     return answer
 
 

@@ -81,8 +81,6 @@ def _quiet(reason: str, *keys: str) -> dict[str, Unsupported]:
 _CONTACTS = ("condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
 # How MuJoCo sees and simulates a robot, in words that formats for other programs do not have.
 OF_MUJOCO: Mapping[str, Unsupported] = {
-    **_quiet("drives of MuJoCo; ros2_control and plug-ins of Gazebo drive joints elsewhere", "actuators"),
-    **_quiet("drives of MuJoCo, as actuators", "joints.*.actuator"),
     **_quiet("how MuJoCo couples joints", *(f"joints.*.mimic.{key}" for key in ("name", *_CONTACTS))),
     **_quiet("how MuJoCo computes contacts", *(f"links.*.collision.*.contact.{key}" for key in _CONTACTS)),
     **_quiet("marks that sensors and actuators of MuJoCo name", "links.*.sites"),

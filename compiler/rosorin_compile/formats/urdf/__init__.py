@@ -13,6 +13,7 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
 from ..distributions import DISTRIBUTIONS
 from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Format, Opened, xml_syntax
+from ..gazebo_drives import unsupported_drives
 from ..unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
 from . import write
 from .content import check, frames_of, links_of
@@ -59,6 +60,7 @@ def _unsupported(output: Output) -> Mapping[str, Unsupported]:
     table = {
         **OF_MUJOCO,
         **OF_PUBLISHERS,
+        **unsupported_drives(output, quiet=not output.options.get("gazebo")),
         "constraints": Unsupported("no loops, and no couplings but mimic"),
         "disabled_contacts": Unsupported("the SRDF lists pairs of links that are not to collide", quiet=True),
     }

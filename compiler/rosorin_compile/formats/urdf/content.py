@@ -39,6 +39,7 @@ from rosorin_compile.source.numbers import number_format
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.wording import counted, plural, quoted
 
+from ..gazebo_elements import distribution
 from ..mesh_files import urdf_file_name
 
 RULES = (
@@ -205,6 +206,14 @@ class Content:
         for section in sections_in_urdf(output):
             if section.urdf is not None:
                 self.blocks += section.urdf(robot, output, number_format(output.options))
+        if gazebo := distribution(output.options.get("gazebo")):
+            from ..gazebo_drives import drive_blocks, no_plugin
+
+            names_of_joints = {joint.name: joint.name for joint in self.joints}
+            others = (*self._kept(robot.urdf_elements), *self.blocks)
+            drives, without = drive_blocks(robot, names_of_joints, gazebo, number_format(output.options), others)
+            self.blocks += drives
+            self.lost += no_plugin("urdf-cannot-say", gazebo, without)
         names = [name for group, _ in link_groups(robot, self.joints) for name in group]
         boxes, has_visuals = str(output.options.get("height_maps", ROWS)), "visual" in self.elements
         visuals = {name: shapes_at(robot, name, self.carried, "visual", boxes) if has_visuals else [] for name in names}

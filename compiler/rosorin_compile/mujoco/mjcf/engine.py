@@ -77,7 +77,7 @@ def read(mujoco: Any, path: Path, here: Path) -> dict[str, Any]:
             _name_all(spec)
             made = _facts(mujoco, spec, spec.compile())
         except Exception as problem:  # whatever the reader refuses is reported, not raised
-            made = {"refused": re.sub(rf"{_NO_NAME}\d+", "", _reason(mujoco, problem)[0])}
+            made = {"refused": re.sub(rf"{_NO_NAME}\d+", "", reason(mujoco, problem)[0])}
     return {**made, "warnings": [str(warning.message) for warning in caught]}
 
 
@@ -91,14 +91,14 @@ def load(mujoco: Any, text: str, folder: str) -> tuple[str, bool]:
             spec.modelfiledir = folder
             spec.compile()
         except Exception as problem:
-            reason, outdated = _reason(mujoco, problem)
+            reason, outdated = reason(mujoco, problem)
             return reason or type(problem).__name__, outdated
         finally:
             mujoco.set_mju_user_warning(None)
     return "", False
 
 
-def _reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
+def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
     """Return why MuJoCo refuses a model, and whether it is too old to know what MuJoCo 4 does."""
     reason, version = str(problem), mujoco.__version__
     is_new = int(version.partition(".")[0]) >= _WRITTEN_FOR

@@ -91,8 +91,8 @@ def load(mujoco: Any, text: str, folder: str) -> tuple[str, bool]:
             spec.modelfiledir = folder
             spec.compile()
         except Exception as problem:
-            reason, outdated = reason(mujoco, problem)
-            return reason or type(problem).__name__, outdated
+            why, outdated = reason(mujoco, problem)
+            return why or type(problem).__name__, outdated
         finally:
             mujoco.set_mju_user_warning(None)
     return "", False
@@ -100,13 +100,13 @@ def load(mujoco: Any, text: str, folder: str) -> tuple[str, bool]:
 
 def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
     """Return why MuJoCo refuses a model, and whether it is too old to know what MuJoCo 4 does."""
-    reason, version = str(problem), mujoco.__version__
+    text, version = str(problem), mujoco.__version__
     is_new = int(version.partition(".")[0]) >= _WRITTEN_FOR
-    if is_new and "unrecognized" not in reason and "composite" in reason:
-        return f"MuJoCo {version} no longer reads <composite>: {reason}", False
-    if is_new or not (isinstance(problem, AttributeError) or "unrecognized" in reason):
-        return reason, False
-    return f"MuJoCo {version} is too old for it, MuJoCo {_WRITTEN_FOR} may know it: {reason}", True
+    if is_new and "unrecognized" not in text and "composite" in text:
+        return f"MuJoCo {version} no longer reads <composite>: {text}", False
+    if is_new or not (isinstance(problem, AttributeError) or "unrecognized" in text):
+        return text, False
+    return f"MuJoCo {version} is too old for it, MuJoCo {_WRITTEN_FOR} may know it: {text}", True
 
 
 def _proof(mujoco: Any, asked: dict[str, Any], here: Path) -> dict[str, Any]:
@@ -215,7 +215,7 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
     for body in spec.bodies:
         if body.explicitinertial:
             full = body.fullinertia.tolist()
-            made["bodies"][body.id]["said"] = {"pos": body.ipos.tolist(), "full": full if full[0] == full[0] else None}
+            made["bodies"][body.id]["text"] = {"pos": body.ipos.tolist(), "full": full if full[0] == full[0] else None}
     usual = type(spec)().add_mesh().inertia
     for mesh in spec.meshes:
         entry = made["meshes"][mesh.id]

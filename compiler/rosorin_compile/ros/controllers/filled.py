@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import HUMBLE, JAZZY
+from rosorin_compile.formats.format import described_by as known_distribution
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Controller, Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic

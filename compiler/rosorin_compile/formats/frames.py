@@ -16,7 +16,7 @@ from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.rules.publishers import MAX_MODES, combinations, holds, modes_in
 from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.numbers import NumberFormat, fixed, number_format, vector
+from rosorin_compile.source.numbers import fixed, number_format, vector
 from rosorin_compile.source.wording import first_of, listed
 from rosorin_compile.source.xml.elements import number_of, numbers_of
 
@@ -46,7 +46,17 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     for name, why in robot.simulated_frames.items():
         simulated.setdefault(why, []).append(name)
     reasons = [f"{first_of(names, 3)} ({' '.join(why.split())})" for why, names in simulated.items()]
-    poses = []
+    rows, poses = list[list[str]](), list[list[str]]()
+    for frame in frames:
+        who, topic, when = _publishing(frame)
+        unknown = "not known" if frame.publisher.kind == UNPUBLISHED else f"known to {_escape(who)} alone"
+        cells = [_escape(frame.parent), _escape(frame.child), _escape(who), "moving" if frame.moving else "static"]
+        cells += [topic] if frame.pose else [topic, unknown, "", ""]
+        xyz, rpy = (frame.pose.xyz, frame.pose.rpy) if frame.pose else ((), ())
+        columns = ((xyz, number, 11), (rpy, number, 11), (tuple(map(math.degrees, rpy)), partial(fixed, digits=4), 9))
+        for values, form, width in columns if frame.pose else ():
+            cells.append(" ".join(text.ljust(width) for text in vector(values, form).split()).rstrip())
+        rows.append([*cells, _escape(" ".join(when.split()))])
     for pose in robot.poses:
         for name, position in pose.positions.items():
             slides = name in robot.joint and robot.joint[name].type == "prismatic"
@@ -54,9 +64,9 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
             place = f"{number(position)} {'m' if slides else 'rad'}"
             poses.append([_escape(pose.name), _escape(name), place, degrees, str(pose.pulses.get(name, ""))])
     publishers = dict.fromkeys(frame.publisher for frame in frames)
-    values: dict[str, Any] = {
+    named: dict[str, Any] = {
         "robot": robot,
-        "frames": _table(_FRAME_COLUMNS, [_frame_row(frame, number) for frame in frames]),
+        "frames": _table(_FRAME_COLUMNS, rows),
         "nodes": [node for node in publishers if node.kind != UNPUBLISHED and (node.package or node.about)],
         "simulated": _wrapped(f"Only simulations have {listed(reasons)}.") if reasons else "",
         "stand_ins": _stand_ins(robot),
@@ -67,7 +77,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "source": describe,
         "escape": _escape,
     }
-    return templates.own("core/frames.md.jinja", values), []
+    return templates.own("core/frames.md.jinja", named), []
 
 
 def _frames(robot: Robot) -> list[Edge]:
@@ -81,19 +91,6 @@ def _frames(robot: Robot) -> list[Edge]:
             frames.append(Edge(joint.parent, joint.child, joint.publisher, joint.moves_on_tf, pose=joint.origin))
         frames += turns
     return frames + [edge for edge in robot.edges if not edge.joint]
-
-
-def _frame_row(frame: Edge, number: NumberFormat) -> list[str]:
-    who, topic, when = _publishing(frame)
-    unknown = "not known" if frame.publisher.kind == UNPUBLISHED else f"known to {_escape(who)} alone"
-    numbers = [] if frame.pose else [unknown, "", ""]
-    if frame.pose:
-        degrees = tuple(map(math.degrees, frame.pose.rpy))
-        columns = ((frame.pose.xyz, number, 11), (frame.pose.rpy, number, 11), (degrees, partial(fixed, digits=4), 9))
-        for values, form, width in columns:
-            numbers.append(" ".join(text.ljust(width) for text in vector(values, form).split()).rstrip())
-    cells = [_escape(frame.parent), _escape(frame.child), _escape(who), "moving" if frame.moving else "static"]
-    return [*cells, topic, *numbers, _escape(" ".join(when.split()))]
 
 
 def _publishing(frame: Edge) -> tuple[str, str, str]:
@@ -195,17 +192,6 @@ def _parse(text: str, headers: Iterable[str]) -> Iterator[dict[str, str]]:
             yield dict(zip(headers, (re.sub(r"\\(.)", r"\1", cell) for cell in cells), strict=True))
 
 
-def _words(text: str) -> list[float | str]:
-    """Return the words of a text, numbers as numbers; dashes that draw the lines of a table do not count."""
-    words: list[float | str] = []
-    for word in text.split():
-        try:
-            words += [] if set(word) == {"-"} else [word if "_" in word else float(word)]
-        except ValueError:
-            words.append(word)
-    return words
-
-
 FORMAT = Format(
     name="frames",
     word="table of frames",
@@ -223,7 +209,7 @@ FORMAT = Format(
     view=view,
     read=read,
     asked=lambda *source: Asked({"file": "frames.md"}),  # noqa: ARG005
-    syntax=_words,
+    syntax=lambda text: [word for word in text.split() if word.strip("-")],
     folder="doc",
 )
 

@@ -78,9 +78,8 @@ def _lines(element: SdfElement, indent: str, number: NumberFormat, more: Sequenc
     """Yield the lines of an element; ``more`` elements come first in it."""
 
     def word(value: float | str | bool) -> str:
-        return (
-            str(value).lower() if isinstance(value, bool) else number(value) if isinstance(value, float) else str(value)
-        )
+        text = number(value) if isinstance(value, float) else str(value)
+        return text.lower() if isinstance(value, bool) else text
 
     name = escape(element.name)
     start = f"{indent}<{name}{attributes(**{key: word(value) for key, value in element.attributes.items()})}"

@@ -34,18 +34,13 @@ from rosorin_compile.source.wording import first_of
 
 from . import FORMATS as RECORDS
 
-_NOT_FOUND = (
-    "A mesh or a texture is not found: an error if the MJCF needs it, a warning if the MJCF leaves it out, a note"
-    " if the URDF alone names it: its readers may find it on their machine."
-)
+_NOT_FOUND = "A mesh or texture is not found: an error or warning with an MJCF, a note if the URDF alone names it."
 _FIND = "Correct the name, put the file there, or say where the package is: `--package NAME=FOLDER`."
 _NO_ELEMENT_FILE = "An element of `mjcf` names a file that is not found: MuJoCo would not load the MJCF."
 _AMBIGUOUS = "Two files that differ would be one beside the artifacts. A warning if the URDF alone names them."
 RULES = (
     Rule("mesh-not-found", _NOT_FOUND, _FIND, FORMATS, accept="robot", imported="always", asked="meshes"),
-    Rule(
-        "element-file-not-found", _NO_ELEMENT_FILE, "Put the file there, or correct the name.", FORMATS, asked="meshes"
-    ),
+    Rule("element-file-not-found", _NO_ELEMENT_FILE, "Put it there, or correct the name.", FORMATS, asked="meshes"),
     Rule("mesh-not-a-file", "A mesh or a texture is no regular file.", "Name a file.", FORMATS, asked="meshes"),
     Rule("mesh-ambiguous", _AMBIGUOUS, "Give one of them another name.", FORMATS, asked="meshes"),
 )
@@ -150,7 +145,14 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     for texture in named_files(tree, TEXTURE) if opening else ():  # one that only names textures opens none
         is_named = naming and is_relative(urdf_file_name(texture.name))
         named += [texture] if is_named or any(opened_by(output, texture.name) for output in opening) else []
-    searched = _Search(places, outputs, tree).run([*named, *(_named_in_elements(tree) if opening else ())])
+    elements: dict[str, dict[Span, None]] = {}  # the files that elements of MJCF name
+    links = [link for link in (tree.get("links") or {}).values() if isinstance(link, Map)]
+    for texts in (tree.get("mjcf"), *(link.get("mjcf_elements") for link in links)) if opening else ():
+        for text, span in zip(texts, texts.value_spans, strict=True) if isinstance(texts, Seq) else ():
+            for name in files_in(text) if isinstance(text, str) else ():
+                elements.setdefault(name, {})[span] = None
+    named += [NamedFile(name, list(spans), OF_ELEMENT) for name, spans in elements.items()]
+    searched = _Search(places, outputs, tree).run(named)
     images = places.textures(tree) if embeds else {}
     return searched._replace(by_name={**images, **searched.by_name})
 
@@ -190,17 +192,6 @@ def named_files(tree: Map, kind: str) -> list[NamedFile]:
         elif isinstance(node, Seq):
             waiting += [(value, collides) for value in node][::-1]
     return [NamedFile(name, list(spans), kind, name in colliding) for name, spans in found.items()]
-
-
-def _named_in_elements(tree: Map) -> list[NamedFile]:
-    """Return the files that elements of MJCF name, each name once."""
-    found: dict[str, dict[Span, None]] = {}
-    links = [link for link in (tree.get("links") or {}).values() if isinstance(link, Map)]
-    for texts in (tree.get("mjcf"), *(link.get("mjcf_elements") for link in links)):
-        for text, span in zip(texts, texts.value_spans, strict=True) if isinstance(texts, Seq) else ():
-            for name in files_in(text) if isinstance(text, str) else ():
-                found.setdefault(name, {})[span] = None
-    return [NamedFile(name, list(spans), OF_ELEMENT) for name, spans in found.items()]
 
 
 def references(mesh: Path) -> list[str]:
@@ -254,7 +245,15 @@ def files_diagnostic(rule: str, what: str, help: str, severity: str, many: Seque
 class _Search:
     def __init__(self, places: Places, outputs: Sequence[Output], tree: Map | None) -> None:
         self.places, self.main = places, places.description.parent
-        self.sources = _source_folders(tree) if tree is not None else {}
+        self.sources: dict[Path, tuple[list[Path], dict[str, Path]]] = {}  # of meshes, of packages; by that of the file
+        for entry in (tree, *(tree.get("links") or {}).values()) if tree is not None else ():
+            source = entry.get("source") if isinstance(entry, Map) else None
+            if isinstance(source, Map) and ("folder" in source or "packages" in source):
+                by = Path(source.span.source.path).parent
+                folders, packages = self.sources.setdefault(by, ([], {}))
+                folders += [by / str(source["folder"])] if "folder" in source else []
+                for name, place in (source.get("packages") or {}).items():
+                    packages.setdefault(name, by / str(place))
         self.opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
         self.naming = [output for output in outputs if RECORDS[output.backend].meshes]
         self.has_outputs = bool(self.opening or self.naming) or any(RECORDS[one.backend].measures for one in outputs)
@@ -319,10 +318,8 @@ class _Search:
     def _report_missing(self, one: NamedFile, scheme: str, rest: str) -> None:
         severity = WARNING if self.opening or scheme == "model" else NOTE  # readers of a URDF know packages alone
         is_outside = _leads_out(one.name)
-        place = (
-            "there" if (is_outside or not self.has_outputs) and one.kind != OF_ELEMENT else "next to the description"
-        )
-        help = f"put the file {place}, or correct the name"
+        is_there = (is_outside or not self.has_outputs) and one.kind != OF_ELEMENT
+        help = f"put the file {'there' if is_there else 'next to the description'}, or correct the name"
         if one.kind == OF_ELEMENT:
             what, severity = "not there: MuJoCo does not load the MJCF without it", ERROR
         elif scheme in _PACKAGES:
@@ -423,20 +420,6 @@ class _Search:
         name, _, path = rest.partition("/")
         if path and ".." not in path.split("/"):
             yield from (package / path for folder in folders for package in self._package(folder, name))
-
-
-def _source_folders(tree: Map) -> dict[Path, tuple[list[Path], dict[str, Path]]]:
-    """Return the folders of meshes and of packages in the sources of a file, by the folder of that file."""
-    found: dict[Path, tuple[list[Path], dict[str, Path]]] = {}
-    for entry in (tree, *(tree.get("links") or {}).values()):
-        source = entry.get("source") if isinstance(entry, Map) else None
-        if isinstance(source, Map) and ("folder" in source or "packages" in source):
-            by = Path(source.span.source.path).parent
-            folders, packages = found.setdefault(by, ([], {}))
-            folders += [by / str(source["folder"])] if "folder" in source else []
-            for name, place in (source.get("packages") or {}).items():
-                packages.setdefault(name, by / str(place))
-    return found
 
 
 def _folders_above(one: NamedFile) -> Iterator[Path]:

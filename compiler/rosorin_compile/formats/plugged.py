@@ -31,13 +31,16 @@ class Plugged(NamedTuple):
 
 
 @cache
-def plugged(built_in: Collection[str], files: Callable[[], Collection[str]]) -> Plugged:
-    """Return the formats of plug-ins; ``built_in`` are names, and ``files`` endings, that they must not have."""
+def plugged(built_in: tuple[Format, ...]) -> Plugged:
+    """Return the formats of plug-ins, which must not have the names and the files of those that are built in."""
+    readable = [one for one in built_in if one.load is not None]
+    files = {mark for one in readable for mark in (*one.endings, *(f"<{root}>" for root in one.roots))}
+    names = {one.name for one in built_in}
 
     def is_taken(name: str) -> bool:
-        return name in built_in or name in ENDINGS or name in files() or ("-" in name and bool(find([name])))
+        return name in {*names, *ENDINGS, *files} or ("-" in name and bool(find([name])))
 
-    loaded, diagnostics = load("formats", Format, partial(_unique_names, built_in), is_taken)
+    loaded, diagnostics = load("formats", Format, partial(_unique_names, names), is_taken)
     OF_PLUGINS.update((rule.id, rule) for _, format in loaded for rule in format.rules)
     return Plugged({format.name: _guarded(plugin, format) for plugin, format in loaded}, diagnostics)
 

@@ -130,9 +130,8 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
             made, found = accept(made, options.lenient)
             here = document.source
             diagnostics += [d for d in found if d.severity == ERROR or d.span is None or d.span.source is here]
-    return imported._replace(
-        tree=made, diagnostics=[*imported.diagnostics, *diagnostics], files=(*imported.files, path)
-    )
+    diagnostics = [*imported.diagnostics, *diagnostics]
+    return imported._replace(tree=made, diagnostics=diagnostics, files=(*imported.files, path))
 
 
 def known_formats() -> str:
@@ -213,8 +212,14 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
     names: dict[tuple[str, str], Span] = {}  # the place of the first violation of a rule by each entry
     for _ in range(3):  # what lowering refuses hides violations of the rules
         for one in problems:
-            if one.of and one.severity == ERROR and _is_acceptable(tree, one, lenient):
-                names.setdefault((one.rule, _name(one)), one.span or tree.span)
+            if not one.of or one.severity != ERROR or one.rule not in rules:
+                continue
+            name, imported = one.of[-1 if rules[one.rule].accept == "link" else 0], rules[one.rule].imported
+            may = imported == "always" or (lenient and imported == "lenient")
+            if one.rule == "mass-not-positive":
+                may = lenient or tree["links"][name]["inertial"]["mass"] == 0
+            if may:  # a link is the last of the names, the child of a joint
+                names.setdefault((one.rule, name), one.span or tree.span)
         if len(names) == count:
             break
         count, entries = len(names), list[Placed]()
@@ -242,18 +247,6 @@ def violations(tree: Map) -> list[Diagnostic]:
     if lowered.robot is None:
         return list(lowered.diagnostics)
     return [*lowered.diagnostics, *check(lowered.robot, tree, lowered.places, FORMATS)]
-
-
-def _is_acceptable(tree: Map, diagnostic: Diagnostic, lenient: bool) -> bool:
-    rule = acceptable().get(diagnostic.rule)
-    if rule is not None and rule.id == "mass-not-positive":
-        return lenient or tree["links"][_name(diagnostic)]["inertial"]["mass"] == 0
-    return rule is not None and (rule.imported == "always" or (lenient and rule.imported == "lenient"))
-
-
-def _name(diagnostic: Diagnostic) -> str:
-    """Return the name that an entry of ``accept`` gives a diagnostic: the joint, or the link that is its child."""
-    return diagnostic.of[-1] if acceptable()[diagnostic.rule].accept == "link" else diagnostic.of[0]
 
 
 def lower_artifact(tree: Map, diagnostics: Iterable[Diagnostic]) -> Robot:

@@ -7,6 +7,7 @@ the frames is published by robot_state_publisher from the URDF.
 
 from __future__ import annotations
 
+import ast
 import json
 import posixpath
 import re
@@ -181,8 +182,6 @@ def view(robot: Robot, output: Output) -> Transforms:
 
 def read(text: str) -> Transforms:
     """Return the transforms of a launch file, which is parsed, never run. Raises ValueError for a damaged one."""
-    import ast
-
     default = re.search(rf"'{FRAME_PREFIX}',\s+default_value=(.*),", text)
     is_declared = default is not None and f"{FRAME_PREFIX} = LaunchConfiguration('{FRAME_PREFIX}')" in text
     nodes, edges = _NODE.findall(text), list[Edge]()
@@ -222,12 +221,6 @@ def check_numbers(case: Case, output: Output) -> Iterator[Diagnostic]:
         yield case.problem("number-format", message, ("outputs", output.name, "number_format"), help)
 
 
-def _syntax(text: str) -> str:
-    import ast
-
-    return ast.dump(python_of(text))
-
-
 _DIGITS = "exact: to the last digit; left out: 7 decimals of metres and 8 of radians."
 FORMAT = Format(
     name="static_tf",
@@ -245,7 +238,7 @@ FORMAT = Format(
     read=read,
     rounding=ROUNDING,
     located=True,
-    syntax=_syntax,
+    syntax=lambda text: ast.dump(python_of(text)),
     feeds=(STATIC_TRANSFORM_PUBLISHER,),
     folder="launch",
     deploys=True,

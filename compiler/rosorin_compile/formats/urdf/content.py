@@ -11,23 +11,10 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import replace
 
-from rosorin_compile.model import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Inertial,
-    Joint,
-    Link,
-    Mesh,
-    Output,
-    Robot,
-    Shape,
-    Transform,
-)
+from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Inertial, Joint, Link, Mesh, Output, Robot, Shape
 from rosorin_compile.model.bounds import along, radius_about
 from rosorin_compile.model.cached import of_robot
-from rosorin_compile.model.geometry import IDENTITY, dot, minus, plane_axes, pose_of, unit
+from rosorin_compile.model.geometry import IDENTITY, Transform, dot, minus, plane_axes, pose_of, unit
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.mass import together
 from rosorin_compile.model.sections import sections_in_urdf
@@ -40,18 +27,9 @@ from rosorin_compile.source.wording import counted, plural, quoted
 
 from ..mesh_files import urdf_file_name
 
-_WITHOUT_MASS = (
-    "A note: `elements` leaves the inertials of links out of the URDF, and no other output is a URDF that has them:"
-    " Gazebo reads it as an empty model, other simulators invent masses."
-)
-_UNSTABLE = (
-    "A warning: a joint of a URDF damps so light a part that a simulator with explicit steps of 1/240 s, such as"
-    " PyBullet, throws it out of the world: damping * step > 2 * inertia."
-)
-_CANNOT_SAY = (
-    "A warning: URDF 1.0 has no capsule, cylinders are written. A note: what hangs on links that are not in the URDF,"
-    " and whose mass does not move in it."
-)
+_WITHOUT_MASS = "A note: no URDF has the inertials: Gazebo reads it as an empty model, other simulators invent masses."
+_UNSTABLE = "A warning: damping * step > 2 * inertia: simulators with explicit steps of 1/240 s, as PyBullet, diverge."
+_CANNOT_SAY = "A warning: URDF 1.0 has no capsules: cylinders are written. A note: parts that are not in the URDF."
 _SECOND = "[A second URDF for simulators](artifacts.md#a-urdf-for-simulators), or `accept` it with its reason."
 _SERVO = "The damping of a servo belongs to its `actuator`, which no URDF has; else damp less, or correct the mass."
 _OTHERWISE = 'A cylinder and spheres say it exactly; `version: "1.2"` has capsules. `frames: bodies` has what moves.'
@@ -246,10 +224,8 @@ class Content:
         for section in sections_in_urdf(output):
             if section.urdf is not None:
                 self.blocks += section.urdf(robot, output, number_format(output.options))
-        names, is_seen = (
-            [name for group, _ in link_groups(robot, self.joints) for name in group],
-            "visual" in self.elements,
-        )
+        is_seen = "visual" in self.elements
+        names = [name for group, _ in link_groups(robot, self.joints) for name in group]
         visuals = {name: _shapes_at(robot, name, self.carried, "visual", output) if is_seen else [] for name in names}
         self.shapes = {name: (visuals[name], self.collisions(name)) for name in names}
         looks = [Material(one.name, one.rgba, urdf_file_name(one.texture)) for one in robot.materials if is_seen]
@@ -265,12 +241,9 @@ class Content:
         return _collisions(self.robot, link, self.carried, self.output) if "collision" in self.elements else []
 
     def _link(self, name: str) -> Link:
-        visual, solid = (
-            tuple(self._shape(shape, f"{name}_{number}") for number, shape in enumerate(shapes, 1))
-            for shapes in self.shapes[name]
-        )
+        both = ([self._shape(shape, f"{name}_{n}") for n, shape in enumerate(some, 1)] for some in self.shapes[name])
         kept = self._kept(self.robot.link[name].urdf_elements)
-        return Link(name, self.masses.get(name), visual, solid, urdf_elements=kept)
+        return Link(name, self.masses.get(name), *map(tuple, both), urdf_elements=kept)
 
     def _shape(self, shape: Shape, name: str) -> Shape:
         """Return a shape in the terms of URDF; ``name`` is that of its material if it has a look and no material."""
@@ -288,24 +261,15 @@ class Content:
         return Shape(geometry, shape.origin(), shape.name, shape.rgba, material, "", texture, urdf_elements=kept)
 
     def _joint(self, joint: Joint) -> Joint:
+        # The nearest type that URDF has to a ball, and robot_state_publisher leaves it alone as well.
+        kind = "floating" if joint.type == "ball" else joint.type
         has_axis = not joint.is_fixed and not joint.is_axleless
+        axis, limit = (joint.axis, joint.limit) if has_axis else ((1.0, 0.0, 0.0), None)
         dynamics = joint.dynamics if joint.dynamics is not None and "dynamics" in self.elements else Dynamics()
         dynamics = Dynamics(dynamics.damping, dynamics.friction)
-        return Joint(
-            joint.name,
-            # The nearest type that URDF has to a ball, and robot_state_publisher leaves it alone as well.
-            "floating" if joint.type == "ball" else joint.type,
-            joint.parent,
-            joint.child,
-            joint.origin,
-            joint.axis if has_axis else (1.0, 0.0, 0.0),
-            joint.limit if has_axis else None,
-            joint.mimic,
-            dynamics if dynamics != Dynamics() else None,
-            calibration=joint.calibration,
-            safety=joint.safety,
-            urdf_elements=self._kept(joint.urdf_elements),
-        )
+        made = Joint(joint.name, kind, joint.parent, joint.child, joint.origin, axis, limit, joint.mimic)
+        made = replace(made, dynamics=dynamics if dynamics != Dynamics() else None, safety=joint.safety)
+        return replace(made, calibration=joint.calibration, urdf_elements=self._kept(joint.urdf_elements))
 
     def diagnostics(self) -> Iterator[Diagnostic]:
         """Yield what the URDF does not contain, or contains in another form."""
@@ -335,10 +299,8 @@ class Content:
             why = "they have no mass" if bodies else "robot_state_publisher does not publish them"
             notes.append((f"not in the URDF, because {why}: {', '.join(lost)}", ""))
         if still:
-            message = (
-                f"the mass of {plural('link', len(still))} {quoted(still, 3)} does not move in the URDF, where the"
-            )
-            message += " joints at zero put it: robot_state_publisher does not publish what moves it"
+            message = f"the mass of {plural('link', len(still))} {quoted(still, 3)} does not move in the URDF, where"
+            message += " the joints at zero put it: robot_state_publisher does not publish what moves it"
             notes.append((message, '"frames: bodies" has these joints, for simulators'))
         yield from (Diagnostic("urdf-cannot-say", NOTE, message, help=help) for message, help in notes)
 

@@ -158,9 +158,14 @@ class _Reader(Reading):
         self._section(root, "joint", self._joint, tree)
         self._rename_materials(tree)
         self.check_element(root, tree)
-        for block in root.children if springs and "joints" in tree else ():
-            if block.tag == "gazebo" and block.get("reference") in tree["joints"]:
-                _add_spring(tree["joints"][block.get("reference")], block)
+        for block in root.children if springs else ():  # other simulators know springs as well
+            joint = (tree.get("joints") or {}).get(block.get("reference")) if block.tag == "gazebo" else None
+            for element in block.children if joint is not None else ():
+                with suppress(ValueError):
+                    value = float(element.get("value") or element.text)
+                    if element.tag in _SPRING and math.isfinite(value):
+                        joint.setdefault_at("dynamics", Map(element.span), element.span)
+                        put(joint["dynamics"], _SPRING[element.tag], value, element)
         version = root.attributes.get("version")
         if version is not None and version.value.strip() not in ("1", "1.0", "1.1", "1.2"):
             self.cannot_carry(f'the version "{version.value}" of <robot>', version.span, "URDF has 1.0, 1.1 and 1.2")
@@ -483,13 +488,3 @@ class _Reader(Reading):
             message = f"{others[0][0]} looks otherwise than the first of that name, which ROS takes for all: it keeps"
             message += f" its look and loses the name{f',{and_more(len(others) - 1)}' if len(others) > 1 else ''}"
             self.note("import-changed", message, others[0][1])
-
-
-def _add_spring(joint: Map, block: Element) -> None:
-    """Give a joint the spring of a <gazebo> element, which other simulators know as well."""
-    for element in block.children:
-        with suppress(ValueError):
-            value = float(element.get("value") or element.text)
-            if element.tag in _SPRING and math.isfinite(value):
-                joint.setdefault_at("dynamics", Map(element.span), element.span)
-                put(joint["dynamics"], _SPRING[element.tag], value, element)

@@ -18,15 +18,14 @@ from rosorin_compile.language.suppressions import Entry, settled, unknown, unuse
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.rules import check as rules
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, has_errors
-from rosorin_compile.source.files import read_text, recording
-from rosorin_compile.source.load import unreadable
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, error, has_errors
+from rosorin_compile.source.files import read_text, recording, shown
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import PACKAGE_XML
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import PYTHON_PACKAGE, ROS_PACKAGE, of_tool
-from rosorin_compile.source.tree import Map, locate
+from rosorin_compile.source.project import PYTHON_PACKAGE, ROS_PACKAGE, tool_folders
+from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import counted
 
 from . import FORMATS, Artifact, plugged_diagnostics
@@ -103,11 +102,12 @@ class Compiled:
     @property
     def packages(self) -> dict[str, Path]:
         """The folders of the ROS packages that were found, by name."""
-        return {one.name: Path(one.answer) for one in self.resolved if one.answer and one.kind == ROS_PACKAGE}
+        return {found.name: found.folder for found in self.resolved if found.kind == ROS_PACKAGE}
 
     @property
     def python_packages(self) -> list[Path]:
-        return [Path(one.answer) for one in self.resolved if one.answer and one.kind == PYTHON_PACKAGE]
+        """The folders of the Python packages that were found."""
+        return [found.folder for found in self.resolved if found.kind == PYTHON_PACKAGE]
 
     def __repr__(self) -> str:
         return f"<Compiled {self.robot!r}, {len(self.artifacts)} artifacts, {_counted(self.diagnostics)}>"
@@ -251,9 +251,13 @@ def compile_robot(
         except OSError as problem:
             if problem.filename is None:
                 raise
-            compiled = Compiled(None, (), [unreadable(problem)], (path,))
+            message = f"cannot read {shown(os.fsdecode(problem.filename))}: {problem.strerror}"
+            unreadable = error("file-unreadable", message, None, "check the permissions")
+            compiled = Compiled(None, (), [unreadable], (path,))
     listed = {*map(os.path.abspath, compiled.inputs)}
-    new = [p for p in recorded if p.name != PACKAGE_XML and os.path.abspath(p) not in listed and not of_tool(p)]
+    own = tuple(f"{folder}{os.sep}" for folder in tool_folders().values())
+    places = {os.path.abspath(path): path for path in recorded if path.name != PACKAGE_XML}
+    new = [path for place, path in places.items() if place not in listed and not place.startswith(own)]
     missing = tuple(path for path in new if not recorded[path])
     return replace(compiled, inputs=(*compiled.inputs, *new), missing=missing)
 
@@ -276,7 +280,7 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
     templates, artifacts = Templates(path.parent, first=path), list[Artifact]()
     for number, output in enumerate(outputs):
         Progress.step(f"making {output.file},", number, len(outputs))
-        format, place = FORMATS[output.backend], locate(tree, ("outputs", output.name), key=True)
+        format, place = FORMATS[output.backend], tree.locate(("outputs", output.name), key=True)
         try:
             text, remarks = format.written(robot, output, templates)
         except TemplateProblem as problem:

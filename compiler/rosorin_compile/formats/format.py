@@ -99,7 +99,8 @@ class Opened:
 
     @cached_property
     def source(self) -> Source:
-        from rosorin_compile.source.xml.files import read_source
+        """The file for diagnostics. Raises MarkupError as ``text``."""
+        from rosorin_compile.source.xml.markup import read_source
 
         return self.document.source if self.document else read_source(self.path, self.asked)
 

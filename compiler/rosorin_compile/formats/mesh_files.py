@@ -27,7 +27,7 @@ from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic,
 from rosorin_compile.source.files import shown
 from rosorin_compile.source.messages import and_here
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.project import ENDINGS, ROS_PACKAGE, Resolved, resolved
+from rosorin_compile.source.project import ENDINGS, ROS_PACKAGE, Resolved
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import first_of
@@ -411,9 +411,9 @@ class _Search:
         if folder not in self.finders:
             self.finders[folder] = Packages(self.places.packages, self.places.environment, by)
         found = self.finders[folder].find(name)
-        if name not in self.places.packages:
-            self.resolved[resolved(ROS_PACKAGE, name, by, found)] = None
         if found is not None:
+            if name not in self.places.packages:
+                self.resolved[Resolved(ROS_PACKAGE, name, Path(os.path.abspath(found)))] = None
             yield found
 
     def _in_packages(self, folders: Sequence[Path], rest: str) -> Iterator[Path]:

@@ -23,9 +23,15 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ENDINGS, stdin_of
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.xml.files import mended, read_source, without_late_declaration
 from rosorin_compile.source.xml.markup import RULE as SYNTAX
-from rosorin_compile.source.xml.markup import Document, MarkupError, parse
+from rosorin_compile.source.xml.markup import (
+    Document,
+    MarkupError,
+    mended,
+    parse,
+    read_source,
+    without_late_declaration,
+)
 
 from . import FORMATS, Format, Opened, plugged_diagnostics
 from .format import Placed

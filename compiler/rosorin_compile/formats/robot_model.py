@@ -15,8 +15,8 @@ from rosorin_compile.model import Box, HeightMap, Joint, Output, Robot, Shape
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.joint import SEVERAL_COORDINATES
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, Suggestion, error
+from rosorin_compile.source.load import json_of
 from rosorin_compile.source.rule_registry import FORMATS, READING, Rule
 from rosorin_compile.source.wording import masked
 

@@ -23,8 +23,8 @@ from rosorin_compile.model.link import Source
 from rosorin_compile.rules.case import first_fed
 from rosorin_compile.rules.publishers import modes_in
 from rosorin_compile.source import files
-from rosorin_compile.source.bounded import json_of, python_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
+from rosorin_compile.source.load import json_of, python_of
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal, fixed
 from rosorin_compile.source.rule_registry import FORMATS, OUTPUTS, Rule
 from rosorin_compile.source.wording import masked

@@ -14,7 +14,7 @@ from rosorin_compile.model import Link, Output
 from rosorin_compile.model.link import limited_fields
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 from rosorin_compile.source.rule_registry import FORMATS, Rule
-from rosorin_compile.source.tree import Map, locate
+from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import counted, listed
 
 if TYPE_CHECKING:
@@ -75,8 +75,6 @@ def _quiet(reason: str, *keys: str) -> dict[str, Unsupported]:
 _CONTACTS = ("condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
 # How MuJoCo sees and simulates a robot, in words that formats for other programs do not have.
 OF_MUJOCO: Mapping[str, Unsupported] = {
-    **_quiet("drives of MuJoCo; ros2_control and plug-ins of Gazebo drive joints elsewhere", "actuators"),
-    **_quiet("drives of MuJoCo, as actuators", "joints.*.actuator"),
     **_quiet("how MuJoCo couples joints", *(f"joints.*.mimic.{key}" for key in ("name", *_CONTACTS))),
     **_quiet("how MuJoCo computes contacts", *(f"links.*.collision.*.contact.{key}" for key in _CONTACTS)),
     **_quiet("marks that sensors and actuators of MuJoCo name", "links.*.sites"),
@@ -144,7 +142,7 @@ def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -
         counts = {key: len([*_places(tree, key)]) for key in lost if all(table.get(key) for table in others)}
         found = [f"{key.replace('.*', '')} ({counted(count, 'place')})" for key, count in counts.items() if count]
         if found:
-            span = locate(tree, ("outputs", some[0].name), key=True).span
+            span = tree.locate(("outputs", some[0].name), key=True).span
             yield Diagnostic("not-in-format", NOTE, f"{formats[name].word} cannot express {listed(found)}", span)
 
 

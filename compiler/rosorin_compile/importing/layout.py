@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.imported import BESIDE, END, INSIDE, Comment
 from rosorin_compile.language.schema import fragment_at
-from rosorin_compile.source.diagnostics import Span, printable
+from rosorin_compile.source.diagnostics import MadeSpan, Span, printable
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Map, Path
 from rosorin_compile.source.units import Quantity
@@ -340,7 +340,7 @@ def _digits(value: float, span: Span | None) -> str:
     if span is None:
         return ""
     token = span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length]
-    token = (token if span.made is None else span.made).removeprefix("+")
+    token = (span.text if isinstance(span, MadeSpan) else token).removeprefix("+")
     if not token or len(token) != len(token.strip()):
         return ""
     read = Scalar(token).value

@@ -11,15 +11,14 @@ from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Transform
 from rosorin_compile.model.kinematics import NoWay
 from rosorin_compile.output.committed import compare
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Suggestion, and_more, counted, did_you_mean, first_of
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Suggestion
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.wording import and_more, counted, did_you_mean, first_of
 
 from .findings import difference, ordered, pose_text, problem, share, value_rule
-from .judge_clocks import clocks, row_clocks
-from .judge_edges import dropped, edges, leaps_text, row
-from .judge_sensors import sensors
-from .judge_tree import late, missing, other_modes, prefixed, stale
+from .judge_edges import dropped, edges, late, leaps_text, missing, other_modes, prefixed, row, stale
+from .judge_stamps import clocks, row_clocks, sensors
 from .recording import Answer, Reading, Recording
 
 _SHOWN, _FEW = 8, 3

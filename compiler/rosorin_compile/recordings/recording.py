@@ -14,8 +14,7 @@ from rosorin_compile.model import Transform, Vector
 from rosorin_compile.source.diagnostics import Diagnostic
 
 from .expected import Description, Expected
-from .joints import JointStates, States
-from .series import Samples, Series, best_edge
+from .series import JointStates, Samples, Series, States, best_edge
 from .timing import SECOND, Floats, Gap, Pace, Times
 
 

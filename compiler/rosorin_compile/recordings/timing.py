@@ -43,11 +43,7 @@ class Step(NamedTuple):
     time: int
     before: float
     after: float
-
-    @property
-    def size(self) -> float:
-        """The size of the step in s."""
-        return abs(self.after - self.before)
+    size: float
 
 
 class Pace:
@@ -64,10 +60,13 @@ class Pace:
         self.first, self.last = (int(received[0]), int(received[-1])) if self.count else (0, 0)
         self.first_stamp = int(stamps[0]) if self.count else 0
         self.newest = int(stamps.max(initial=0))
+        span = self.last - self.first
+        self.rate = (self.count - 1) * SECOND / span if self.count > 1 and span > 0 else math.nan  # messages a second
         ahead = (stamps - received)[stamped] / SECOND
         self.most_ahead, self.least_ahead = float(ahead.max(initial=-math.inf)), float(ahead.min(initial=math.inf))
         self.mean_age = -float(ahead.mean()) if timed and len(ahead) else math.nan
         self.gap = _longest(np.diff(received), received)
+        self.largest_gap = self.gap.seconds if timed else None
         falls = np.where(stamps[1:] != 0, -np.diff(stamps), 0)
         self.jumps = int(np.count_nonzero(falls > JUMP))
         self.farthest_jump = _longest(falls, received[1:])
@@ -75,31 +74,12 @@ class Pace:
         # The age of the newest stamp just before each arrival.
         newest, came = np.maximum.accumulate(stamps[stamped]), received[stamped]
         self.oldest = _longest(came - np.concatenate((newest[:1], newest[:-1])), came)
-
-    @property
-    def largest_gap(self) -> float | None:
-        """The longest time between two messages in s, or None if times of arrival are not known."""
-        return self.gap.seconds if self.timed else None
-
-    @property
-    def rate(self) -> float:
-        """Messages per second; NaN for fewer than two."""
-        span = self.last - self.first
-        return (self.count - 1) * SECOND / span if self.count > 1 and span > 0 else math.nan
-
-    @property
-    def unstamped(self) -> bool:
-        """Return True if messages have no stamp; the first ones of a simulation may have its time zero."""
+        # The first messages of a simulation may have its time zero.
         begins = self.first_stamp == 0 and self.newest < SIMULATED and self.zeros <= max(1, self.count // 20)
-        return self.zeros > 0 and not begins
-
-    @property
-    def other_clock(self) -> bool:
-        """Return True if all stamps are far from their arrival and advance as time does."""
-        if not self.timed or self.least_ahead > self.most_ahead:
-            return False
-        advances = self.newest - self.first_stamp > (self.last - self.first) / 2 > 0
-        return self.least_ahead > APART or self.most_ahead < -(APART if advances else YEAR)
+        self.unstamped = self.zeros > 0 and not begins
+        # Of another clock, all stamps are far from their arrival and advance as time does.
+        limit = APART if self.newest - self.first_stamp > span / 2 > 0 else YEAR
+        self.other_clock = timed and len(ahead) > 0 and (self.least_ahead > APART or self.most_ahead < -limit)
 
     @property
     def alternates(self) -> bool:
@@ -137,7 +117,8 @@ class Pace:
         values = leads[places].tolist()
         for at in range(_SIDE, len(values) - _SIDE + 1):
             before, after = sorted(values[at - _SIDE : at]), sorted(values[at : at + _SIDE])
-            step = Step(self.start + int(places[at]) * width, before[_SIDE // 2], after[_SIDE // 2])
+            low, high = before[_SIDE // 2], after[_SIDE // 2]
+            step = Step(self.start + int(places[at]) * width, low, high, abs(high - low))
             steady = max(before[-1] - before[0], after[-1] - after[0]) < step.size / 4
             large = step.size > (_STEP if max(before[-1], after[-1]) > AHEAD else _DELAY)
             if steady and large and (best is None or step.size > best.size):
@@ -164,7 +145,7 @@ def _drift(leads: Floats, start: int) -> Step | None:
         return None
     at = np.arange(len(leads))
     line = np.polyval(np.polyfit(at, leads, 1), at)
-    step = Step(start, float(line[0]), float(line[-1]))
+    step = Step(start, float(line[0]), float(line[-1]), float(abs(line[-1] - line[0])))
     even = np.abs(leads - line).max() < step.size / 8
     return step if even and step.size > _STEP and min(step.before, step.after) > -AHEAD else None
 
@@ -195,7 +176,7 @@ class Leaps:
         self.steps = max(1, len(stamps) - 1)
         self.pair: tuple[Floats, Floats] | None = None
         self.leaps = self.returns = self.contradictions = 0
-        self.largest = 0.0
+        self.contradict, self.two, self.largest = False, False, 0.0
         if len(stamps) < 2:
             return
         far = distance(values[1:], values[:-1])
@@ -211,14 +192,6 @@ class Leaps:
         if len(again) or len(returned):
             first = int(min([*again[:1], *returned[:1]]))
             self.pair = (values[first - 1], values[first])
-
-    @property
-    def contradict(self) -> bool:
-        """Return True if stamps often occur with two values."""
-        return self.contradictions >= _FEWEST_REPEATED
-
-    @property
-    def two(self) -> bool:
-        """Return True if the stream seems to have two sources with different values."""
+        self.contradict = self.contradictions >= _FEWEST_REPEATED  # stamps often occur with two values
         returns = self.returns >= _FEWEST and self.returns > max(_SHARE * self.steps, _RETURNING * self.leaps)
-        return self.contradict or returns
+        self.two = self.contradict or returns  # the stream seems to have two sources with different values

@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Source, Span, error
-from rosorin_compile.source.xml.files import mended, read_source
-from rosorin_compile.source.xml.markup import Attribute, Document, Element, MarkupError, parse
+from rosorin_compile.source.xml.markup import Attribute, Document, Element, MarkupError, mended, parse, read_source
 
 MAX_DEPTH = 20  # of files that include files
 _OWN = 4  # parts of the path of a folder that is somebody's own: /home/somebody/robots

@@ -20,8 +20,8 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.unsupported import NODES, PLACES, SHAPES, UNPUBLISHED
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files
-from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, counted, first_of, listed
+from rosorin_compile.source.load import json_of
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import Heading, Rule

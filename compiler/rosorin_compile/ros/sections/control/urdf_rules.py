@@ -25,10 +25,11 @@ from rosorin_compile.ros.sections.control.hardware import (
     Words,
 )
 from rosorin_compile.rules.case import Case, number
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, counted, nearest, quoted, swaps
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, counted, nearest, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, at
 from rosorin_compile.source.units import Quantity, describe, parse_unit
+from rosorin_compile.source.wording import swaps
 
 from .urdf import OPTION, asked, follows
 

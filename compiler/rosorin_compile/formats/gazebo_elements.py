@@ -1,4 +1,4 @@
-"""Elements for Gazebo and ros2_control: sensors as text, and elements of a URDF compared by meaning, not by spelling.
+"""Elements for Gazebo and ros2_control: sensors and drives as text, and elements of a URDF compared by meaning.
 
 White space, comments, the order of what has other names, spare zeros and what SDF takes by default mean nothing.
 Within a plug-in, whose words are its own, texts and their order stay as they are. What Gazebo is told of a link or a
@@ -15,18 +15,20 @@ from xml.etree import ElementTree
 from markupsafe import escape
 
 from rosorin_compile.model import Pose
-from rosorin_compile.model.simulation import GazeboSensor, SdfElement
-from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.model.simulation import CLASSIC, MOTOR, POSITION, VELOCITY, GazeboSensor, SdfElement
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source
 from rosorin_compile.source.numbers import NumberFormat
+from rosorin_compile.source.wording import plural, quoted
 from rosorin_compile.source.xml.elements import canonical, tree_of
 from rosorin_compile.source.xml.markup import MarkupError, parse
 
 from .templating import attributes
+from .unsupported import Unsupported
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from rosorin_compile.model import Robot
+    from rosorin_compile.model import Output, Robot
 
 DISTRIBUTIONS = GazeboSensor.FRAME_ELEMENTS
 
@@ -92,6 +94,74 @@ def _lines(element: SdfElement, indent: str, number: NumberFormat, more: Sequenc
         for inner in (*more, *element.elements):
             yield from _lines(inner, indent + "  ", number)
         yield f"{indent}</{name}>"
+
+
+# The plug-ins for actuators: gz-sim@gz-sim8:src/systems/{joint_position_controller,joint_controller,apply_joint_force}
+_PLUGINS = {
+    POSITION: ("joint-position-controller", "JointPositionController"),
+    VELOCITY: ("joint-controller", "JointController"),
+    MOTOR: ("apply-joint-force", "ApplyJointForce"),
+}
+_OTHER_TARGETS = ("body", "crank_site", "joint_in_parent", "reference_site", "site", "slider_site", "tendon")
+
+
+def unsupported_drives(output: Output, quiet: bool = False) -> Mapping[str, Unsupported]:
+    """Return which keys of actuators an output does not carry; ``quiet`` if it needs none without Gazebo."""
+    places = ("actuators.*", "joints.*.actuator")
+    if distribution(output.options.get("gazebo")) in ("", CLASSIC):
+        return dict.fromkeys(places, Unsupported("no drives; newer versions of Gazebo have plug-ins for them", quiet))
+    bound = Unsupported("Gazebo bounds commands by the limits of the joint, and names topics after it", quiet=True)
+    found = {f"{place}.{key}": bound for place in places for key in ("name", "range", "unlimited", "mjcf")}
+    found |= {f"{place}.{key}": Unsupported("no such gain") for place in places for key in ("gear", "damping_ratio")}
+    return found | {f"actuators.*.{key}": Unsupported("drives of joints alone") for key in _OTHER_TARGETS}
+
+
+def drive_blocks(
+    robot: Robot, joints: Mapping[str, str], rule: str, gazebo: str, number: NumberFormat, others: Iterable[str]
+) -> tuple[list[str], list[Diagnostic]]:
+    """Return a ``<gazebo>`` for each drive of a joint, and a warning about actuators without a plug-in.
+
+    An actuator with gains becomes a controller with the same law: ``kp * (command - position) - kv * speed`` or
+    ``kv * (command - speed)``. ``joints`` are those of the artifact with their names in it. Joints that ``others``
+    drive, which are elements of the robot, are left to them: hardware blocks of ros2_control, and plug-ins.
+    """
+    blocks, without, taken = list[str](), list[str](), set[str]()
+    if gazebo in ("", CLASSIC):
+        return [], []
+    for root in (tree_of(f"<all>{text}</all>") for text in others if "<ros2_control" in text or "<plugin" in text):
+        taken |= {joint.get("name", "") for block in root.iter("ros2_control") for joint in block.iter("joint")}
+        # JointStatePublisher names joints, too.
+        plugins = [plugin for plugin in root.iter("plugin") if "state" not in plugin.get("name", "").lower()]
+        inner = (element for plugin in plugins for element in plugin.iter())
+        taken |= {(element.text or "").strip() for element in inner if "joint" in element.tag.lower()}
+    program, namespace = ("ignition-gazebo", "ignition::gazebo") if gazebo == "fortress" else ("gz-sim", "gz::sim")
+    pairs = [(joint.actuator, joint) for joint in robot.joints if joint.actuator]
+    pairs += [(one, robot.joint[name]) for one in robot.actuators if (name := one.targets.get("joint", ""))]
+    without += [one.name for one in robot.actuators if "joint" not in one.targets]
+    for actuator, joint in pairs:
+        kind, name = actuator.type, joints.get(joint.name, "")
+        is_braked = actuator.damping and kind != POSITION  # a controller brakes only what it positions
+        if name in taken:
+            continue
+        if not name or not joint.moves or kind not in _PLUGINS or is_braked:
+            without.append(actuator.name or joint.name)
+            continue
+        # The damping of a servo, which MuJoCo has at the joint, acts like kv; kv and kp are 1 by default in MuJoCo.
+        gains = {"p_gain": actuator.kv or 1.0} if kind == VELOCITY else {}
+        if kind == POSITION:
+            gains = {"p_gain": 1.0 if actuator.kp is None else actuator.kp, "d_gain": actuator.kv + actuator.damping}
+        effort = joint.limit.known("effort") if joint.limit else None
+        force = actuator.force or ((-effort, effort) if effort else None)
+        gains |= {"cmd_min": force[0], "cmd_max": force[1]} if force is not None and kind != MOTOR else {}
+        values = {"joint_name": escape(name), **({"use_force_commands": "true"} if kind == VELOCITY else {})}
+        values |= {tag: number(value) for tag, value in gains.items()}
+        lines = [f"    <{tag}>{text}</{tag}>" for tag, text in values.items()]
+        file, word = _PLUGINS[kind]
+        start = f'  <plugin filename="{program}-{file}-system" name="{namespace}::systems::{word}">'
+        blocks.append("\n".join(["<gazebo>", start, *lines, "  </plugin>", "</gazebo>"]))
+    message = f"Gazebo {gazebo} has no plug-in for {plural('actuator', len(without))} {quoted(without, 3)}"
+    help = "drive the joint by position, velocity or motor, or by ros2_control"
+    return blocks, [Diagnostic(rule, WARNING, message, help=help)] if without else []
 
 
 _OF_NOISE = ("mean", "stddev", "bias_mean", "bias_stddev")

@@ -19,7 +19,7 @@ from rosorin_compile.formats.format import (
     Format,
     xml_syntax,
 )
-from rosorin_compile.formats.gazebo_drives import unsupported_drives
+from rosorin_compile.formats.gazebo_elements import unsupported_drives
 from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ from rosorin_compile.source.numbers import number_format
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.wording import counted, plural, quoted
 
-from ..gazebo_elements import distribution
+from ..gazebo_elements import distribution, drive_blocks
 from ..mesh_files import urdf_file_name
 
 _WITHOUT_MASS = "A note: no URDF has the inertials: Gazebo reads it as an empty model, other simulators invent masses."
@@ -226,13 +226,10 @@ class Content:
             if section.urdf is not None:
                 self.blocks += section.urdf(robot, output, number_format(output.options))
         if gazebo := distribution(output.options.get("gazebo")):
-            from ..gazebo_drives import drive_blocks, no_plugin
-
-            names_of_joints = {joint.name: joint.name for joint in self.joints}
-            others = (*self._kept(robot.urdf_elements), *self.blocks)
-            drives, without = drive_blocks(robot, names_of_joints, gazebo, number_format(output.options), others)
-            self.blocks += drives
-            self.lost += no_plugin("urdf-cannot-say", gazebo, without)
+            others, number = (*self._kept(robot.urdf_elements), *self.blocks), number_format(output.options)
+            called = {joint.name: joint.name for joint in self.joints}
+            drives, lost = drive_blocks(robot, called, "urdf-cannot-say", gazebo, number, others)
+            self.blocks, self.lost = [*self.blocks, *drives], [*self.lost, *lost]
         is_seen = "visual" in self.elements
         names = [name for group, _ in link_groups(robot, self.joints) for name in group]
         visuals = {name: _shapes_at(robot, name, self.carried, "visual", output) if is_seen else [] for name in names}

@@ -74,10 +74,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "stamps": [(name, frames) for name, frames in stamps if frames],
         "poses": _table(_POSE_COLUMNS, poses),
         "modes": _escape(", ".join(robot.modes)),
-        "source": describe,
-        "escape": _escape,
     }
-    return templates.own("core/frames.md.jinja", named), []
+    return templates.own("core/frames.md.jinja", {**named, "source": describe, "escape": _escape}), []
 
 
 def _frames(robot: Robot) -> list[Edge]:

@@ -113,12 +113,9 @@ class Places(NamedTuple):
     packages: Mapping[str, Path]
     environment: Mapping[str, str]
 
-    def meshes(self, tree: Map, outputs: Sequence[Output] = ()) -> Mapping[str, Path]:
-        """Return the files of all meshes that are found, by their names, whether or not an artifact has any."""
-        return _Search(self, outputs, tree).run(named_files(tree, MESH)).by_name
-
-    def textures(self, tree: Map) -> Mapping[str, Path]:
-        return _Search(self, (), tree).run(named_files(tree, TEXTURE)).by_name
+    def meshes(self, tree: Map, outputs: Sequence[Output] = (), kind: str = MESH) -> Mapping[str, Path]:
+        """Return the files of all meshes, or textures, that are found, by their names."""
+        return _Search(self, outputs, tree).run(named_files(tree, kind)).by_name
 
     def named(self, tree: Map, relative: bool = True) -> Searched:
         """Search the meshes and textures of a foreign robot, as its file names them; ``relative`` names on request."""
@@ -153,7 +150,7 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
                 elements.setdefault(name, {})[span] = None
     named += [NamedFile(name, list(spans), OF_ELEMENT) for name, spans in elements.items()]
     searched = _Search(places, outputs, tree).run(named)
-    images = places.textures(tree) if embeds else {}
+    images = places.meshes(tree, kind=TEXTURE) if embeds else {}
     return searched._replace(by_name={**images, **searched.by_name})
 
 
@@ -297,10 +294,9 @@ class _Search:
         else:
             # A copy beside the artifacts may be outdated. What artifacts name outside of their folder is not copied:
             # there they have to find it themselves.
-            near: list[Path] = []
-            if not (_leads_out(one.name) and self.opening):
-                sources = [place for folder in folders for place in self._source(folder)[0]]
-                near = [folder / one.name for folder in (*folders, *sources, *_folders_above(one))]
+            sources = [place for folder in folders for place in self._source(folder)[0]]
+            near = [folder / one.name for folder in (*folders, *sources, *_folders_above(one))]
+            near = [] if self._leads_out(one) else near
             artifacts = [_relative_to(output.file, one.name) for output in (*self.opening, *self.naming)]
             candidates = [*near, *(self.places.outputs / name for name in artifacts), *copies]
         irregular = None
@@ -317,14 +313,12 @@ class _Search:
 
     def _report_missing(self, one: NamedFile, scheme: str, rest: str) -> None:
         severity = WARNING if self.opening or scheme == "model" else NOTE  # readers of a URDF know packages alone
-        is_outside = _leads_out(one.name)
-        is_there = (is_outside or not self.has_outputs) and one.kind != OF_ELEMENT
-        help = f"put the file {'there' if is_there else 'next to the description'}, or correct the name"
+        help, folders = "put the file next to the description, or correct the name", [*one.folders, self.main]
         if one.kind == OF_ELEMENT:
             what, severity = "not there: MuJoCo does not load the MJCF without it", ERROR
         elif scheme in _PACKAGES:
             name, _, path = rest.partition("/")
-            packages = (place for folder in (*one.folders, self.main) for place in self._package(folder, name))
+            packages = (place for folder in folders for place in self._package(folder, name))
             exists = bool(name) and any(files.is_folder(place) for place in packages)
             what = f"not found: there is no package {name} here" if name else "in no package"
             what, severity = (f"not in the package {name}", WARNING) if exists else (what, severity)
@@ -338,10 +332,8 @@ class _Search:
             what, severity = "not there, neither as seen from the artifacts nor beside the description", WARNING
             if not self.has_outputs:
                 what = f"not there, as seen from {self.places.description.name}"
-            elif is_outside and self.opening:
-                what = "not there, as seen from the artifacts"
             # Without a texture it is the robot all the same; that import found a mesh nowhere was reported by import.
-            if one.kind == TEXTURE or any(self._source(folder)[0] for folder in (*one.folders, self.main)):
+            if one.kind == TEXTURE or any(self._source(folder)[0] for folder in folders):
                 what += self.left_out
             elif self.opening:
                 help, severity = f"{help}, or take mjcf out of outputs", ERROR
@@ -381,8 +373,7 @@ class _Search:
     def _check_other_folders(self, one: NamedFile, file: Path) -> None:
         """Report a name that means one file in one folder of the description and another file in another one."""
         scheme, rest = one.address
-        is_fixed = one.name.startswith("/") or (scheme and scheme not in _PACKAGES)
-        is_fixed = is_fixed or (_leads_out(one.name) and self.opening)
+        is_fixed = one.name.startswith("/") or (scheme and scheme not in _PACKAGES) or self._leads_out(one)
         for folder in () if len(one.folders) == 1 or is_fixed else one.folders:
             within = [folder, self.main]
             seen = self._in_packages(within, rest) if scheme else (place / one.name for place in within)
@@ -396,9 +387,12 @@ class _Search:
                 return
 
     def _ambiguous(self, message: str, span: Span, first: NamedFile) -> None:
-        severity, help = ERROR if self.opening else WARNING, "give one of the two files another name"
-        related = (Related("and here", first.spans[0]),)
-        self.diagnostics.append(Diagnostic("mesh-ambiguous", severity, message, span, related, help))
+        related, help = [Related("and here", first.spans[0])], "give one of the two files another name"
+        severity = ERROR if self.opening else WARNING
+        self.diagnostics.append(Diagnostic("mesh-ambiguous", severity, message, span, tuple(related), help))
+
+    def _leads_out(self, one: NamedFile) -> bool:
+        return bool(self.opening) and posixpath.normpath(one.name).startswith("../")
 
     def _source(self, folder: Path) -> tuple[list[Path], dict[str, Path]]:
         return self.sources.get(folder) or self.sources.get(self.main) or ([], {})
@@ -437,10 +431,6 @@ def _relative_to(place: str, name: str) -> str:
 
 def _is_inside(name: str) -> bool:
     return not (name.startswith(("/", "../")) or name == "..")
-
-
-def _leads_out(name: str) -> bool:
-    return posixpath.normpath(name).startswith("../")
 
 
 def _plain(path: Path) -> Path:

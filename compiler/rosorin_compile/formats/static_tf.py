@@ -2,7 +2,9 @@
 
 Each static edge is one ``static_transform_publisher`` with named flags (``ros2/geometry2@{humble,jazzy}:
 tf2_ros/src/static_transform_broadcaster_program.cpp``); its Euler angles are fixed-axis, as those of URDF. The rest of
-the frames is published by robot_state_publisher from the URDF.
+the frames is published by robot_state_publisher from the URDF. Conditions over modes have the three forms of launch
+files; launch's own ``and``, ``or`` and ``not`` take two arguments (one) on Humble and Jazzy alike
+(``ros2/launch@{humble,jazzy}: launch/launch/substitutions/boolean_substitution.py``).
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ import json
 import posixpath
 import re
 import textwrap
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -21,7 +23,7 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLIS
 from rosorin_compile.model.joint import Publisher
 from rosorin_compile.model.link import Source
 from rosorin_compile.rules.case import first_fed
-from rosorin_compile.rules.publishers import modes_in
+from rosorin_compile.rules.publishers import combinations, holds, modes_in
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
 from rosorin_compile.source.load import json_of, python_of
@@ -32,7 +34,6 @@ from rosorin_compile.source.xml.elements import number_of
 
 from . import format
 from .format import Format
-from .launch_conditions import STATES, condition, if_condition, import_substitutions, mode_arguments
 from .unsupported import NODES, PLACES
 
 if TYPE_CHECKING:
@@ -46,6 +47,19 @@ RULES = (
     Rule("number-format", _SIX, "`exact`, or leave it out.", OUTPUTS),
     Rule("static-tf-no-urdf", _NO_URDF, "Add an output with the backend `urdf`.", FORMATS),
 )
+
+# What a mode may be set to. A condition of launch reads 1 and no on; its and, or, not read on and no 1.
+STATES = ("true", "false", "True", "False")
+
+MODE, NOT, AND, OR = "mode", "not", "and", "or"
+_WIDTH = 99  # columns, as ament_flake8 requires
+_IF = "if"
+_PYTHON = {NOT: "NotSubstitution", AND: "AndSubstitution", OR: "OrSubstitution", _IF: "IfCondition"}
+
+# (MODE, name), (NOT, condition), (AND, condition, condition), (OR, condition, condition), ALWAYS, NEVER
+Condition = tuple[Any, ...]
+ALWAYS: Condition = ("true",)
+NEVER: Condition = ("false",)
 
 _XYZ, _RPY = ("--x", "--y", "--z"), ("--roll", "--pitch", "--yaw")
 _FRAMES = _PARENT, _CHILD = "--frame-id", "--child-frame-id"
@@ -158,15 +172,10 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     wrap = textwrap.TextWrapper(84, expand_tabs=False, replace_whitespace=False, break_long_words=False)
     wrap.break_on_hyphens = False
     values: dict[str, Any] = {
-        "robot": robot,
-        "urdf": urdf,
-        "statics": statics,
-        "declared": declared,
-        "modes": modes,
+        "robot": robot, "urdf": urdf, "statics": statics, "declared": declared, "modes": modes, "literal": repr,
         "conditions": {when: if_condition(one, modes, 12) for when, one in conditions.items()},
         "imports": import_substitutions(conditions.values(), "LaunchConfiguration"),
         "publisher": moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER,
-        "literal": repr,
         "source": lambda source: wrap.wrap(describe(source)),
         "pairs": StaticTransform.in_python,
     }
@@ -299,3 +308,83 @@ LIST = replace(
     folder="config",
     robot_of=robot_of,
 )
+
+
+def free_names(names: Iterable[str], taken: Iterable[str], before: str) -> dict[str, str]:
+    """Return a launch argument for each name: itself, or one that begins with ``before`` where the name is taken."""
+    names, taken = list(names), set(taken)
+    free = {name: name for name in names if name not in taken}
+    for name in names:
+        argument = name
+        while name not in free and argument in {*taken, *free.values()}:
+            argument = f"{before}{argument}"
+        free.setdefault(name, argument)
+    return {name: free[name] for name in names}
+
+
+def mode_arguments(robot: Robot, conditions: Iterable[str], taken: Iterable[str]) -> dict[str, str]:
+    """Return the launch arguments of the modes in conditions; ``taken`` are names of other launch arguments."""
+    return free_names(modes_in(robot, list(conditions)), taken, "mode_")
+
+
+def condition(robot: Robot, when: str) -> Condition:
+    """Return a condition over modes, decided one mode after the other (Shannon's expansion)."""
+    modes = modes_in(robot, [when])
+    table = {tuple(states.values()): holds(when, states) for states in combinations(modes)}
+
+    def decide(states: tuple[bool, ...]) -> Condition:
+        if len(states) == len(modes):
+            return ALWAYS if table[states] else NEVER
+        mode: Condition = (MODE, modes[len(states)])
+        off, on, inverse = decide((*states, False)), decide((*states, True)), (NOT, mode)
+        if off == on:
+            return off
+        if {off, on} == {ALWAYS, NEVER}:
+            return mode if on == ALWAYS else inverse
+        if on in (ALWAYS, NEVER):
+            return (OR, mode, off) if on == ALWAYS else (AND, inverse, off)
+        if off in (ALWAYS, NEVER):
+            return (OR, inverse, on) if off == ALWAYS else (AND, mode, on)
+        return (OR, (AND, mode, on), (AND, inverse, off))
+
+    return decide(())
+
+
+def in_frontends(condition: Condition, arguments: Mapping[str, str]) -> str:
+    """Return a condition for XML and YAML launch files, such as "$(and $(var slam) $(not $(var rviz)))"."""
+    word, *operands = condition
+    if word == MODE:
+        return f"$(var {arguments[operands[0]]})"
+    words = " ".join(in_frontends(operand, arguments) for operand in operands)
+    return f"$({word} {words})" if operands else str(word)
+
+
+def in_python(condition: Condition, arguments: Mapping[str, str], indent: int, before: int = 0) -> str:
+    """Return a condition for Python launch files, behind ``before`` columns of a line that is indented."""
+    word, *operands = condition
+    if word == MODE or not operands:
+        return f"LaunchConfiguration({arguments[operands[0]]!r})" if operands else repr(word)
+    line = f"{_PYTHON[word]}({', '.join(in_python(operand, arguments, 0) for operand in operands)})"
+    if "\n" not in line and indent + before + len(line) < _WIDTH:
+        return line
+    comma = "" if word == _IF else ","
+    lines = [f"{' ' * (indent + 4)}{in_python(operand, arguments, indent + 4)}{comma}" for operand in operands]
+    return "\n".join([f"{_PYTHON[word]}(", *lines, f"{' ' * indent})"])
+
+
+def if_condition(condition: Condition, arguments: Mapping[str, str], indent: int) -> str:
+    """Return the value of the ``condition`` of a node; ``indent`` is the column of the word ``condition``."""
+    return in_python((_IF, condition), arguments, indent, len("condition="))
+
+
+def import_substitutions(conditions: Iterable[Condition], *more: str) -> str:
+    """Return the import of the names that conditions take from ``launch.substitutions``, and of ``more``."""
+    names, waiting = set(more), list(conditions)
+    while waiting:
+        word, *operands = waiting.pop()
+        names |= {_PYTHON[word]} if word in _PYTHON else set()
+        waiting += operands if word in _PYTHON else []
+    line = f"from launch.substitutions import {', '.join(sorted(names))}"
+    if len(line) <= _WIDTH:
+        return line
+    return "\n".join(["from launch.substitutions import (", *(f"    {name}," for name in sorted(names)), ")"])

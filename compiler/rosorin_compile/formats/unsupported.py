@@ -25,16 +25,9 @@ _NOTHING = "Nothing, if no reader of these artifacts needs them; accept the rule
 RULES = (Rule("not-in-format", _NOTE, _NOTHING, FORMATS),)
 
 # Keys that name the formats that they are for: a reader of another one does not expect them.
-ADDRESSED: Mapping[str, tuple[str, ...]] = {
-    "mjcf": ("mjcf",),
-    "mjcf_elements": ("mjcf",),
-    "gazebo": ("sdf", "urdf"),
-    "urdf_elements": ("urdf",),
-}
+ADDRESSED = {"mjcf": ("mjcf",), "mjcf_elements": ("mjcf",), "gazebo": ("sdf", "urdf"), "urdf_elements": ("urdf",)}
 # What says how the description is read and checked, and keys of any entry that say where its values come from.
-ABOUT_THE_DESCRIPTION = (
-    *("args", "let", "include", "accept", "outputs", "rosorin_compile", "modes", "links.inertial.of.name"),
-)
+_TECHNICAL = ("args", "let", "include", "accept", "outputs", "rosorin_compile", "modes", "links.inertial.of.name")
 REMARKS = frozenset({"source", "stand_ins", "method", "reason", "about", "stamps"})
 
 # The keys that give a frame its place, and those that name the node that publishes it.
@@ -43,11 +36,8 @@ PLACES = (
     *("sensors.xyz", "sensors.rpy", "sensors.optical.frame", "sensors.optical.xyz", "sensors.optical.rpy"),
 )
 _PUBLISHER = ("joints.publisher", "sensors.publisher", "sensors.optical.publisher")
-NODES = tuple(
-    f"{publisher}{turn}"
-    for publisher in _PUBLISHER
-    for turn in (".static_transform_publisher", ".by.static_transform_publisher", ".when")
-)
+_TURNS = (".static_transform_publisher", ".by.static_transform_publisher", ".when")
+NODES = tuple(f"{publisher}{turn}" for publisher in _PUBLISHER for turn in _TURNS)
 UNPUBLISHED = tuple(f"{publisher}.none" for publisher in _PUBLISHER)
 
 # The keys that each format of a whole robot covers.
@@ -73,6 +63,7 @@ def _quiet(reason: str, *keys: str) -> dict[str, Unsupported]:
 
 
 _CONTACTS = ("condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
+_FOR_NODES = "for launch files, and the table of frames"
 # How MuJoCo sees and simulates a robot, in words that formats for other programs do not have.
 OF_MUJOCO: Mapping[str, Unsupported] = {
     **_quiet("how MuJoCo couples joints", *(f"joints.*.mimic.{key}" for key in ("name", *_CONTACTS))),
@@ -84,13 +75,11 @@ OF_MUJOCO: Mapping[str, Unsupported] = {
     "links.*.cameras": Unsupported("cameras that are not sensors"),
     "links.*.lights": Unsupported("no lights"),
     "links.*.collision.*.contact.friction.1": Unsupported("sliding friction alone"),
-    "links.*.collision.*.contact.contype": Unsupported("no bits of contacts"),
-    "links.*.collision.*.contact.conaffinity": Unsupported("no bits of contacts"),
+    **{f"links.*.collision.*.contact.{key}": Unsupported("no bits of contacts") for key in ("contype", "conaffinity")},
 }
 # Who publishes a frame; the name of a sensor's joint matters to publishers alone. What frames sensors have is read.
 OF_PUBLISHERS: Mapping[str, Unsupported] = {
-    **_quiet("for launch files, and the table of frames", "joints.*.publisher"),
-    **_quiet("for launch files, and the table of frames", "sensors.*.publisher", "sensors.*.optical.publisher"),
+    **_quiet(_FOR_NODES, "joints.*.publisher", "sensors.*.publisher", "sensors.*.optical.publisher"),
     "sensors": Unsupported("sensors are read as links", one_way=True),
 }
 
@@ -103,7 +92,7 @@ def is_within(key: str, prefixes: Iterable[str]) -> bool:
 def reason(format: Format, output: Output, key: str, one_way: bool = False) -> Unsupported | None:
     """Return why an output, or (``one_way``) the robot read from it, has nothing at a key; None if it has to."""
     steps = key.split(".")
-    if is_within(key, ABOUT_THE_DESCRIPTION) or not REMARKS.isdisjoint(steps):
+    if is_within(key, _TECHNICAL) or not REMARKS.isdisjoint(steps):
         return Unsupported("it is about the description", quiet=True)
     for step in steps:
         if format.name not in ADDRESSED.get(step, (format.name,)):

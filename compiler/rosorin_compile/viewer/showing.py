@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.formats.mesh_files import Places
+from rosorin_compile.formats.mesh_files import TEXTURE, Places
 from rosorin_compile.language.explain import NotThere, explain
 from rosorin_compile.language.explain_text import lines
 from rosorin_compile.source import files
@@ -66,7 +66,7 @@ def look(request: Request) -> Looked:
     if case is None:
         return Looked(None, diagnostics, said_in)
     places = Places(description.path, description.outputs, request.packages, os.environ)
-    meshes, images = places.meshes(case.tree), places.textures(case.tree)
+    meshes, images = places.meshes(case.tree), places.meshes(case.tree, kind=TEXTURE)
     data = robot_data(case.robot)
     for link in data["links"]:
         where = _where(case, link["name"])

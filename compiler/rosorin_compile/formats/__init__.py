@@ -62,11 +62,9 @@ class Formats(Mapping[str, Format]):
         return len(_names())
 
     def is_own(self, name: str) -> bool:
-        """Return True if a format is one of this program, and not of a plug-in."""
         return name in _MODULES
 
     def feeding(self, robot: Robot, publisher: str) -> list[Output]:
-        """Return the outputs of a robot that publishers of a kind read, by their format."""
         return feeding(robot, publisher, self)
 
     def feeds(self, artifact: Artifact, publisher: str) -> bool:

@@ -96,17 +96,14 @@ class Compiled:
 
     @property
     def mesh_files(self) -> Mapping[str, bytes]:
-        """The mesh files that belong to the artifacts, bytes by name."""
         return self.meshes.files if self.meshes else {}
 
     @property
     def packages(self) -> dict[str, Path]:
-        """The folders of the ROS packages that were found, by name."""
         return {found.name: found.folder for found in self.resolved if found.kind == ROS_PACKAGE}
 
     @property
     def python_packages(self) -> list[Path]:
-        """The folders of the Python packages that were found."""
         return [found.folder for found in self.resolved if found.kind == PYTHON_PACKAGE]
 
     def __repr__(self) -> str:
@@ -211,7 +208,6 @@ def judge_foreign(
 
 
 def _with_outputs(imported: Imported, names: Sequence[str]) -> Expanded:
-    """Return an imported robot with those outputs of its description that have one of the names."""
     tree = imported.tree
     if tree is not None:
         entries = {name: entry for name, entry in outputs_of(imported).entries.items() if name in names}

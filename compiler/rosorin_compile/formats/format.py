@@ -99,7 +99,6 @@ class Opened:
 
     @cached_property
     def source(self) -> Source:
-        """The file for diagnostics. Raises MarkupError as ``text``."""
         from rosorin_compile.source.xml.markup import read_source
 
         return self.document.source if self.document else read_source(self.path, self.asked)
@@ -265,5 +264,4 @@ class Format:
         return self.withheld is not None and self.withheld(output)
 
     def output(self, robot: Robot) -> Output | None:
-        """Return the first output of a robot in this format."""
         return next((output for output in robot.outputs if output.backend == self.name), None)

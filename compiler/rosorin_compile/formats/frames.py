@@ -79,7 +79,6 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def _frames(robot: Robot) -> list[Edge]:
-    """Return the joints in the order of the description, then the transforms of other nodes."""
     frames: list[Edge] = []
     for joint in robot.joints_down():
         if joint.child in robot.simulated_frames:
@@ -92,7 +91,6 @@ def _frames(robot: Robot) -> list[Edge]:
 
 
 def _publishing(frame: Edge) -> tuple[str, str, str]:
-    """Return who publishes a frame, on which topic, and when."""
     publisher = frame.publisher
     if publisher.kind == UNPUBLISHED:
         return f"nobody: {publisher.about}" if publisher.about else "nobody", "none", frame.when or "never"
@@ -101,7 +99,6 @@ def _publishing(frame: Edge) -> tuple[str, str, str]:
 
 
 def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
-    """Return the reasons of stand-ins, each with the things that it is about."""
     found: list[tuple[str, str]] = []
     kinds: dict[str, Sequence[Any]] = {"robot": [robot], "link": robot.links, "joint": robot.joints}
     kinds |= {"sensor": robot.sensors, "servos": robot.servos, "pose": robot.poses, "transform": robot.edges}
@@ -128,7 +125,6 @@ def _wrapped(text: str) -> str:
 
 
 def _table(columns: Mapping[str, int], rows: list[list[str]]) -> str:
-    """Return a table whose columns have at least the given widths; empty without rows."""
     lines = (columns, ["-" * width for width in columns.values()], *rows) if rows else ()
     return "\n".join("| " + " | ".join(map(str.ljust, cells, columns.values())) + " |" for cells in lines)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from markupsafe import escape
@@ -34,7 +34,7 @@ DISTRIBUTIONS = GazeboSensor.FRAME_ELEMENTS
 
 # The defaults of SDF, by the last two elements of a path
 # (sdformat@sdf14:sdf/1.11/{sensor,lidar,camera,noise}.sdf).
-_DEFAULTS = {
+SDF_DEFAULTS = {
     "sensor": {"always_on": "false", "visualize": "false", "update_rate": "0", "pose": "0 0 0 0 0 0"},
     "horizontal": {"resolution": "1"},
     "vertical": {"resolution": "1"},
@@ -44,9 +44,6 @@ _DEFAULTS = {
     "clip": {"near": "0.1", "far": "100"},
     "imu": {"enable_orientation": "true"},
     "noise": {"mean": "0", "bias_mean": "0", "bias_stddev": "0"},
-}
-SDF_DEFAULTS: Mapping[tuple[str, ...], str] = {
-    (a, b): text for a, some in _DEFAULTS.items() for b, text in some.items()
 }
 SDF_FLAGS = ("always_on", "visualize", "enable_orientation", "enable_metrics")
 SDF_TRUTH = {"1": "true", "0": "false", "True": "true", "False": "false"}
@@ -77,7 +74,6 @@ def sensor_lines(
 
 
 def _lines(element: SdfElement, indent: str, number: NumberFormat, more: Sequence[SdfElement] = ()) -> Iterator[str]:
-    """Yield the lines of an element; ``more`` elements come first in it."""
 
     def word(value: float | str | bool) -> str:
         text = number(value) if isinstance(value, float) else str(value)
@@ -201,21 +197,11 @@ def with_noise(text: str) -> str:
 
 _SIGNIFICANT = 9  # of numbers that are compared as texts: ``number_format: short`` is off by 1e-12
 _DIGITS = 10  # of metres and entries of a rotation, behind the point
-_ALIASES = {"ray": "lidar"}  # a lidar has two names in the newer Gazebo, in the classic one only the first
-
-
-class Context(NamedTuple):
-    """What decides on a meaning beside the element: the joints that follow another, and whether Humble reads it."""
-
-    followers: Set[str] = frozenset()
-    humble: bool = False
-
-
 Key = tuple[str, ...]
 
 
-def meanings(texts: Iterable[str], context: Context) -> Counter[Key]:
-    """Return the contents of some texts of elements, each with its count; of a text that is no XML its words."""
+def meanings(texts: Iterable[str], followers: Set[str] = frozenset()) -> Counter[Key]:
+    """Return the contents of some texts of elements, each with its count; ``followers`` are joints that mimic."""
     found: Counter[Key] = Counter()
     for text in texts:
         try:
@@ -225,40 +211,41 @@ def meanings(texts: Iterable[str], context: Context) -> Counter[Key]:
             continue
         for element in root:
             if element.tag == "ros2_control":
-                found["ros2_control", element.get("name", ""), _form(element, context)] += 1
+                found["ros2_control", element.get("name", ""), _form(element, followers)] += 1
             elif element.tag == "gazebo" and not (element.text or "").strip():
                 of = {key: value for key, value in sorted(element.attrib.items()) if key != "reference"}
                 for child in element:
-                    form = _form(child, context) if child.tag == "sensor" else canonical(child)
+                    form = _form(child, followers) if child.tag == "sensor" else canonical(child)
                     found["gazebo", element.get("reference", ""), repr(of), child.tag, form] += 1
             else:
                 found[element.tag, canonical(element)] += 1
     return found
 
 
-def _form(element: Element, context: Context, above: tuple[str, ...] = (), lidar: bool = False) -> str:
+def _form(element: Element, followers: Set[str], above: str = "", lidar: bool = False) -> str:
     """Return an element of SDF or of ros2_control in one spelling; empty if it has the default value."""
     if element.tag == "plugin":
         return ElementTree.canonicalize(ElementTree.tostring(element), strip_text=True)
     lidar = element.get("type") in ("gpu_lidar", "lidar") if element.tag == "sensor" else lidar
-    tag = _ALIASES.get(element.tag, element.tag) if lidar and len(above) == 1 else element.tag
+    # A lidar has two names in the newer Gazebo, in the classic one only the first.
+    tag = "lidar" if element.tag == "ray" and lidar and above == "sensor" else element.tag
     values = dict(element.attrib)
-    if tag == "joint" and values.get("name") in context.followers and not context.humble:
+    if tag == "joint" and values.get("name") in followers:
         values.setdefault("mimic", "true")
     start = tag + "".join(f" {name}={_numbers(value)}" for name, value in sorted(values.items()))
     text = _numbers(element.text or "")
     text = SDF_TRUTH.get(text, text) if tag in SDF_FLAGS else text
     text = _pose(text) if tag == "pose" and not values else text
     if not len(element):
-        default = SDF_DEFAULTS.get((above[-1], tag)) if above and not values else None
+        default = SDF_DEFAULTS.get(above, {}).get(tag) if not values else None
         is_default = default is not None and text == (_pose(default) if tag == "pose" else _numbers(default))
         return "" if is_default else f"<{start}>{text}</>"
 
     def order(child: Element) -> tuple[str, str]:
-        return _ALIASES.get(child.tag, child.tag), child.get("name", "") if child.tag == "param" else ""
+        name = "lidar" if child.tag == "ray" else child.tag
+        return name, child.get("name", "") if child.tag == "param" else ""
 
-    children = sorted(element, key=order)
-    inner = "".join(_form(child, context, (*above, tag), lidar) for child in children)
+    inner = "".join(_form(child, followers, tag, lidar) for child in sorted(element, key=order))
     return f"<{start}>{text}{inner}</>" if inner or values or text or tag not in ("imu", "clip") else ""
 
 
@@ -283,15 +270,14 @@ def _numbers(text: str) -> str:
     return " ".join(map(spelling, text.split()))
 
 
-def context_of(robot: Robot, humble: bool) -> Context:
-    """Return what decides on the meaning of elements of a robot."""
-    return Context(frozenset(joint.name for joint in robot.joints if joint.mimic is not None), humble)
+def followers_of(robot: Robot, humble: bool) -> frozenset[str]:
+    """Return the joints that follow another, which elements for distributions after Humble need not say."""
+    return frozenset(joint.name for joint in robot.joints if joint.mimic is not None and not humble)
 
 
-def element_differences(one: Iterable[str], other: Iterable[str], context: Context | None = None) -> list[str]:
+def element_differences(one: Iterable[str], other: Iterable[str], followers: Set[str] = frozenset()) -> list[str]:
     """Return what only one of two lists of elements of a URDF says, in words."""
-    context = context or Context()
-    first, second = meanings(one, context), meanings(other, context)
+    first, second = meanings(one, followers), meanings(other, followers)
     return [f"{words(key)} is lost" for key in (first - second)] + [f"{words(key)} is new" for key in (second - first)]
 
 

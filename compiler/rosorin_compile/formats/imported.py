@@ -60,7 +60,6 @@ class Outputs(NamedTuple):
 
     @property
     def lines(self) -> list[str]:
-        """The remarks as comments of the section."""
         return [*self.remarks.values(), *(f"no {name}: {reason}" for name, reason in self.left_out.items())]
 
 
@@ -84,13 +83,11 @@ class Imported(NamedTuple):
 
     @property
     def left_out(self) -> list[str]:
-        """What the tree does not carry, each once."""
         lost = [one.message for one in self.diagnostics if one.rule == "import-cannot-carry"]
         return [message.replace(" is not carried over", "") for message in dict.fromkeys(lost)]
 
     @property
     def whole(self) -> Map:
-        """The tree. Raises ValueError for a broken source, which has none."""
         if self.tree is None:
             raise ValueError("a broken source has no tree")
         return self.tree

@@ -72,7 +72,6 @@ class NamedFile(NamedTuple):
 
     @property
     def folders(self) -> list[Path]:
-        """The folders of the files that name it."""
         return list(dict.fromkeys(Path(span.source.path).parent for span in self.spans))
 
 
@@ -398,7 +397,6 @@ class _Search:
         return self.sources.get(folder) or self.sources.get(self.main) or ([], {})
 
     def _package(self, folder: Path, name: str) -> Iterator[Path]:
-        """Yield the folders of a package as seen from a folder of the description: by its source, and as in ROS."""
         at_source, by = self._source(folder)[1].get(name), folder / "robot.yaml"
         if at_source is not None and name not in self.places.packages:
             yield at_source

@@ -107,7 +107,6 @@ def _guarded(plugin: Plugin, format: Format) -> Format:
 
 
 def _converted(format: Format, name: str, result: Any, arguments: tuple[Any, ...]) -> Any:
-    """Convert the result of a function of a format. Raises TypeError if it has another type."""
     if name == "load":
         return converted(result, *arguments)
     if name == "check":

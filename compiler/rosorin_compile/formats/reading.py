@@ -94,9 +94,9 @@ def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format,
         message = f"this is {other.named}, which belongs to a robot and has none itself"
         help = f"name the robot; import ROBOT --{other.name} {document.source.path} reads both"
         raise MarkupError(error("wrong-format", message, document.root.span, help))
-    readable = sorted(_readable(), key=lambda one: not FORMATS.is_own(one.name))  # those of plug-ins come last
-    recognised = (one for one in readable if one.recognises is not None and one.recognises(document, path))
-    format = next(recognised, None) or next((one for one in readable if document.root.tag in one.roots), None)
+    recognised = [one for one in _readable() if one.recognises is not None and one.recognises(document, path)]
+    matching = [*recognised, *(one for one in _readable() if document.root.tag in one.roots)]
+    format = min(matching, key=lambda one: not FORMATS.is_own(one.name), default=None)  # plug-ins come last
     if format is None:
         raise MarkupError(_wrong_root(document))
     if stdin_of(path) is not None and format is not FORMATS.published():
@@ -178,7 +178,6 @@ def _parsed(path: Path, options: ReadOptions, asked: Span | None = None) -> tupl
 
 
 def _mending(source: Source, document: Document) -> list[Diagnostic]:
-    """Return a note if the text of a file was changed before it could be parsed."""
     if document.source.text == source.text:
         return []
     what = "this is no XML to the letter, and is read all the same"

@@ -172,7 +172,12 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     wrap = textwrap.TextWrapper(84, expand_tabs=False, replace_whitespace=False, break_long_words=False)
     wrap.break_on_hyphens = False
     values: dict[str, Any] = {
-        "robot": robot, "urdf": urdf, "statics": statics, "declared": declared, "modes": modes, "literal": repr,
+        "robot": robot,
+        "urdf": urdf,
+        "statics": statics,
+        "declared": declared,
+        "modes": modes,
+        "literal": repr,
         "conditions": {when: if_condition(one, modes, 12) for when, one in conditions.items()},
         "imports": import_substitutions(conditions.values(), "LaunchConfiguration"),
         "publisher": moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER,

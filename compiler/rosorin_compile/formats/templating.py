@@ -106,7 +106,6 @@ def comment(text: str) -> str:
 
 @cache
 def _own(place: Path | None) -> jinja2.Environment:
-    """Return the environment of the program's templates, compiled to files in ``place``."""
     folder = data_folder("templates")
     loader = jinja2.FunctionLoader(lambda name: files.read_text(folder / name))
     cached = _BytecodeCache(str(place), f"{jinja2.__version__}-%s.cache") if place else None
@@ -125,16 +124,13 @@ class Templates:
         self.used: set[Path] = set()
 
     def read(self) -> tuple[Path, ...]:
-        """Return the templates of the description that were used, sorted."""
         return tuple(sorted(file for file in self.used if any(map(file.is_relative_to, self.homes))))
 
     @staticmethod
     def own(name: str, values: Mapping[str, Any]) -> str:
-        """Return the text of a template of the program, such as "core/robot.urdf.jinja"."""
         return _own(cache_folder("templates")).get_template(name).render(values)
 
     def package(self, name: str) -> Templates:
-        """Return an object that renders the templates in the folder ``templates`` of a Python package."""
         return Templates(Path(import_module(name).__path__[0], "templates"), package=name)
 
     def render(self, name: str, values: Mapping[str, Any]) -> str:
@@ -162,7 +158,6 @@ class Templates:
         return rendered.text
 
     def load(self, name: str) -> tuple[str, None, Any] | None:
-        """Return a template as loaders of Jinja do, or None if it is not in the folder."""
         if self.folder is None:
             return None
         try:
@@ -220,7 +215,6 @@ def _rendered(environment: jinja2.Environment, name: str, values: Mapping[str, A
 
 
 def _render_in_child(folder: Path | None, first: Path | None, name: str, values: Mapping[str, Any]) -> _Rendered:
-    """Render a template in a child process. Returns a failure if it exceeds a limit."""
     import pickle  # with subprocess they take as long to import as a small robot to compile
     import signal
     import subprocess

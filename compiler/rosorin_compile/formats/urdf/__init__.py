@@ -1,7 +1,7 @@
 """URDF: what robot_state_publisher, MoveIt and most other readers take.
 
-``content`` decides what a URDF contains of a robot, ``gazebo`` adds blocks for Gazebo, ``write`` writes it. ``read``
-reads URDFs, with ``reading``, which readers of other XML formats share.
+``write`` decides what a URDF contains and writes it, with blocks of ``gazebo``. ``read`` reads URDFs, with ``reading``,
+which readers of other XML formats share.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ..format import BOXES_OF_HEIGHT_MAPS, DISTRIBUTIONS, FORMS_OF_BOXES, NUMBER
 from ..gazebo_elements import unsupported_drives
 from ..unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
 from . import write
-from .content import check, frames_of, links_of
+from .write import Content, check, frames_of, links_of
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
@@ -56,7 +56,6 @@ def _asked(tree: Map, version: str, name: str) -> Asked:
 
 
 def _unsupported(output: Output) -> Mapping[str, Unsupported | None]:
-    """Return what a URDF has no word for."""
     table = {
         **OF_MUJOCO,
         **OF_PUBLISHERS,
@@ -109,13 +108,13 @@ FORMAT = Format(
     roots=("robot",),
     check=check,
     write=write.write,
-    view=write.view,
+    view=lambda robot, output: Content(robot, output).view,
     read=_read,
     load=_load,
     asked=_asked,
     links=links_of,
     leaves_out=_leaves_out,
-    brings=write.added_elements,
+    brings=lambda robot, output: Content(robot, output).blocks,
     why="a URDF has only what robot_state_publisher publishes",
     meshes=True,
     syntax=xml_syntax,

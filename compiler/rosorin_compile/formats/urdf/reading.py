@@ -126,7 +126,6 @@ class Reading:
         return children[0] if children else None
 
     def attribute(self, element: Element, name: str) -> str | None:
-        """Return a required attribute, or None after an error."""
         self.need(element, name)
         return element.attributes[name].value if name in element.attributes else None
 
@@ -157,7 +156,6 @@ class Reading:
                 self.keep(child, keep)
 
     def check_attributes(self, element: Element, attributes: Collection[str]) -> None:
-        """Report unknown attributes of an element, as ``check``."""
         for attribute in element.attributes.values():
             if attribute.name in attributes or attribute.name.startswith("xmlns"):
                 continue
@@ -176,7 +174,6 @@ class Reading:
             self.error("misspelt", message, span, f"did you mean {near}? --lenient leaves it out")
 
     def keep(self, element: Element, entry: Map) -> None:
-        """Keep an element as it is, in ``urdf_elements`` of an entry."""
         entry.setdefault_at("urdf_elements", Seq(element.span), element.span)
         above = self.paths.get(id(element.parent), ())
         inside = () if above == ("robot",) else above
@@ -188,7 +185,6 @@ class Reading:
     def numbers(
         self, words: Sequence[Word], what: str, span: Span, count: int, unit: str = "", tag: str = ""
     ) -> list[Placed] | None:
-        """Return the numbers of an attribute or a text, or None after an error; see ``number``."""
         # A comma between numbers makes a word that is no number, which is the better message.
         if len(words) != count and (count == 1 or all(NUMBER.match(word.text) for word in words)):
             have = "is empty" if not words else f"has {counted(len(words), 'number')}"
@@ -248,7 +244,6 @@ class Reading:
 
 
 def _is_degrees(size: _Size) -> bool:
-    """Return True for round angles of origins, and for limits that are not a number of turns (rad)."""
 
     def is_multiple(step: float) -> bool:
         return abs(size.value - round(size.value / step) * step) < 0.06  # 89.95 is 1.57 rad

@@ -29,10 +29,10 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import counted
 
 from . import FORMATS, Artifact, plugged_diagnostics
+from .format import notes as unsupported_notes
 from .imported import Imported, ReadOptions, as_tree
 from .reading import outputs_of, read_robot
 from .templating import TemplateProblem, Templates
-from .unsupported import notes as unsupported_notes
 
 if TYPE_CHECKING:
     from rosorin_compile.language.expand.included_robots import Tell

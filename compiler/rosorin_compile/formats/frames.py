@@ -6,7 +6,6 @@ import math
 import re
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -20,9 +19,8 @@ from rosorin_compile.source.numbers import fixed, number_format, vector
 from rosorin_compile.source.wording import first_of, listed
 from rosorin_compile.source.xml.elements import number_of, numbers_of
 
-from .format import NUMBER_FORMAT, Asked, Format
-from .static_tf import describe
-from .unsupported import PLACES
+from .format import NUMBER_FORMAT, PLACES, Asked, Format
+from .static_tf import FrameTable, describe
 
 if TYPE_CHECKING:
     from .templating import Templates
@@ -127,14 +125,6 @@ def _wrapped(text: str) -> str:
 def _table(columns: Mapping[str, int], rows: list[list[str]]) -> str:
     lines = (columns, ["-" * width for width in columns.values()], *rows) if rows else ()
     return "\n".join("| " + " | ".join(map(str.ljust, cells, columns.values())) + " |" for cells in lines)
-
-
-@dataclass(frozen=True)
-class FrameTable:
-    """What the tables contain: transforms, and where poses put joints."""
-
-    frames: tuple[Edge, ...]
-    poses: tuple[JointPose, ...]
 
 
 def view(robot: Robot, output: Output) -> FrameTable:  # noqa: ARG001

@@ -22,8 +22,8 @@ from rosorin_compile.source.wording import plural, quoted
 from rosorin_compile.source.xml.elements import canonical, tree_of
 from rosorin_compile.source.xml.markup import MarkupError, parse
 
+from .format import Unsupported
 from .templating import attributes
-from .unsupported import Unsupported
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

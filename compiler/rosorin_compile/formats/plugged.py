@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import fields, is_dataclass, replace
 from functools import cache, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.files import exists
@@ -23,16 +23,9 @@ from .imported import Imported, converted
 from .templating import TemplateProblem
 
 
-class Plugged(NamedTuple):
-    """The formats that plug-ins add, by name, and what is wrong with plug-ins of this kind."""
-
-    formats: dict[str, Format]
-    diagnostics: tuple[Diagnostic, ...]
-
-
 @cache
-def plugged(built_in: tuple[Format, ...]) -> Plugged:
-    """Return the formats of plug-ins, which must not have the names and the files of those that are built in."""
+def plugged(built_in: tuple[Format, ...]) -> tuple[dict[str, Format], tuple[Diagnostic, ...]]:
+    """Return the formats of plug-ins, without names and files of those that are built in, and diagnostics."""
     readable = [one for one in built_in if one.load is not None]
     files = {mark for one in readable for mark in (*one.endings, *(f"<{root}>" for root in one.roots))}
     names = {one.name for one in built_in}
@@ -42,7 +35,7 @@ def plugged(built_in: tuple[Format, ...]) -> Plugged:
 
     loaded, diagnostics = load("formats", Format, partial(_unique_names, names), is_taken)
     OF_PLUGINS.update((rule.id, rule) for _, format in loaded for rule in format.rules)
-    return Plugged({format.name: _guarded(plugin, format) for plugin, format in loaded}, diagnostics)
+    return {format.name: _guarded(plugin, format) for plugin, format in loaded}, diagnostics
 
 
 def _unique_names(built_in: Collection[str], format: Format) -> list[str]:

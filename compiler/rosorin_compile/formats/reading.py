@@ -67,16 +67,14 @@ def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | Non
         format, opened, notes = _open(path, options or ReadOptions(), asked)
         more = ()
         read = converted(format.load(opened) if format.load is not None else {}, opened)
-    except MarkupError as problem:
+    except (MarkupError, PluginFailed) as problem:
+        more = () if isinstance(problem, PluginFailed) else more
         return Imported(None, [*notes, problem.diagnostic, *more], files=(path,))
-    except PluginFailed as problem:
-        return Imported(None, [*notes, problem.diagnostic], files=(path,))
     if not read.checked and read.tree is not None and opened.options.checked:
         tree, diagnostics = accept(read.tree, opened.options.lenient)
         read = read._replace(tree=tree, diagnostics=[*read.diagnostics, *diagnostics], checked=True)
-    diagnostics, takes_arguments = worded([*notes, *read.diagnostics]), format.takes_arguments and not read.unexpanded
-    name = format.becomes or format.name
-    return read._replace(diagnostics=diagnostics, format=name, takes_arguments=takes_arguments)
+    read = read._replace(diagnostics=worded([*notes, *read.diagnostics]), format=format.becomes or format.name)
+    return read._replace(takes_arguments=format.takes_arguments and not read.unexpanded)
 
 
 def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format, Opened, list[Diagnostic]]:

@@ -20,8 +20,7 @@ from rosorin_compile.source.load import json_of
 from rosorin_compile.source.rule_registry import FORMATS, READING, Rule
 from rosorin_compile.source.wording import masked
 
-from .format import Format, Opened
-from .unsupported import PLACES
+from .format import PLACES, Format, Opened
 
 if TYPE_CHECKING:
     from .imported import Imported

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Output, Pose, Robot
 from rosorin_compile.model.joint import Publisher
 from rosorin_compile.model.link import Source
+from rosorin_compile.model.robot import JointPose
 from rosorin_compile.rules.case import first_fed
 from rosorin_compile.rules.publishers import combinations, holds, modes_in
 from rosorin_compile.source import files
@@ -33,8 +34,7 @@ from rosorin_compile.source.wording import masked
 from rosorin_compile.source.xml.elements import number_of
 
 from . import format
-from .format import Format
-from .unsupported import NODES, PLACES
+from .format import NODES, PLACES, Format
 
 if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case
@@ -102,30 +102,27 @@ class StaticTransform(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Transforms:
-    """The contents of a file of static transforms."""
+class FrameTable:
+    """The contents of a file of transforms, and where poses put joints."""
 
     frames: tuple[Edge, ...]
+    poses: tuple[JointPose, ...] = ()
 
 
-class StaticTransforms(NamedTuple):
-    """The transforms of static_transform_publisher nodes: those that always hold, and those of some modes."""
-
-    always: list[StaticTransform]
-    in_modes: list[StaticTransform]
-    diagnostics: list[Diagnostic]  # about joints that none of these nodes can publish
+StaticTransforms = tuple[list[StaticTransform], list[StaticTransform], list[Diagnostic]]
 
 
 def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTransforms:
-    """Return the edges that static_transform_publisher nodes publish: joints in their order, then edges in turns."""
-    is_exact, found = any(one.options.get("number_format") == "exact" for one in outputs), StaticTransforms([], [], [])
+    """Return what static_transform_publishers publish: always and in some modes, joints first; and diagnostics."""
+    is_exact = any(output.options.get("number_format") == "exact" for output in outputs)
+    always, in_modes, diagnostics = list[StaticTransform](), list[StaticTransform](), list[Diagnostic]()
     edges: list[tuple[Joint, Joint | Edge, str]] = []
     for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER):
         if joint.type == "fixed":
             edges.append((joint, joint, ""))
             continue
         message = f"joint {joint.name} is {joint.type}, but a static_transform_publisher can only say what never moves"
-        found.diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
+        diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
     turns = (edge for edge in robot.edges if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER)
     edges += ((robot.joint[edge.joint], edge, edge.when) for edge in turns)
     for joint, published, when in edges:
@@ -137,8 +134,8 @@ def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTra
         arguments += [_PARENT, joint.parent, _CHILD, joint.child]
         ends = published.parent, published.child
         one = StaticTransform(published.publisher.name, *ends, tuple(arguments), published.source, when)
-        (found.in_modes if modes_in(robot, [when]) else found.always).append(one)
-    return found
+        (in_modes if modes_in(robot, [when]) else always).append(one)
+    return always, in_modes, diagnostics
 
 
 def describe(source: Source) -> str:
@@ -187,14 +184,14 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     return templates.own("core/static_tf.launch.py.jinja", values), diagnostics
 
 
-def view(robot: Robot, output: Output) -> Transforms:
+def view(robot: Robot, output: Output) -> FrameTable:
     """Return what a file of static transforms must contain; conditions are not read back from Python."""
     always, in_modes, _ = static_transforms(robot, [output])
     has_conditions = output.backend == LIST.name
-    return Transforms(tuple(replace(one.edge, when=one.when if has_conditions else "") for one in (*always, *in_modes)))
+    return FrameTable(tuple(replace(one.edge, when=one.when if has_conditions else "") for one in (*always, *in_modes)))
 
 
-def read(text: str) -> Transforms:
+def read(text: str) -> FrameTable:
     """Return the transforms of a launch file, which is parsed, never run. Raises ValueError for a damaged one."""
     default = re.search(rf"'{FRAME_PREFIX}',\s+default_value=(.*),", text)
     is_declared = default is not None and f"{FRAME_PREFIX} = LaunchConfiguration('{FRAME_PREFIX}')" in text
@@ -210,18 +207,16 @@ def read(text: str) -> Transforms:
             edges.append(read_arguments(ast.literal_eval(name), words))
     except (TypeError, SyntaxError) as problem:
         raise ValueError(f"not Python with plain values: {problem}") from None
-    return Transforms(tuple(edges))
+    return FrameTable(tuple(edges))
 
 
 def read_arguments(name: object, arguments: object) -> Edge:
     """Return the transform of one static_transform_publisher. Raises ValueError for other than our arguments."""
     if not isinstance(name, str) or not isinstance(arguments, list) or not all(isinstance(a, str) for a in arguments):
         raise ValueError("a static_transform_publisher has a name that is no text or arguments that are no texts")
-    if len(arguments) % 2:
-        raise ValueError(f"the arguments of {name} are not flags with one text each")
-    given = dict(zip(arguments[::2], arguments[1::2], strict=True))
-    if given.keys() != {*_XYZ, *_RPY, _PARENT, _CHILD}:
-        raise ValueError(f"the flags of {name} are {', '.join(given)}")
+    given = dict(zip(arguments[::2], arguments[1::2], strict=False))
+    if given.keys() != {*_XYZ, *_RPY, _PARENT, _CHILD} or len(arguments) != 2 * len(given):
+        raise ValueError(f"{name} has the arguments {' '.join(arguments)}")
     x, y, z, roll, pitch, yaw = (number_of(given[flag]) for flag in (*_XYZ, *_RPY))
     publisher = Publisher(STATIC_TRANSFORM_PUBLISHER, name)
     return Edge(given[_PARENT], given[_CHILD], publisher, moving=False, pose=Pose((x, y, z), (roll, pitch, yaw)))
@@ -271,7 +266,7 @@ def write_list(robot: Robot, output: Output, templates: Templates) -> tuple[str,
     return json.dumps({"robot": robot.name, "static_transform_publisher": nodes}, indent=2) + "\n", diagnostics
 
 
-def read_list(text: str) -> Transforms:
+def read_list(text: str) -> FrameTable:
     """Return the transforms of a list. Raises ValueError if the text is not such a file."""
     edges = []
     try:
@@ -283,7 +278,7 @@ def read_list(text: str) -> Transforms:
             edges.append(edge)
     except (KeyError, TypeError, AttributeError) as problem:
         raise ValueError(f"not a list of static transforms: {problem!r}") from None
-    return Transforms(tuple(edges))
+    return FrameTable(tuple(edges))
 
 
 def robot_of(path: Path) -> str:

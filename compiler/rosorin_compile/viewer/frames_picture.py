@@ -9,8 +9,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.formats.format import Asked, Format, xml_syntax
-from rosorin_compile.formats.unsupported import NODES, UNPUBLISHED
+from rosorin_compile.formats.format import NODES, UNPUBLISHED, Asked, Format, xml_syntax
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, publishers, rows
 from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, error

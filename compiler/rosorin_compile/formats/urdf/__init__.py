@@ -11,9 +11,20 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
-from ..format import BOXES_OF_HEIGHT_MAPS, DISTRIBUTIONS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Format, xml_syntax
+from ..format import (
+    BOXES_OF_HEIGHT_MAPS,
+    DISTRIBUTIONS,
+    FORMS_OF_BOXES,
+    MODEL_KEYS,
+    NUMBER_FORMAT,
+    OF_MUJOCO,
+    OF_PUBLISHERS,
+    Asked,
+    Format,
+    Unsupported,
+    xml_syntax,
+)
 from ..gazebo_elements import unsupported_drives
-from ..unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
 from . import write
 from .write import Content, check, frames_of, links_of
 

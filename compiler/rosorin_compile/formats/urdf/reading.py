@@ -268,12 +268,6 @@ def _advice(text: str) -> str:
     return "write a number such as 0.5 or 1e-3"
 
 
-def number_of(word: Word, unit: str, element: Element, name: str, reading: Reading) -> float | None:
-    """Return the number that a word of an attribute is, or None after an error."""
-    tag = element.tag if element.tag in ("origin", "limit") else "size"
-    return reading.number(word, f"{name} of {named(element)}", unit, tag)
-
-
 def lacks(element: Element, names: Sequence[str]) -> str:
     """Return the message about attributes that an element lacks."""
     return f"{named(element)} lacks the {plural('attribute', len(names))} {quoted(names)}"

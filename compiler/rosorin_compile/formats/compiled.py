@@ -18,6 +18,8 @@ from rosorin_compile.language.suppressions import Entry, settled, unknown, unuse
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.rules import check as rules
+from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.magnitudes import collect
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, error, has_errors
 from rosorin_compile.source.files import read_text, recording, shown
 from rosorin_compile.source.messages import arrange
@@ -36,7 +38,6 @@ from .templating import TemplateProblem, Templates
 
 if TYPE_CHECKING:
     from rosorin_compile.language.expand.included_robots import Tell
-    from rosorin_compile.rules.case import Case
     from rosorin_compile.source.project import Resolved
 
     from .mesh_files import Searched
@@ -60,9 +61,6 @@ class Understood(NamedTuple):
     @property
     def case(self) -> Case | None:
         """The robot with the positions of all its values, or None with errors."""
-        from rosorin_compile.rules.case import Case
-        from rosorin_compile.rules.magnitudes import collect
-
         robot, tree, lowered = self.robot, self.expanded.tree, self.lowered
         return Case(robot, tree, lowered.places, collect(tree)) if robot and tree is not None and lowered else None
 
@@ -177,10 +175,9 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
             diagnostics += rules.check(lowered.robot, tree, lowered.places, FORMATS, scope, requested)
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
-    if has_errors(diagnostics):
-        diagnostics = rules.merge_misspelt(diagnostics, tree, lowered.places)
-    else:  # an argument whose use is an error would be reported as unused
-        diagnostics += expanded.unused
+    is_wrong = has_errors(diagnostics)  # then an argument whose use is an error would be reported as unused
+    merged = rules.merge_misspelt(diagnostics, tree, lowered.places) if is_wrong else diagnostics
+    diagnostics = [*merged, *(() if is_wrong else expanded.unused)]
     found = settled(tree, diagnostics, rules.acceptable())
     diagnostics = found.diagnostics
     if scope and scope.expansion.disabled and any(one.severity != NOTE for one in diagnostics):
@@ -199,12 +196,10 @@ def understand_foreign(path: Path, options: ReadOptions) -> Understood:
     return Understood(expanded, lowered, diagnostics, imported=imported)
 
 
-def judge_foreign(
-    path: Path, options: ReadOptions, requested: Sequence[str] = (), optional: bool = False
-) -> Understood:
+def judge_foreign(path: Path, how: ReadOptions, requested: Sequence[str] = (), optional: bool = False) -> Understood:
     """Load a robot in another format as the description that ``import`` would write, and check the rules."""
     names = [format.name for format in FORMATS.values() if optional or not format.optional]
-    return judge(_with_outputs(read_robot(path, options), [*names, *requested]), requested)
+    return judge(_with_outputs(read_robot(path, how), [*names, *requested]), requested)
 
 
 def _with_outputs(imported: Imported, names: Sequence[str]) -> Expanded:

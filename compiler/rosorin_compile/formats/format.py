@@ -17,17 +17,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import Link, Output
+from rosorin_compile.model.link import Source as Provenance
 from rosorin_compile.model.link import limited_fields
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, Span, error
 from rosorin_compile.source.messages import and_here
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.wording import counted, listed
+from rosorin_compile.source.wording import counted, listed, masked
+from rosorin_compile.source.xml.elements import canonical, tree_of
+from rosorin_compile.source.xml.markup import Document, MarkupError, read_source
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot
     from rosorin_compile.rules.case import Case
-    from rosorin_compile.source.xml.markup import Document, MarkupError
 
     from .imported import Imported, Proof, ReadOptions
     from .mesh_files import Searched
@@ -105,8 +107,6 @@ class Opened:
 
     @cached_property
     def source(self) -> Source:
-        from rosorin_compile.source.xml.markup import read_source
-
         return self.document.source if self.document else read_source(self.path, self.asked)
 
     @property
@@ -124,8 +124,6 @@ class Opened:
         self, message: str, where: int | Span = 1, column: int = 1, length: int = 1, help: str = ""
     ) -> MarkupError:
         """Return the exception that a reader raises for a file that its format does not allow."""
-        from rosorin_compile.source.xml.markup import MarkupError
-
         return MarkupError(error("file-syntax", message, self._span(where, column, length), help))
 
     def left_out(self, what: str, where: int | Span, column: int = 1, length: int = 1, help: str = "") -> Diagnostic:
@@ -147,10 +145,15 @@ def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, othe
     return Diagnostic("import-cannot-carry", WARNING, message, span, and_here(others), help)
 
 
+def describe(source: Provenance) -> str:
+    """Return where a value comes from as one line of printable text; empty if the description does not say."""
+    head = ", ".join(part for part in (source.status.replace("_", "-"), source.measured) if part)
+    text = ": ".join(part for part in (head, source.note) if part)
+    return masked(" ".join(text.split()))
+
+
 def xml_syntax(text: str) -> object:
     """Return the elements of an XML text, for ``syntax``. Raises ValueError."""
-    from rosorin_compile.source.xml.elements import canonical, tree_of
-
     return canonical(tree_of(text))
 
 

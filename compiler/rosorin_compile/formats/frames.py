@@ -19,8 +19,8 @@ from rosorin_compile.source.numbers import fixed, number_format, vector
 from rosorin_compile.source.wording import first_of, listed
 from rosorin_compile.source.xml.elements import number_of, numbers_of
 
-from .format import NUMBER_FORMAT, PLACES, Asked, Format
-from .static_tf import FrameTable, describe
+from .format import NUMBER_FORMAT, PLACES, Asked, Format, describe
+from .static_tf import FrameTable
 
 if TYPE_CHECKING:
     from .templating import Templates
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 _FRAME_COLUMNS = {"parent": 18, "child": 18, "published by": 22, "motion": 6, "topic": 10, "x y z (m)": 35}
 _FRAME_COLUMNS |= {"roll pitch yaw (rad)": 35, "roll pitch yaw (deg)": 29, "when": 8}
 _POSE_COLUMNS = {"pose": 12, "joint": 18, "position": 26, "in degrees": 10, "pulse": 6}
-_MANY = 1_000  # size of a cache: a frame is the parent of the next one
 # Characters with a meaning in Markdown; an underscore only at the start or end of a word.
 _MARKS = re.compile(r"[\\`*\[\]<>|~&#!]|(?<!\w)_|_(?!\w)")
 _CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")
@@ -62,18 +61,13 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
             place = f"{number(position)} {'m' if slides else 'rad'}"
             poses.append([_escape(pose.name), _escape(name), place, degrees, str(pose.pulses.get(name, ""))])
     publishers = dict.fromkeys(frame.publisher for frame in frames)
-    named: dict[str, Any] = {
-        "robot": robot,
-        "frames": _table(_FRAME_COLUMNS, rows),
-        "nodes": [node for node in publishers if node.kind != UNPUBLISHED and (node.package or node.about)],
-        "simulated": _wrapped(f"Only simulations have {listed(reasons)}.") if reasons else "",
-        "stand_ins": _stand_ins(robot),
-        "proof": _wrapped(publishing(robot).in_words()),
-        "stamps": [(name, frames) for name, frames in stamps if frames],
-        "poses": _table(_POSE_COLUMNS, poses),
-        "modes": _escape(", ".join(robot.modes)),
-    }
-    return templates.own("core/frames.md.jinja", {**named, "source": describe, "escape": _escape}), []
+    named: dict[str, Any] = {"robot": robot, "source": describe, "escape": _escape, "stand_ins": _stand_ins(robot)}
+    named |= {"frames": _table(_FRAME_COLUMNS, rows), "poses": _table(_POSE_COLUMNS, poses)}
+    named["nodes"] = [node for node in publishers if node.kind != UNPUBLISHED and (node.package or node.about)]
+    named["simulated"] = _wrapped(f"Only simulations have {listed(reasons)}.") if reasons else ""
+    named["proof"], named["modes"] = _wrapped(publishing(robot).in_words()), _escape(", ".join(robot.modes))
+    named["stamps"] = [(name, frames) for name, frames in stamps if frames]
+    return templates.own("core/frames.md.jinja", named), []
 
 
 def _frames(robot: Robot) -> list[Edge]:
@@ -112,7 +106,7 @@ def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
     return [(reason, ", ".join(dict.fromkeys(name for why, name in found if why == reason))) for reason in reasons]
 
 
-@lru_cache(maxsize=_MANY)
+@lru_cache(maxsize=1_000)  # a frame is the parent of the next one
 def _escape(text: str) -> str:
     """Return a text on one line that Markdown shows as it is, in a cell of a table too; blanks in names count."""
     return _MARKS.sub(r"\\\g<0>", " ".join(map(str.strip, text.splitlines())))

@@ -119,9 +119,9 @@ class Places(NamedTuple):
     def named(self, tree: Map, relative: bool = True) -> Searched:
         """Search the meshes and textures of a foreign robot, as its file names them; ``relative`` names on request."""
         named = [*named_files(tree, MESH), *named_files(tree, TEXTURE)]
-        searched = _Search(self, (), None).run([one for one in named if relative or not is_relative(one.name)])
-        diagnostics = [d if d.severity == ERROR else replace(d, severity=WARNING) for d in searched.diagnostics]
-        return searched._replace(diagnostics=diagnostics)
+        found = _Search(self, (), None).run([one for one in named if relative or not is_relative(one.name)])
+        diagnostics = [d if d.severity == ERROR else replace(d, severity=WARNING) for d in found.diagnostics]
+        return found._replace(diagnostics=diagnostics)
 
     def awaited(self, tree: Map, found: Container[str]) -> Iterator[Path]:
         """Yield the paths of meshes that were not ``found``, for a program that waits for them."""
@@ -328,9 +328,9 @@ class _Search:
         elif scheme or one.name.startswith("/"):
             what, help = f"not on this machine{self.left_out}", "correct the name"
         else:
-            what, severity = "not there, neither as seen from the artifacts nor beside the description", WARNING
-            if not self.has_outputs:
-                what = f"not there, as seen from {self.places.description.name}"
+            what, severity = f"not there, as seen from {self.places.description.name}", WARNING
+            if self.has_outputs:
+                what = "not there, neither as seen from the artifacts nor beside the description"
             # Without a texture it is the robot all the same; that import found a mesh nowhere was reported by import.
             if one.kind == TEXTURE or any(self._source(folder)[0] for folder in folders):
                 what += self.left_out

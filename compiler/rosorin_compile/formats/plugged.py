@@ -11,6 +11,8 @@ from dataclasses import fields, is_dataclass, replace
 from functools import cache, partial
 from typing import Any
 
+from rosorin_compile.language.schema import schema
+from rosorin_compile.language.validator import check_schema
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.files import exists
 from rosorin_compile.source.plugins import Plugin, PluginFailed, aside, diagnostic_of, failed, load
@@ -40,9 +42,6 @@ def plugged(built_in: tuple[Format, ...]) -> tuple[dict[str, Format], tuple[Diag
 
 def _unique_names(built_in: Collection[str], format: Format) -> list[str]:
     """Return what no other format may have. Raises ValueError or TypeError for an invalid record."""
-    from rosorin_compile.language.schema import schema
-    from rosorin_compile.language.validator import check_schema
-
     for field in fields(format):
         value, default = getattr(format, field.name), field.default
         if field.name in ("options", "unsupported"):

@@ -30,11 +30,10 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
 from rosorin_compile.source.load import json_of, python_of
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal, fixed
 from rosorin_compile.source.rule_registry import FORMATS, OUTPUTS, Rule
-from rosorin_compile.source.wording import masked
 from rosorin_compile.source.xml.elements import number_of
 
 from . import format
-from .format import NODES, PLACES, Format
+from .format import NODES, PLACES, Format, describe
 
 if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case
@@ -51,15 +50,13 @@ RULES = (
 # What a mode may be set to. A condition of launch reads 1 and no on; its and, or, not read on and no 1.
 STATES = ("true", "false", "True", "False")
 
-MODE, NOT, AND, OR = "mode", "not", "and", "or"
+MODE, NOT, AND, OR, _IF = "mode", "not", "and", "or", "if"
 _WIDTH = 99  # columns, as ament_flake8 requires
-_IF = "if"
 _PYTHON = {NOT: "NotSubstitution", AND: "AndSubstitution", OR: "OrSubstitution", _IF: "IfCondition"}
 
 # (MODE, name), (NOT, condition), (AND, condition, condition), (OR, condition, condition), ALWAYS, NEVER
 Condition = tuple[Any, ...]
-ALWAYS: Condition = ("true",)
-NEVER: Condition = ("false",)
+ALWAYS, NEVER = ("true",), ("false",)
 
 _XYZ, _RPY = ("--x", "--y", "--z"), ("--roll", "--pitch", "--yaw")
 _FRAMES = _PARENT, _CHILD = "--frame-id", "--child-frame-id"
@@ -118,31 +115,23 @@ def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTra
     always, in_modes, diagnostics = list[StaticTransform](), list[StaticTransform](), list[Diagnostic]()
     edges: list[tuple[Joint, Joint | Edge, str]] = []
     for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER):
-        if joint.type == "fixed":
-            edges.append((joint, joint, ""))
-            continue
-        message = f"joint {joint.name} is {joint.type}, but a static_transform_publisher can only say what never moves"
-        diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
+        edges += [(joint, joint, "")] if joint.type == "fixed" else []
+        if joint.type != "fixed":
+            message = f"joint {joint.name} is {joint.type}, but static_transform_publisher only says what never moves"
+            diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
     turns = (edge for edge in robot.edges if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER)
     edges += ((robot.joint[edge.joint], edge, edge.when) for edge in turns)
     for joint, published, when in edges:
         arguments: list[str] = []
-        axes = (_XYZ, joint.origin.xyz, METRE_DIGITS), (_RPY, joint.origin.rpy, RADIAN_DIGITS)
-        for flags, values, digits in axes:
-            for flag, value in zip(flags, values, strict=True):
-                arguments += [flag, decimal(value) if is_exact else fixed(value, digits)]
+        numbers = zip((*_XYZ, *_RPY), (*joint.origin.xyz, *joint.origin.rpy), strict=True)
+        for flag, value in numbers:
+            digits = METRE_DIGITS if flag in _XYZ else RADIAN_DIGITS
+            arguments += [flag, decimal(value) if is_exact else fixed(value, digits)]
         arguments += [_PARENT, joint.parent, _CHILD, joint.child]
-        ends = published.parent, published.child
-        one = StaticTransform(published.publisher.name, *ends, tuple(arguments), published.source, when)
+        name, ends = published.publisher.name, (published.parent, published.child)
+        one = StaticTransform(name, *ends, tuple(arguments), published.source, when)
         (in_modes if modes_in(robot, [when]) else always).append(one)
     return always, in_modes, diagnostics
-
-
-def describe(source: Source) -> str:
-    """Return where a value comes from as one line of printable text; empty if the description does not say."""
-    head = ", ".join(part for part in (source.status.replace("_", "-"), source.measured) if part)
-    text = ": ".join(part for part in (head, source.note) if part)
-    return masked(" ".join(text.split()))
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
@@ -168,19 +157,12 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     declared += [(name, "'false'", f"the robot is run in the mode {mode}", STATES) for mode, name in modes.items()]
     wrap = textwrap.TextWrapper(84, expand_tabs=False, replace_whitespace=False, break_long_words=False)
     wrap.break_on_hyphens = False
-    values: dict[str, Any] = {
-        "robot": robot,
-        "urdf": urdf,
-        "statics": statics,
-        "declared": declared,
-        "modes": modes,
-        "literal": repr,
-        "conditions": {when: if_condition(one, modes, 12) for when, one in conditions.items()},
-        "imports": import_substitutions(conditions.values(), "LaunchConfiguration"),
-        "publisher": moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER,
-        "source": lambda source: wrap.wrap(describe(source)),
-        "pairs": StaticTransform.in_python,
-    }
+    values: dict[str, Any] = {"robot": robot, "urdf": urdf, "statics": statics, "declared": declared, "modes": modes}
+    values |= {"literal": repr, "pairs": StaticTransform.in_python}
+    values["source"] = lambda source: wrap.wrap(describe(source))
+    values["conditions"] = {when: if_condition(one, modes, 12) for when, one in conditions.items()}
+    values["imports"] = import_substitutions(conditions.values(), "LaunchConfiguration")
+    values["publisher"] = moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER
     return templates.own("core/static_tf.launch.py.jinja", values), diagnostics
 
 

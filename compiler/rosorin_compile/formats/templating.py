@@ -34,8 +34,7 @@ from rosorin_compile.source.numbers import exact, fixed, short, six, vector
 from rosorin_compile.source.project import data_folder, homes
 from rosorin_compile.source.rule_registry import TEMPLATES, Rule
 
-from .format import Format
-from .static_tf import describe
+from .format import Format, describe
 
 _NAMES = "[Names in a template](artifacts.md#names-in-a-template)."
 RULES = (
@@ -56,10 +55,8 @@ _XML = (".urdf", ".xml", ".sdf", ".svg", ".html", ".launch", ".srdf", ".xacro")
 # Jinja's name for a value of the model: 'rosorin_compile.model.robot.Sensor object'.
 _INTERNAL = r"'rosorin_compile\.[\w.]*\.(\w+) object'"
 # Started by -c: -m would look for modules in the working folder first, which may belong to a stranger.
-_START_CHILD = (
-    "import sys, json; sys.path[:] = json.loads(sys.argv[1]);"
-    "from rosorin_compile.formats.templating import render_request; render_request()"
-)
+_START_CHILD = "import sys, json; sys.path[:] = json.loads(sys.argv[1]);"
+_START_CHILD += "from rosorin_compile.formats.templating import render_request; render_request()"
 _OPTIONS: dict[str, Any] = dict.fromkeys(("trim_blocks", "lstrip_blocks", "keep_trailing_newline"), True)
 _OPTIONS |= {"autoescape": lambda name: (name or "").removesuffix(".jinja").endswith(_XML)}
 _OPTIONS |= {"undefined": jinja2.StrictUndefined}

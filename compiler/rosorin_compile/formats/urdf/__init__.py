@@ -7,7 +7,8 @@ which readers of other XML formats share.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
@@ -32,22 +33,11 @@ if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
     from rosorin_compile.source.tree import Map
 
-    from ..format import Opened
-    from ..imported import Imported
-
 __all__ = ["FORMAT"]
 
 
-def _load(opened: Opened) -> Imported:
-    from .read import read_urdf
-
-    return read_urdf(opened.xml, opened.path, opened.options)
-
-
-def _read(text: str) -> Robot:
-    from .read import read
-
-    return read(text)
+def _reader() -> Any:
+    return import_module(f"{__name__}.read")  # few runs need it
 
 
 def _leaves_out(robot: Robot, link: str) -> bool:
@@ -120,8 +110,8 @@ FORMAT = Format(
     check=check,
     write=write.write,
     view=lambda robot, output: Content(robot, output).view,
-    read=_read,
-    load=_load,
+    read=lambda text: _reader().read(text),
+    load=lambda opened: _reader().read_urdf(opened.xml, opened.path, opened.options),
     asked=_asked,
     links=links_of,
     leaves_out=_leaves_out,

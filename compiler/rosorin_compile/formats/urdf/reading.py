@@ -47,11 +47,11 @@ _GATHERED = ("import-cannot-carry", "import-ignored")
 
 
 class _Size(NamedTuple):
-    """An angle or a length of the file: its amount (rad or m), the tag of its element, and its description."""
+    """An angle or a length of the file."""
 
-    value: float
-    tag: str
-    what: str
+    value: float  # rad or m
+    tag: str  # of its element
+    what: str  # its description
     span: Span
 
 
@@ -191,7 +191,7 @@ class Reading:
             message = f"{what} {have}; it takes {'one' if count == 1 else count}"
             self.error("wrong-count", message, span, f"give {'one number' if count == 1 else count}")
             return None
-        made = []
+        made = list[Placed]()
         for word in words:
             value = self.number(word, what, unit, tag)
             if value is None:
@@ -285,12 +285,10 @@ def numbers(element: Element, name: str, count: int, unit: str, reading: Reading
         reading.note("wrong-count", f"scale of {named(element)} has {taken}", attribute.span)
         words = (words * count)[:count]
     found = reading.numbers(words, f"{name} of {named(element)}", attribute.span, count, unit, tag)
-    if found is None:
-        return None
     made = Seq(attribute.span)
-    for one in found:
+    for one in found or ():
         made.put(one.value, one.span)
-    return made
+    return None if found is None else made
 
 
 def put(entry: Map, key: str, value: Any, element: Element) -> None:

@@ -33,6 +33,7 @@ from rosorin_compile.model.bounds import along, radius_about
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import IDENTITY, Transform, dot, minus, plane_axes, pose_of, unit
 from rosorin_compile.model.joint import Dynamics
+from rosorin_compile.model.looks import with_visuals
 from rosorin_compile.model.mass import together
 from rosorin_compile.model.sections import sections_in_urdf
 from rosorin_compile.model.shape import ROWS, Material, plain
@@ -47,6 +48,7 @@ from rosorin_compile.source.xml.elements import indented
 from ..gazebo_elements import distribution, drive_blocks
 from ..mesh_files import urdf_file_name
 from ..templating import Templates, attribute, attributes, comment
+from .gazebo import gazebo_blocks
 
 _WITHOUT_MASS = "A note: no URDF has the inertials: Gazebo reads it as an empty model, other simulators invent masses."
 _UNSTABLE = "A warning: damping * step > 2 * inertia: simulators with explicit steps of 1/240 s, as PyBullet, diverge."
@@ -213,10 +215,7 @@ class Content:
     """What a URDF contains of a robot (``view``), and what it does not (``diagnostics``)."""
 
     def __init__(self, robot: Robot, output: Output) -> None:
-        if output.options.get("visuals") == FROM_COLLISION:
-            from rosorin_compile.model.looks import with_visuals
-
-            robot = with_visuals(robot)
+        robot = with_visuals(robot) if output.options.get("visuals") == FROM_COLLISION else robot
         self.robot, self.output, self.elements = robot, output, elements_of(output)
         self.carried, self.joints = links_of(robot, output), joints_of(robot, output)
         self.masses: Mapping[str, Inertial] = {}  # with those of the links that each link carries
@@ -230,15 +229,14 @@ class Content:
                 message = f"in the URDF some masses move to one link: {problem}"
                 self.lost.append(error("urdf-mass-sum", message, None, "correct them"))
         self.blocks: list[str] = []  # for Gazebo, and those of sections, such as ros2_control
-        if output.options.get("gazebo"):
-            from .gazebo import gazebo_blocks
-
+        gazebo = distribution(output.options.get("gazebo"))
+        if gazebo:
             self.blocks, lost = gazebo_blocks(self)
             self.lost += lost
         for section in sections_in_urdf(output):
             if section.urdf is not None:
                 self.blocks += section.urdf(robot, output, number_format(output.options))
-        if gazebo := distribution(output.options.get("gazebo")):
+        if gazebo:
             others, number = (*self._kept(robot.urdf_elements), *self.blocks), number_format(output.options)
             called = {joint.name: joint.name for joint in self.joints}
             drives, lost = drive_blocks(robot, called, "urdf-cannot-say", gazebo, number, others)

@@ -7,13 +7,13 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.format import describe
 from rosorin_compile.formats.static_tf import ARGUMENTS as COMMON
 from rosorin_compile.formats.static_tf import (
     STATES,
     Condition,
     StaticTransform,
     condition,
-    describe,
     if_condition,
     import_substitutions,
     in_frontends,

@@ -22,13 +22,15 @@ from typing import TYPE_CHECKING
 from rosorin_compile.formats.format import (
     BOXES_OF_HEIGHT_MAPS,
     FORMS_OF_BOXES,
+    MODEL_KEYS,
     NUMBER_FORMAT,
+    OF_PUBLISHERS,
     Asked,
     Format,
     Opened,
+    Unsupported,
     xml_syntax,
 )
-from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_PUBLISHERS, Unsupported
 from rosorin_compile.source.files import record, version
 
 from .settings import SETTINGS

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
-from rosorin_compile.formats.static_tf import describe
+from rosorin_compile.formats.format import describe
 from rosorin_compile.model import (
     Box,
     Capsule,

@@ -57,7 +57,7 @@ class Description:
 
     @classmethod
     def at(cls, path: Path, outputs: str | None = None) -> Description:
-        """Return the description of a first file; ``outputs`` (next to ``descriptions``) gets a folder for each robot."""
+        """Return the description of a first file; ``outputs`` gets a folder for each robot."""
         folder = Path(os.path.abspath(path)).parent
         name = folder.name if path.name == ROOT_FILE else path.stem
         base = Path(cls.OUTPUTS if outputs is None else outputs)

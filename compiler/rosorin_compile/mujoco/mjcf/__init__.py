@@ -1,16 +1,13 @@
 """MJCF: the robot for MuJoCo.
 
-Writing: ``write`` with ``write_joints``, ``write_simulation`` and ``write_sensors``; ``omissions`` and ``masses``
-report what MuJoCo would refuse, ``mjx`` what MJX does not load. ``bodies`` has names and welded links, ``contacts``
-which links may touch, ``masks`` the bits of shapes, ``height_fields`` what height maps become. ``read_back`` reads
-such a file for comparison, and ``process`` lets MuJoCo load it.
+Writing: ``write`` with ``write_elements`` and ``classes``; ``servos`` are its actuators, ``bodies`` has names and
+groups, ``contacts`` which links may touch, ``omissions`` what MuJoCo would refuse. ``read_back`` reads such a file for
+comparison.
 
-Reading: MuJoCo reads foreign files in a child process (``process``, ``engine``, ``resolved``); ``broken`` explains
-what it refuses. ``source`` finds the places in the text, ``reading`` has the state, and ``robot`` fills the tree with
-``links``, ``joints``, ``actuators``, ``shapes``, ``entries`` and ``poses``.
+Reading: MuJoCo reads foreign files in a child process (``process``, ``engine``). ``source`` finds the places in the
+text, ``reading`` has the state, and ``robot`` fills the tree with ``links``, ``actuators``, ``shapes`` and ``entries``.
 
-``proof`` compares an imported MJCF with the source in a child process: ``compiled_model`` and ``compare_models``
-compare both models field by field, ``accelerations`` compares their motion.
+``proof`` compares an imported MJCF with the source in a child process (``compare_models``).
 """
 
 from __future__ import annotations
@@ -57,10 +54,10 @@ def _read(opened: Opened) -> Imported:
 
 
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from . import mjx, servos
+    from . import contacts, servos
 
     yield from servos.check(case, output)
-    yield from mjx.check(case, output)
+    yield from contacts.check(case, output)
 
 
 def _copies(searched: Searched, outputs: Path) -> Searched:

@@ -18,8 +18,19 @@ from markupsafe import Markup
 
 from rosorin_compile.formats.templating import attribute, attributes
 
-from .bodies import COLLISION, COLLISION_GROUP, FRAME, FRAME_GROUP, SHOWN, SHOWN_WHEEL, VISUAL, VISUAL_GROUP, WHEEL
-from .masks import BESIDE_WHEELS, ROLLS
+from .bodies import (
+    BESIDE_WHEELS,
+    COLLISION,
+    COLLISION_GROUP,
+    FRAME,
+    FRAME_GROUP,
+    ROLLS,
+    SHOWN,
+    SHOWN_WHEEL,
+    VISUAL,
+    VISUAL_GROUP,
+    WHEEL,
+)
 
 # What each joint has for itself, and what many have in common that move otherwise.
 _OWN = ("name", "class", "type")

@@ -31,7 +31,7 @@ from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.xml.markup import Element
 
 from .actuators import Drive
-from .masses import LEAST, LEAST_EIGENVALUE
+from .omissions import LEAST, LEAST_EIGENVALUE
 from .reading import BALL, FREE, HINGE, SLIDE, Reading
 from .values import (
     NO_POSE,

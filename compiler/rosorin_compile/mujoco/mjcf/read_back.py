@@ -30,10 +30,9 @@ from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
 from .bodies import COLLISION, FLOATING, PLANAR, TOUCHES, VISUAL, WORLD, is_free
 from .height_fields import colliding
-from .masses import LEAST
-from .omissions import position_range
+from .omissions import LEAST, position_range
 from .servos import is_clamped
-from .write_joints import base_name
+from .write import base_name
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

@@ -29,9 +29,8 @@ from rosorin_compile.model.simulation import (
 from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.numbers import NumberFormat, numbers, vector
 
-from .bodies import body_name, reference, shifted
+from .bodies import BITS, body_name, reference, shifted
 from .classes import Named, Part
-from .masks import BITS
 from .omissions import is_textured
 from .servos import Drive, aims
 

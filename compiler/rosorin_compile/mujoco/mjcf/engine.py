@@ -77,7 +77,7 @@ def read(mujoco: Any, path: Path, here: Path) -> dict[str, Any]:
             _name_all(spec)
             made = _facts(mujoco, spec, spec.compile())
         except Exception as problem:  # whatever the reader refuses is reported, not raised
-            made = {"refused": re.sub(rf"{_NO_NAME}\d+", "", _reason(mujoco, problem)[0])}
+            made = {"refused": re.sub(rf"{_NO_NAME}\d+", "", reason(mujoco, problem)[0])}
     return {**made, "warnings": [str(warning.message) for warning in caught]}
 
 
@@ -91,22 +91,23 @@ def load(mujoco: Any, text: str, folder: str) -> tuple[str, bool]:
             spec.modelfiledir = folder
             spec.compile()
         except Exception as problem:
-            reason, outdated = _reason(mujoco, problem)
-            return reason or type(problem).__name__, outdated
+            why, outdated = reason(mujoco, problem)
+            return why or type(problem).__name__, outdated
         finally:
             mujoco.set_mju_user_warning(None)
     return "", False
 
 
-def _reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
+def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
     """Return why MuJoCo refuses a model, and whether it is too old to know what MuJoCo 4 does."""
-    reason, version = str(problem), mujoco.__version__
-    is_new = int(version.partition(".")[0]) >= _WRITTEN_FOR
-    if is_new and "unrecognized" not in reason and "composite" in reason:
-        return f"MuJoCo {version} no longer reads <composite>: {reason}", False
-    if is_new or not (isinstance(problem, AttributeError) or "unrecognized" in reason):
-        return reason, False
-    return f"MuJoCo {version} is too old for it, MuJoCo {_WRITTEN_FOR} may know it: {reason}", True
+    why, version = str(problem), mujoco.__version__
+    is_new, is_unknown = int(version.partition(".")[0]) >= _WRITTEN_FOR, "unrecognized" in why
+    if is_new:
+        is_gone = is_unknown and "composite" in why
+        return (f"MuJoCo {version} no longer reads <composite>, MuJoCo 3 does: {why}" if is_gone else why), False
+    if not (isinstance(problem, AttributeError) or is_unknown):
+        return why, False
+    return f"MuJoCo {version} is too old for it, MuJoCo {_WRITTEN_FOR} may know it: {why}", True
 
 
 def _proof(mujoco: Any, asked: dict[str, Any], here: Path) -> dict[str, Any]:

@@ -154,7 +154,6 @@ class Classes:
             yield from parts if apart or shorter else [whole]
 
     def _alike(self, places: Iterable[int], without: Sequence[str]) -> list[list[int]]:
-        """Return groups of elements of a kind that are alike but for their names and some attributes."""
         groups: dict[object, list[int]] = {}
         for place in places:
             tag, values = self._elements[place].tag, self._elements[place].values

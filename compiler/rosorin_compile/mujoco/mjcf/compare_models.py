@@ -623,7 +623,6 @@ class Comparison:
                 self.found.append(Difference("order", kind, f"the {kind}s are in another order in ours"))
 
     def _touching(self) -> None:
-        """Compare which bodies may touch."""
         source, geoms = self.source, list(self.maps["geom"])
         theirs, own = may_touch(source.mj, geoms), may_touch(self.ours.mj, list(self.maps["geom"].values()))
         texts = set()
@@ -635,7 +634,6 @@ class Comparison:
 
 
 def _place(model: Model, kind: str, index: int) -> Any:
-    """Return where something is at the first pose, and its sizes; empty for what has no place."""
     if kind not in ("geom", "site", "camera", "light"):
         return np.zeros(0)
     sizes = model.mj.geom_size[index] if kind == "geom" else ()
@@ -644,14 +642,11 @@ def _place(model: Model, kind: str, index: int) -> Any:
 
 def rotation(quaternion: Any) -> Any:
     """Return the rotation matrix of a quaternion (w, x, y, z)."""
-    w, x, y, z = np.asarray(quaternion, dtype=float) / (np.linalg.norm(quaternion) or 1.0)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
+    made = np.zeros(9)
+    import_module("mujoco").mju_quat2Mat(
+        made, np.asarray(quaternion, dtype=float) / (np.linalg.norm(quaternion) or 1.0)
     )
+    return made.reshape(3, 3)
 
 
 def _numbers_of(struct: Any) -> list[str]:

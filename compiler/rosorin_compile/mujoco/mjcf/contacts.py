@@ -120,7 +120,6 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
 
 
 def _geoms(link: Link, form: str) -> list[Geom]:
-    """Return the collision shapes of a link that become geoms and have a known size."""
     shapes = (solid for shape in link.collision for solid in solids(shape, form))
     every = ((number, solid_of(shape)) for number, shape in enumerate(shapes, start=1) if has_volume(shape.geometry))
     return [Geom(link.name, number, solid) for number, solid in every if solid is not None]
@@ -246,7 +245,6 @@ def refused(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, str], tup
 
 
 def _kind(robot: Robot, shape: Shape, form: str) -> str:
-    """Return the type of a shape in MuJoCo; empty if it has no geom."""
     geometry = shape.geometry
     if not has_volume(geometry) or (isinstance(geometry, Mesh) and not is_written(robot, geometry)):
         return ""

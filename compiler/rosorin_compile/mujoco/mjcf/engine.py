@@ -238,7 +238,6 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
 
 
 def _folder(asset: Any, spec: Any, word: str) -> str:
-    """Return the folder that files of a kind are looked for in, relative to the main file."""
     return (getattr(asset.compiler, word, "") or getattr(spec.compiler, word, "") or "").replace("\\", "/")
 
 
@@ -311,7 +310,6 @@ def _elements(root: Any) -> dict[str, Any]:
 
 
 def _node(element: Any, attributes: Mapping[str, str]) -> dict[str, Any]:
-    """Return an element as plain values; what is in it is as it is written."""
     own = {key: value for key, value in attributes.items() if key != "name" or not value.startswith(_NO_NAME)}
     own = {key: value for key, value in own.items() if key != "name" or value}
     return {"tag": element.tag, "attributes": own, "inner": [_node(child, child.attrib) for child in element]}

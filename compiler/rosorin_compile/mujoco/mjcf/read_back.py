@@ -179,7 +179,6 @@ class _Reader:
             entry[f"{path} {key}"] = found[0] if len(found) == 1 else found or text
 
     def _section(self, kind: str, element: Element) -> None:
-        """Add an entry of a section for simulation, and the elements in it."""
         name = element.get("name") or " ".join(value for key, value in element.items() if key.startswith("geom"))
         self._put(kind, name, element.tag, element)
         for number, inner in enumerate(element, 1):
@@ -340,7 +339,6 @@ def _reference(joint: Element | None) -> float:
 
 
 def _inertial(inertial: Element) -> Inertial | None:
-    """Return an inertial; None for what a link without mass has."""
     mass = number_of(_text(inertial, "mass"))
     if mass <= LEAST:
         return None

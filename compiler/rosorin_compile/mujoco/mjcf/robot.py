@@ -83,7 +83,6 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
 
 
 def _no_body(markup: Markup) -> Diagnostic:
-    """Return the error about a file of which MuJoCo makes no body."""
     outside = [element for element in markup.everything() if element.tag == "body"]
     if not outside:
         message = "the file has no body: it is a scene without a robot"
@@ -95,7 +94,6 @@ def _no_body(markup: Markup) -> Diagnostic:
 
 
 def _read(reading: Reading, path: Path) -> None:
-    """Fill the tree, in the order in which a person would read it."""
     tree, root = reading.tree, reading.markup.root
     name, model = legal(reading.facts["name"]), root.attributes.get("model")
     put(tree, "robot", path.stem if name in ("", _UNNAMED) else name, model.span if model else None)
@@ -120,7 +118,6 @@ def _read(reading: Reading, path: Path) -> None:
 
 
 def _outputs(reading: Reading) -> Map:
-    """Return how the robot stands in the world, and with which settings it is simulated."""
     outputs, mjcf, groups = (Map(reading.tree.span) for _ in range(3))
     put(mjcf, "file", "robot.xml")
     if reading.free_base:
@@ -208,7 +205,6 @@ def _add_poses(reading: Reading) -> None:
 
 
 def _positions(reading: Reading, qpos: list[float]) -> Iterator[tuple[str, float]]:
-    """Yield the positions that a keyframe gives to hinges and slides."""
     for index, name in sorted(reading.joint_of.items()):
         joint = reading.facts["joints"][index]
         yield name, tidy_position(qpos[joint["qposadr"]], joint["type"] == SLIDE)

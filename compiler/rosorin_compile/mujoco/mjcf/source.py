@@ -83,7 +83,6 @@ class Markup:
         self.root = self._main(path, None, 0)
 
     def _main(self, path: Path, asked: Span | None, depth: int) -> Element:
-        """Read a main file and all that it includes."""
         self.models.append(path.parent)
         root, known = self._read(path, asked), {os.path.abspath(path)}
         for element in root.iter():
@@ -105,7 +104,6 @@ class Markup:
         return document.root
 
     def _follow(self, element: Element, by: _Including) -> None:
-        """Read the file that an element includes, and what that includes, or the model that it names."""
         file = element.attributes.get("file")
         if file is None or not file.value or element.tag not in ("include", "model"):
             return
@@ -236,7 +234,6 @@ class Places:
         return {at: names.get(name) or names.get(name.rstrip("0123456789")) or fallback for at, name in wanted}
 
     def _direct(self, container: Element, tags: Sequence[str]) -> Iterator[Element]:
-        """Yield the elements of a body itself, not of the bodies in it."""
         for child in self.markup.children(container):
             if child.tag in tags:
                 yield child

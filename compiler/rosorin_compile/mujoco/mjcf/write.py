@@ -164,13 +164,11 @@ def single(joint: Joint, printer: ElementPrinter) -> dict[str, str]:
 
 
 def _motion(kind: str, axis: Vector, number: NumberFormat) -> dict[str, str]:
-    """Return the type and the axis of a joint of one position; MuJoCo's own are a hinge and z."""
     values = {} if kind == "hinge" else {"type": kind}
     return values if axis == _AXES[2] else {**values, "axis": vector(axis, number)}
 
 
 def _inner(joint: Joint, printer: ElementPrinter) -> dict[str, str]:
-    """Return the attributes of what holds and moves a joint."""
     number, dynamics = printer.number, joint.dynamics or Dynamics()
     # That of the drive, too: no force limit clamps it, and MJX leaves out the damping of actuators (MuJoCo 3.17).
     words = {"damping": joint.braking, "frictionloss": dynamics.friction, "armature": dynamics.armature}
@@ -384,7 +382,6 @@ def _walk(robot: Robot) -> Iterator[Frame]:
 
 
 def _free_joint(robot: Robot, printer: ElementPrinter) -> Markup:
-    """Return the element of the joint of a floating base."""
     root = robot.root_in_world
     name = root.joint or free_joint(robot)
     if set(root.values) <= {"group", "align"}:
@@ -393,7 +390,6 @@ def _free_joint(robot: Robot, printer: ElementPrinter) -> Markup:
 
 
 def _inertial(inertial: Inertial | None, number: NumberFormat) -> Markup | str:
-    """Return the attributes of an inertial; empty where there is no mass."""
     if inertial is None or not has_mass(inertial):
         return ""
     pos, mass, six = vector(inertial.pose.xyz, number), number(inertial.mass), along_link_of(inertial)
@@ -451,7 +447,6 @@ class _Geoms:
             yield attributes(**{"name": name, "class": called, **self._sized(geometry, solid), **more})
 
     def _sized(self, geometry: Geometry, solid: Shape) -> dict[str, str]:
-        """Return the type of a geom, its sizes or what it is of, and where it is."""
         number, pose = self.printer.number, solid.origin()
         if isinstance(geometry, HeightMap):
             field = field_of(solid, geometry)

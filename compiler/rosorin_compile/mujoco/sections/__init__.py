@@ -27,7 +27,6 @@ from .actuators import TARGETS
 
 
 def _actuators_of(tree: Mapping[str, Any], _: Problem) -> tuple[Actuator, ...]:
-    """Return the actuators that do not stand with a joint."""
     made = ((name, entry, actuator_of(entry)) for name, entry in entries_of(tree, "actuators"))
     return tuple(
         replace(one, name=name, targets={word: entry[key] for key, word in TARGETS.items() if key in entry})
@@ -37,7 +36,6 @@ def _actuators_of(tree: Mapping[str, Any], _: Problem) -> tuple[Actuator, ...]:
 
 
 def _constraints_of(tree: Mapping[str, Any], _: Problem) -> tuple[Entry, ...]:
-    """Return what is held together beyond joints."""
     return tuple(_constraint(name, entry) for name, entry in entries_of(tree, "constraints"))
 
 

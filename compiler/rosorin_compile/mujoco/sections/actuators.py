@@ -104,7 +104,6 @@ def targets(case: Case) -> Iterator[Diagnostic]:
 
 
 def _target(actuator: Actuator, turning: Mapping[str, str]) -> tuple[str, str] | None:
-    """Return what is wrong with what an actuator acts on, and the fix."""
     given, words = set(actuator.targets), {word: key for key, word in TARGETS.items()}
     if not given:
         return "acts on nothing", "name one: joint: NAME, tendon: NAME, site: NAME or body: NAME"
@@ -166,7 +165,6 @@ _OWN = ("damping_ratio", "gear", "range", "unlimited")
 
 
 def _lacking(actuator: Actuator) -> Iterator[tuple[str, str, str]]:
-    """Yield what an actuator lacks of its type, or has twice: the key that is about it, message, way out."""
     kind, values = actuator.type, actuator.mjcf
     word = _LACKING.get(kind, "")
     if word and not (actuator.kp is not None if word == "kp" else actuator.kv):
@@ -190,7 +188,6 @@ def _lacking(actuator: Actuator) -> Iterator[tuple[str, str, str]]:
 
 
 def _ranges(case: Case, actuator: Actuator, joint: Joint | None) -> Iterator[tuple[str, str, str]]:
-    """Yield what is wrong with the ranges of an actuator: they lack, are two, or begin below zero."""
     kind, values, inherits = actuator.type, actuator.mjcf, "inheritrange" in actuator.mjcf
     if inherits:
         kinds = set(actuator.targets) or {"joint"}
@@ -336,7 +333,6 @@ def _of_kinds(actuator: Actuator) -> Iterator[Wrong]:
 
 
 def _numbers(value: Attribute) -> tuple[float, ...]:
-    """Return the numbers of an attribute; none if it is not set."""
     if isinstance(value, tuple):
         return tuple(map(float, value))
     return (value,) if isinstance(value, float) else ()

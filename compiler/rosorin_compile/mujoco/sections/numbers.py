@@ -47,7 +47,6 @@ def ranges(case: Case) -> Iterator[Diagnostic]:
 
 
 def _entries(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
-    """Yield the entries that have ranges and sizes of a simulation, with their paths and what they are called."""
     for driver in drivers(case):
         yield at(case.tree, driver.path), driver.path, driver.called
     for name, entry in (case.tree.get("joints") or {}).items():
@@ -166,7 +165,6 @@ _MORE = {
 
 
 def _constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
-    """Return what is wrong with a constraint, the fix, and the key that is about it."""
     kind = str(entry["type"])
     legal = (*_ENDS[kind], *_MORE[kind], "type", "active", "solref", "solimp", "source")
     extra = next((key for key in entry if key not in legal), "")

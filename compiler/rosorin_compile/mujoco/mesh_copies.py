@@ -25,20 +25,9 @@ from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 RULES = (
     Rule(
-        "mesh-converted",
-        "A note: a mesh is of a format that MuJoCo does not read; the MJCF names a copy in another one.",
-        "Nothing is to be done; colours and textures of such a file are not carried over.",
-        FORMATS,
-        asked="meshes",
+        "mesh-converted", "A note: a mesh is converted for MuJoCo.", "Nothing is to be done.", FORMATS, asked="meshes"
     ),
-    Rule(
-        "mesh-not-read",
-        "A warning: a mesh or a texture cannot be read, or not by MuJoCo; it is left out of the MJCF. An error of one "
-        "that an element of `mjcf` names.",
-        "As the message says.",
-        FORMATS,
-        asked="meshes",
-    ),
+    Rule("mesh-not-read", "MuJoCo cannot read a mesh or a texture.", "See the message.", FORMATS, asked="meshes"),
 )
 
 MAX_BYTES = 500_000_000

@@ -36,7 +36,7 @@ from rosorin_compile.model.joint import motion
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 from .bodies import Mask, Masks, body_name, weld_groups
 from .height_fields import HFIELD, form_of, solids
@@ -188,16 +188,7 @@ def _always_touch(
     return all(touching.at(base.then(way).then(other)) for way in ways)
 
 
-RULES = (
-    Rule(
-        "not-in-mjx",
-        "A note: two shapes of a robot may touch that MJX does not collide, such as a cylinder and a box: it loads no "
-        "MJCF with these. MuJoCo itself does.",
-        "Make one of them a capsule or a sphere, or keep them apart: by the bits of their `contact`, or wheels by a "
-        "`drive`.",
-        Heading.FORMATS,
-    ),
-)
+RULES = (Rule("not-in-mjx", "A note: MJX does not collide two shapes that may touch.", "Make one a capsule.", FORMATS),)
 
 _ROUND = ("cylinder", "ellipsoid")
 CANNOT = {

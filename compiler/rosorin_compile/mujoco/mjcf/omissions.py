@@ -15,41 +15,18 @@ from rosorin_compile.model.mass import Inertia, along_link
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.model.simulation import SENSOR_ELEMENT
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, and_more, first_of
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 from .bodies import WORLD, body_name, is_free, weld_groups
 
 RULES = (
     Rule(
-        "mjcf-cannot-say",
-        "A warning or a note: MJCF has no word for a range without width, and MuJoCo opens no such mesh or texture.",
-        "As the message says.",
-        Heading.FORMATS,
+        "mjcf-cannot-say", "MJCF cannot express something, or MuJoCo reads it otherwise.", "See the message.", FORMATS
     ),
-    Rule(
-        "mjcf-left-out",
-        "A contact pair, a sensor or a tendon names a shape that is left out of the MJCF: MuJoCo would not load that.",
-        "Put the file of its mesh there, or take out what names it.",
-        Heading.FORMATS,
-    ),
-    Rule(
-        "mjcf-reserved-name",
-        "A sensor brings a site that is called like a link, whose own site has that name.",
-        "Give the element of its type another name.",
-        Heading.FORMATS,
-    ),
-    Rule(
-        "mjcf-refused-inertia",
-        "MuJoCo does not load an inertia that the description accepts.",
-        "Correct it, or take `mjcf` out of `outputs`.",
-        Heading.FORMATS,
-    ),
-    Rule(
-        "mjcf-needs-mass",
-        "A body that moves has no mass: MuJoCo does not load that.",
-        "Give it an inertial, or make the joint fixed.",
-        Heading.FORMATS,
-    ),
+    Rule("mjcf-left-out", "Something names a shape that the MJCF leaves out.", "Add the file of its mesh.", FORMATS),
+    Rule("mjcf-reserved-name", "A sensor has a site with the name of a link.", "Rename its element.", FORMATS),
+    Rule("mjcf-refused-inertia", "MuJoCo does not load an inertia.", "Correct it, or remove the output.", FORMATS),
+    Rule("mjcf-needs-mass", "MuJoCo does not load a moving body without mass.", "Give it an inertial.", FORMATS),
 )
 
 # What names a geom: <pair geom1>, <geom geom> of a tendon, <framepos objtype="geom" objname>.
@@ -81,6 +58,11 @@ def texture_path(file: str) -> str:
     ('meshes/house/wood.png', '')
     """
     return _path(file, "") if file and posixpath.splitext(file)[1].lower() == _IMAGE_FORMAT else ""
+
+
+def file_path(file: str) -> str:
+    """Return the file of a mesh or an image as MuJoCo opens it, or "" if it cannot."""
+    return mesh_path(file) or texture_path(file)
 
 
 def _path(file: str, more: str) -> str:

@@ -16,7 +16,7 @@ from rosorin_compile.mujoco.rest_pose import HOME
 from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.xml.markup import Element, MarkupError
@@ -29,9 +29,7 @@ from .settings import SETTINGS
 from .source import Markup, Places, before, place, refusal
 from .values import legal, listing, numbers, put, put_number, put_pose, tidy, tidy_position, transform, value_of
 
-RULES = (
-    Rule("mjcf-no-body", "An MJCF is a scene without a robot.", "Name the file that has the robot.", Heading.READING),
-)
+RULES = (Rule("mjcf-no-body", "An MJCF is a scene without a robot.", "Name the file of the robot.", READING),)
 
 _UNNAMED = "MuJoCo Model"
 _SIZES = {FREE: 7, BALL: 4}  # positions of a joint

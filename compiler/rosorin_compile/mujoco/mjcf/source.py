@@ -16,25 +16,15 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Span, error
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.xml.files import mended, read_source
 from rosorin_compile.source.xml.markup import Attribute, Document, Element, MarkupError, parse
 
 from .process import Answer
 
 RULES = (
-    Rule(
-        "mjcf-refused",
-        "MuJoCo does not load the file; the message is MuJoCo's.",
-        "Correct it until MuJoCo loads it.",
-        Heading.READING,
-    ),
-    Rule(
-        "mjcf-too-large",
-        "The replicas of an MJCF are more elements than any robot has.",
-        "Repeat less often.",
-        Heading.READING,
-    ),
+    Rule("mjcf-refused", "MuJoCo does not load the file; the message is MuJoCo's.", "Correct it.", READING),
+    Rule("mjcf-too-large", "The replicas of an MJCF are more elements than any robot has.", "Repeat less.", READING),
 )
 
 MAX_DEPTH = 20  # of files that include files

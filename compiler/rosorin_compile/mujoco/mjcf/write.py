@@ -309,7 +309,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
     printed = {joint.name: classes.printed(place) for place, joint in enumerate(moving)}
     framed = attributes(**{"class": classes.named(FRAME)})
-    bodies = []
+    bodies: list[tuple[list[Markup], Body]] = []
     for frame, after in zip(frames, [*frames[1:], None], strict=True):
         link, joint, indent = frame.link or Link(frame.name), frame.joint, _indent(frame.depth - top)
         made = [*geoms.of(link, COLLISION, link.collision), *geoms.of(link, VISUAL, link.visual)]

@@ -13,7 +13,7 @@ from rosorin_compile.model.simulation import Actuator, Attribute
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.simulated import BALL, several
 from rosorin_compile.source.diagnostics import Diagnostic, listed
-from rosorin_compile.source.rule_registry import Heading, rule
+from rosorin_compile.source.rule_registry import SIMULATED, rule
 from rosorin_compile.source.tree import Path
 
 TARGETS = {
@@ -89,9 +89,9 @@ def drivers(case: Case) -> Iterator[Driver]:
 
 @rule(
     "actuator-target",
-    "An actuator acts on nothing, on two things, or on what its type cannot drive.",
-    "Name one: a joint, a tendon, a site or a body.",
-    Heading.SIMULATED,
+    "An actuator acts on nothing, on several things, or on what its type cannot drive.",
+    "Name one.",
+    SIMULATED,
 )
 def targets(case: Case) -> Iterator[Diagnostic]:
     """Actuators of the section that do not act on one thing."""
@@ -132,13 +132,7 @@ def _number(actuator: Actuator, word: str) -> float | None:
     return float(value) if isinstance(value, (int, float)) else None
 
 
-@rule(
-    "actuator-word",
-    "An actuator has a word that its type does not know, or lacks one that it needs: `position` needs `kp`, `velocity` "
-    "needs `kv`.",
-    "As the message says.",
-    Heading.SIMULATED,
-)
+@rule("actuator-word", "An actuator has a key of another type, or lacks one of its own.", "See the message.", SIMULATED)
 def words(case: Case) -> Iterator[Diagnostic]:
     """Actuators with words of another type, or without one that a simulation would invent."""
     for actuator, called, path, joint in drivers(case):

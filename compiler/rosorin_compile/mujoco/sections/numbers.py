@@ -8,7 +8,7 @@ from typing import Any
 from rosorin_compile.rules.case import Case, number
 from rosorin_compile.rules.simulated import several
 from rosorin_compile.source.diagnostics import Diagnostic, counted
-from rosorin_compile.source.rule_registry import Check, Heading, rule
+from rosorin_compile.source.rule_registry import SIMULATED, Check, rule
 from rosorin_compile.source.tree import Path, at
 
 from .actuators import drivers
@@ -27,13 +27,7 @@ _SIZES = {
 }
 
 
-@rule(
-    "range-without-room",
-    "A range for a simulation has no room: its first number is not below its second one, which MuJoCo takes for no "
-    "range, or refuses.",
-    "Give the smaller number first; leave the range out where there is none.",
-    Heading.SIMULATED,
-)
+@rule("range-without-room", "A range for a simulation is empty.", "Give the smaller number first.", SIMULATED)
 def ranges(case: Case) -> Iterator[Diagnostic]:
     """Ranges of actuators and joints in which nothing lies."""
     for entry, path, called in _entries(case):
@@ -68,12 +62,7 @@ def negative(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("dynamics-negative", message, (*path, key), "write it without the sign")
 
 
-@rule(
-    "contact-value",
-    "A contact has a number that there is not: `condim` is 1, 3, 4 or 6, friction and margins are not below zero.",
-    "As the message says.",
-    Heading.SIMULATED,
-)
+@rule("contact-value", "A contact has a number that MuJoCo does not take.", "See the message.", SIMULATED)
 def contacts(case: Case) -> Iterator[Diagnostic]:
     """Contacts that MuJoCo would refuse, or would make something else of."""
     shapes = ((link, index, shape) for link in case.robot.links for index, shape in enumerate(link.collision))
@@ -100,12 +89,7 @@ _SPEEDS = {"planar": 3, "floating": 6, "ball": 3}
 _PLACES = {"planar": 3, "floating": 7, "ball": 4}  # and how many positions
 
 
-@rule(
-    "key-length",
-    "A pose lists positions, speeds, activations or places of motion capture for MuJoCo, and not as many as there are.",
-    "Give one for each, in MuJoCo's order.",
-    Heading.SIMULATED,
-)
+@rule("key-length", "A pose lists too many or too few numbers for MuJoCo.", "Give one for each.", SIMULATED)
 def keys(case: Case) -> Iterator[Diagnostic]:
     """Find lists of poses whose length MuJoCo would refuse."""
     if not any(pose.mjcf for pose in case.robot.poses):
@@ -132,13 +116,7 @@ def keys(case: Case) -> Iterator[Diagnostic]:
 _STATELESS = ("position", "velocity", "motor", "damper", "adhesion")
 
 
-@rule(
-    "constraint-ends",
-    "A constraint lacks what its type holds together, or has what another type holds: `connect` takes two links and a "
-    "point `at`, or two sites; `weld` two links or two sites; `joint` joints.",
-    "As the message says.",
-    Heading.SIMULATED,
-)
+@rule("constraint-ends", "A constraint lacks what it holds together, or has too much.", "See the message.", SIMULATED)
 def constraints(case: Case) -> Iterator[Diagnostic]:
     """Constraints that MuJoCo would not build."""
     section, turning = case.tree.get("constraints") or {}, several(case)

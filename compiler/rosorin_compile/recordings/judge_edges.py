@@ -65,7 +65,7 @@ def dropped(recording: Recording) -> Iterator[Diagnostic]:
 
 def row(recording: Recording, row: FrameRow) -> Iterator[Diagnostic]:
     """Yield the faults of one frame of view_frames."""
-    edge = recording.expected(row.parent, row.child, row.static)
+    edge = recording.description.edge_like(row.parent, row.child, row.static)
     if edge is None:
         yield _undescribed(recording, row.name, row.child)
         return

@@ -5,7 +5,7 @@ Quaternions are (x, y, z, w) as in ROS.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -51,23 +51,40 @@ class Follower(NamedTuple):
 
 
 class JointStates:
-    """All messages of /joint_states; ``groups`` has them by the names of the joints, in order of arrival."""
+    """All messages of /joint_states; ``groups`` has them by the names of the joints, in order of arrival.
+
+    ``ranges`` and ``followers`` have what was reported of each joint, and of those that follow another one.
+    """
 
     def __init__(self, robot: Robot, groups: Mapping[tuple[str, ...], States], pace: Pace) -> None:
-        self.robot, self.pace = robot, pace
-        self.too_short = sum(len(g.stamps) for names, g in groups.items() if 0 < g.positions.shape[1] < len(names))
-        self.groups: dict[tuple[str, ...], States] = {}
-        for names, group in groups.items():
-            width = min(len(names), group.positions.shape[1])
-            if width:  # others report only velocities or efforts
-                self.groups[names[:width]] = group._replace(positions=group.positions[:, :width])
+        self.robot, self.pace, self.too_short = robot, pace, 0
         self.leaps = Leaps(np.empty(0, np.int64), np.empty((0, 0)))
-        if self.groups:
-            first = next(iter(self.groups.values()))
-            self.leaps = Leaps(first.stamps, first.positions, leap=TREMBLING)
-        self.ranges = {name: self._range(name) for name in dict.fromkeys(n for names in self.groups for n in names)}
-        self.followers = {name: self._follower(name) for name in self.ranges if self._is_comparable_follower(name)}
-        self._orders: dict[tuple[str, ...], Times] = {}
+        states: dict[str, list[States]] = {}
+        off: dict[str, list[Floats]] = {}
+        for names, group in groups.items():
+            if 0 < group.positions.shape[1] < len(names):
+                self.too_short += len(group.stamps)
+            named = dict(zip(names, group.positions.T, strict=False))  # empty if only velocities or efforts came
+            if named and not states:
+                self.leaps = Leaps(group.stamps, group.positions, leap=TREMBLING)
+            for name, positions in named.items():
+                states.setdefault(name, []).append(States(group.received, group.stamps, positions))
+                mimic = robot.joint[name].mimic if name in robot.joint else None
+                if mimic is not None and mimic.joint in named:
+                    followed = mimic.multiplier * named[mimic.joint] + mimic.offset
+                    off.setdefault(name, []).append(positions - followed)
+        self._states: dict[str, States] = {}  # by joint, ordered by stamp
+        self.ranges: dict[str, Range] = {}
+        for name, several in states.items():
+            received, stamps, positions = map(np.concatenate, zip(*several, strict=True))
+            order = np.lexsort((received, stamps))
+            self._states[name] = States(received[order], stamps[order], positions[order])
+            good, (lower, upper) = positions[np.isfinite(positions)], self.limits(name)
+            beyond = int(np.count_nonzero((good < lower - _BEYOND) | (good > upper + _BEYOND)))
+            lowest, highest = float(good.min(initial=np.inf)), float(good.max(initial=-np.inf))
+            self.ranges[name] = Range(lowest, highest, len(positions), beyond, len(positions) - len(good))
+        followers = ((robot.joint[name], np.concatenate(several)) for name, several in off.items())
+        self.followers = {joint.name: found for joint, apart in followers if (found := self._follower(joint, apart))}
 
     def limits(self, name: str) -> tuple[float, float]:
         """Return the limits of a joint (rad or m), infinite where there are none."""
@@ -80,70 +97,32 @@ class JointStates:
     def position(self, joint: Joint, stamps: Times, received: Times) -> tuple[Floats, Flags]:
         """Return the positions (n,) that robot_state_publisher used for a joint at stamps (n,), and which are known.
 
-        A reported position of a follower takes precedence over that of its leader
-        (``callbackJointState`` of robot_state_publisher).
+        Of several messages with a stamp it is the one received at about that time. A reported position of a follower
+        takes precedence over that of its leader (``callbackJointState`` of robot_state_publisher).
         """
         positions, known = np.zeros(len(stamps)), np.zeros(len(stamps), bool)
-        for names, group in self.groups.items():
-            if joint.name in names:
-                values, there = self._at(names, group, joint.name, stamps, received)
-                positions, known = np.where(there, values, positions), known | there
+        if (states := self._states.get(joint.name)) is not None:
+            first = np.minimum(np.searchsorted(states.stamps, stamps, side="left"), len(states.stamps) - 1)
+            last = np.maximum(np.searchsorted(states.stamps, stamps, side="right") - 1, 0)
+            is_later = np.abs(states.received[last] - received) < np.abs(states.received[first] - received)
+            positions = states.positions[np.where(is_later, last, first)]
+            known = (states.stamps[first] == stamps) & (stamps != 0) & np.isfinite(positions)
         if joint.mimic is None or known.all():
             return positions, known
         leader, there = self.position(self.robot.joint[joint.mimic.joint], stamps, received)
         return np.where(known, positions, joint.mimic.multiplier * leader + joint.mimic.offset), known | there
 
-    def _at(
-        self, names: tuple[str, ...], group: States, joint: str, stamps: Times, received: Times
-    ) -> tuple[Floats, Flags]:
-        """Return the positions with exactly these stamps; of equal stamps, take the one received at about that time."""
-        if names not in self._orders:
-            self._orders[names] = np.lexsort((group.received, group.stamps))
-        order = self._orders[names]
-        known = group.stamps[order]
-        first = np.minimum(np.searchsorted(known, stamps, side="left"), len(known) - 1)
-        last = np.maximum(np.searchsorted(known, stamps, side="right") - 1, 0)
-        there = (known[first] == stamps) & (stamps != 0)
-        one, other = order[first], order[last]
-        later = np.abs(group.received[other] - received) < np.abs(group.received[one] - received)
-        values = group.positions[np.where(later, other, one), names.index(joint)]
-        return values, there & np.isfinite(values)
-
-    def _range(self, name: str) -> Range:
-        values = np.concatenate(
-            [g.positions[:, names.index(name)] for names, g in self.groups.items() if name in names]
-        )
-        good = values[np.isfinite(values)]
-        lower, upper = self.limits(name)
-        beyond = np.count_nonzero((good < lower - _BEYOND) | (good > upper + _BEYOND))
-        lowest, highest = float(good.min(initial=np.inf)), float(good.max(initial=-np.inf))
-        return Range(lowest, highest, len(values), int(beyond), len(values) - len(good))
-
-    def _is_comparable_follower(self, name: str) -> bool:
-        """Return True for a follower that is reported with its leader, unless turns of the leader are ambiguous."""
-        joint = self.robot.joint.get(name)
-        if joint is None or joint.mimic is None:
-            return False
-        turns = self.robot.joint[joint.mimic.joint].type == "continuous"
-        if turns and not float(joint.mimic.multiplier).is_integer():
-            return False
-        return any({name, joint.mimic.joint} <= set(names) for names in self.groups)
-
-    def _follower(self, name: str) -> Follower:
-        joint = self.robot.joint[name]
-        assert joint.mimic is not None  # noqa: S101
-        leader, off = joint.mimic.joint, []
-        for names, group in self.groups.items():
-            if {name, leader} <= set(names):
-                followed = joint.mimic.multiplier * group.positions[:, names.index(leader)] + joint.mimic.offset
-                off.append(group.positions[:, names.index(name)] - followed)
-        apart = np.concatenate(off)
-        apart = apart[np.isfinite(apart)]
-        if "continuous" in (joint.type, self.robot.joint[leader].type) and joint.type != "prismatic":
+    def _follower(self, joint: Joint, apart: Floats) -> Follower | None:
+        """Return how far (n,) a follower was from its leader, or None if turns of the leader are ambiguous."""
+        turns = joint.mimic is not None and self.robot.joint[joint.mimic.joint].type == "continuous"
+        if joint.mimic is None or (turns and not float(joint.mimic.multiplier).is_integer()):
+            return None
+        slides, apart = joint.type == "prismatic", apart[np.isfinite(apart)]
+        if (turns or joint.type == "continuous") and not slides:
             apart = np.remainder(apart + np.pi, 2 * np.pi) - np.pi
         apart = np.abs(apart)
-        tolerance = _SLIDING if joint.type == "prismatic" else TREMBLING
-        return Follower(len(apart), int(np.count_nonzero(apart > tolerance)), float(apart.max(initial=0.0)))
+        off = np.count_nonzero(apart > (_SLIDING if slides else TREMBLING))
+        return Follower(len(apart), int(off), float(apart.max(initial=0.0)))
 
 
 class Samples(NamedTuple):
@@ -185,7 +164,6 @@ class Series:
         self.first_bad = int(samples.received[~good][0]) if self.bad else 0
         self.samples = samples if not self.bad else samples.where(good)
         self.compared = self.by_state = self.wrong = 0
-        self.farthest = (0.0, 0.0)  # m and rad
         self.first_wrong: Wrong | None = None
         self.values: list[tuple[Transform, int]] = []  # of a constant edge, with the number of samples
         self.other_values = self.switches = 0
@@ -226,7 +204,6 @@ class Series:
         self.wrong = int(np.count_nonzero(wrong))
         if self.wrong:
             at = int(wrong.argmax())
-            self.farthest = (float(metres.max()), float(radians.max()))
             described = transform_from(xyz[at], quaternions[at])
             self.first_wrong = Wrong(samples.transform(at), described, int(samples.received[at]))
 
@@ -245,20 +222,6 @@ class Series:
             self.values.append((samples.transform(like), int(np.count_nonzero(same))))
         self.other_values = int(np.count_nonzero(kinds < 0))
         self.switches = int(np.count_nonzero(np.diff(kinds)))
-
-
-def best_edge(edges: Sequence[Expected], parent: str, static: bool | None, first: Transform | None) -> Expected | None:
-    """Return the described edge that is most like a recorded one; modes may give several for one frame."""
-
-    def unlikeness(edge: Expected) -> tuple[bool, bool, float]:
-        far = 1.0
-        if first is not None and edge.transform is not None and not edge.moving:
-            metres = float(np.linalg.norm(np.subtract(first.xyz, edge.transform.xyz)))
-            radians = edge.transform.angle_to(first)
-            far = 0.0 if metres <= EXACT and radians <= edge.radians else 2.0 + metres + radians
-        return edge.parent != parent, edge.moving is static, far
-
-    return min(edges, key=unlikeness) if len(edges) > 1 else next(iter(edges), None)
 
 
 def _expected_values(

@@ -204,7 +204,21 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
     for driven in result.drive:
         if driven.broken:
             yield broken(f"driving {driven.command}", driven.broken, ("drive",))
-        elif wrong := _wrong_drive(case, driven, limits, result.poses[0].stands_on):
+            continue
+        drive, on_floor, measured = robot.drive, result.poses[0].stands_on, _twist(driven.measured)
+        checks = {
+            f"{measured} where {_twist(driven.commanded)} is commanded ({driven.off:.0%} off)": ("drive", driven.off),
+            f"{driven.cross:.2g} of a velocity that was not commanded": ("cross", driven.cross),
+            f"{1000 * driven.ripple:.2g} mm up and down": ("ripple", driven.ripple),
+        }
+        wrong = [text for text, (limit, value) in checks.items() if value > limits[limit]]
+        if wrong and drive is not None:
+            names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ()))
+            links = {name: set(robot.below(robot.joint[name].child)) for name in names}
+            high = [name for name in drive.wheels if links[name].isdisjoint(on_floor)]
+            wrong += [f"not on the floor: {first_of(high, _SHOWN)}"] if high else []
+            others = [name for name in on_floor if name not in set().union(*links.values())]
+            wrong += [f"on the floor besides its wheels: {first_of(others, _SHOWN)}"] if others else []
             message = f"driving {driven.command}: {'; '.join(wrong)}"
             yield case.problem("drive-not-followed", message, ("drive",), key=True)
     for swept in result.ranges:
@@ -231,26 +245,6 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
             f' half a second; joint "{swung.lightest}" moves the least inertia'
         )
         yield case.problem("energy-not-kept", message, ("robot",), key=True)
-
-
-def _wrong_drive(case: Case, driven: Driven, limits: Mapping[str, float], on_floor: Sequence[str]) -> list[str]:
-    """Return how a drive misses its command, and what else is wrong with its contact to the floor."""
-    wrong, drive, robot = [], case.robot.drive, case.robot
-    if driven.off > limits["drive"]:
-        commanded, measured = _twist(driven.commanded), _twist(driven.measured)
-        wrong.append(f"{measured} where {commanded} is commanded ({driven.off:.0%} off)")
-    if driven.cross > limits["cross"]:
-        wrong.append(f"{driven.cross:.2g} of a velocity that was not commanded")
-    if driven.ripple > limits["ripple"]:
-        wrong.append(f"{1000 * driven.ripple:.2g} mm up and down")
-    if wrong and drive is not None:
-        names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ()))
-        links = {name: set(robot.below(robot.joint[name].child)) for name in names}
-        high = [name for name in drive.wheels if links[name].isdisjoint(on_floor)]
-        wrong += [f"not on the floor: {first_of(high, _SHOWN)}"] if high else []
-        others = [name for name in on_floor if name not in set().union(*links.values())]
-        wrong += [f"on the floor besides its wheels: {first_of(others, _SHOWN)}"] if others else []
-    return wrong
 
 
 def _touching(pair: tuple[str, str] | None) -> str:

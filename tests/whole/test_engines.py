@@ -181,7 +181,7 @@ def test_mjx_refuses_what_the_rule_names(name: str, tmp_path: Path) -> None:
     (output,) = made.robot.outputs
     file = tmp_path / output.file
     file.write_text(FORMATS["mjcf"].write(made.robot, output, Templates(tmp_path))[0], "utf-8")
-    kinds = [f"mjGEOM_{kind.upper()}" for (found,) in [list(refused(made.robot, output))] for kind in found.kinds]
+    kinds = [f"mjGEOM_{kind.upper()}" for ((pair, *_),) in [list(refused(made.robot, output))] for kind in pair]
     said = in_mjx(file)
     assert all(kind in said.get("refused", "") for kind in kinds), said
 

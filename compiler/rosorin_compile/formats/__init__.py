@@ -5,14 +5,17 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from rosorin_compile.language.schema import authoring_schema, schema
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import feeding
 from rosorin_compile.source.plugins import installed
+from rosorin_compile.source.project import data_folder
 
 from .format import Artifact, Format, Opened
 
@@ -20,7 +23,7 @@ if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
     from rosorin_compile.source.diagnostics import Diagnostic
 
-__all__ = ["FORMATS", "Artifact", "Format", "Formats", "Opened", "plugged_diagnostics"]
+__all__ = ["FORMATS", "Artifact", "Format", "Formats", "Opened", "plugged_diagnostics", "schema_names", "schema_text"]
 
 # The module of each format; its record is ``FORMAT`` there. It is imported when the format is first used.
 _MODULES = {
@@ -29,7 +32,7 @@ _MODULES = {
     "robot_model": "rosorin_compile.formats.robot_model",
     "static_tf": "rosorin_compile.formats.static_tf",
     "static_tf_json": "rosorin_compile.formats.static_tf",
-    "template": "rosorin_compile.formats.template",
+    "template": "rosorin_compile.formats.templating",
     "xacro": "rosorin_compile.importing.xacro",
     "mjcf": "rosorin_compile.mujoco.mjcf",
     "scene": "rosorin_compile.mujoco.scene",
@@ -40,6 +43,14 @@ _MODULES = {
     "sdf": "rosorin_compile.sdf",
     "frames_picture": "rosorin_compile.viewer.frames_picture",
     "page": "rosorin_compile.viewer.page",
+}
+# The schemas that are not of a format, and their subjects.
+_SCHEMAS = {
+    "authoring": "a description as written, with expressions, parts and loops (default)",
+    "description": "a description after includes, arguments and expressions are evaluated",
+    "robot_diff": "the result of diff --format json",
+    "recording": "the result of verify --format json",
+    "envelope": "the output of any command with --format json",
 }
 
 
@@ -67,14 +78,12 @@ class Formats(Mapping[str, Format]):
         return feeding(robot, publisher, self)
 
     def feeds(self, artifact: Artifact, publisher: str) -> bool:
-        """Return True if publishers of a kind read an artifact, by its format."""
         return publisher in self[artifact.backend].feeds and not artifact.withheld
 
     def names_meshes(self, artifact: Artifact) -> bool:
         """Return True if an artifact names meshes as URDF does; for a template the name of its file decides."""
-        if self[artifact.backend].meshes:
-            return True
-        return any(one.meshes and artifact.file.endswith(one.endings) for one in self.values())
+        by_name = (one.meshes and artifact.file.endswith(one.endings) for one in self.values())
+        return self[artifact.backend].meshes or any(by_name)
 
     def endings(self, *, include: bool = False) -> tuple[str, ...]:
         """Return the endings of files that hold a robot; with ``include``, of those that a description may include."""
@@ -97,11 +106,9 @@ def _names() -> tuple[str, ...]:
 
 @cache
 def _built_in(name: str) -> Format | None:
-    if name not in _MODULES:
-        return None
-    module = import_module(_MODULES[name])
-    format: Format = module.FORMAT
-    return format if format.name == name else module.LIST
+    module = import_module(_MODULES[name]) if name in _MODULES else None
+    format: Format | None = module and module.FORMAT
+    return module.LIST if module and format and format.name != name else format
 
 
 def _plugged() -> tuple[Mapping[str, Format], tuple[Diagnostic, ...]]:
@@ -123,3 +130,19 @@ def _known_files() -> frozenset[str]:
 def plugged_diagnostics() -> tuple[Diagnostic, ...]:
     """Return the diagnostics about formats of other packages."""
     return _plugged()[1]
+
+
+def schema_names() -> dict[str, str]:
+    """Return the names of the JSON Schemas of descriptions and artifacts, each with its subject."""
+    return {**_SCHEMAS, **{one.schema: f"the artifact {one.name}" for one in FORMATS.values() if one.schema}}
+
+
+def schema_text(name: str) -> str:
+    """Return a JSON Schema as text; those of descriptions contain the sections of plug-ins."""
+    if name == "description":
+        return json.dumps(schema(), indent=2, ensure_ascii=False) + "\n"
+    return (
+        authoring_schema()
+        if name == "authoring"
+        else (data_folder("schemas") / f"{name}.schema.json").read_text("utf-8")
+    )

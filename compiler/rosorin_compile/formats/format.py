@@ -30,31 +30,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Artifact:
-    """One emitted file: its name in the output folder, its text, its format and the name of its output.
-
-    If ``withheld`` is true, publishers must not read the file, although they read its format.
-    """
+    """One emitted file: its name in the output folder, its text, its format and the name of its output."""
 
     file: str
     text: str
     backend: str
     output: str
-    withheld: bool = False
+    withheld: bool = False  # publishers must not read the file, although they read its format
 
     def __repr__(self) -> str:
-        """Return all but the text, which may be long."""
         return f"<Artifact {self.file}: {self.backend}, {len(self.text):,} characters>"
 
 
 class Refusal(NamedTuple):
-    """Why an engine does not load an artifact; empty if it does.
-
-    ``outdated``: the engine is too old for it. ``missing``: the name of an engine that is not installed.
-    """
+    """Why an engine does not load an artifact; empty if it does."""
 
     reason: str = ""
-    outdated: bool = False
-    missing: str = ""
+    outdated: bool = False  # the engine is too old for the artifact
+    missing: str = ""  # the name of an engine that is not installed
 
 
 # An option that several formats have.
@@ -70,8 +63,13 @@ BOXES_OF_HEIGHT_MAPS = (
     " z = 0 whatever bottom says"
 )
 
+# Distributions of ROS 2: those that artifacts can be written for. Those after Jazzy are taken to be as it is.
+HUMBLE, JAZZY = "humble", "jazzy"
+DISTRIBUTIONS = [HUMBLE, JAZZY, "kilted", "lyrical", "rolling"]
+
 # A description as plain values: what YAML would have, in SI units or as quantities ("40 mm").
 Description = Mapping[str, "Any"]
+Reasons = Mapping[str, "Unsupported | None"]
 Writer = Callable[["Robot", "Output", "Templates"], tuple[str, "list[Diagnostic]"]]
 
 
@@ -86,7 +84,8 @@ class Placed(NamedTuple):
 class Opened:
     """A file to be read: its path, the options, its elements if it is XML, and the position that names it.
 
-    Positions are a line and a column, which count from 1, or the ``span`` of an element.
+    Positions are a line and a column, which count from 1, or the ``span`` of an element. ``text`` and ``source`` raise
+    MarkupError if the file cannot be read, which the caller of a reader expects.
     """
 
     path: Path
@@ -96,15 +95,21 @@ class Opened:
 
     @property
     def text(self) -> str:
-        """The text of the file. Raises MarkupError if it cannot be read, which the caller of a reader expects."""
         return self.source.text
 
     @cached_property
     def source(self) -> Source:
         """The file for diagnostics. Raises MarkupError as ``text``."""
-        from rosorin_compile.source.xml.files import read_source
+        from rosorin_compile.source.xml.markup import read_source
 
         return self.document.source if self.document else read_source(self.path, self.asked)
+
+    @property
+    def xml(self) -> Document:
+        """The elements of an XML file. Raises ValueError for another one."""
+        if self.document is None:
+            raise ValueError(f"{self.path} is no XML")
+        return self.document
 
     def at(self, value: Any, where: int | Span, column: int = 1, length: int = 1) -> Placed:
         """Return a value of a description with its position, for diagnostics."""
@@ -125,19 +130,14 @@ class Opened:
     def _span(self, where: int | Span, column: int, length: int) -> Span:
         return where if isinstance(where, Span) else Span(self.source, where, column, length)
 
-    @property
-    def xml(self) -> Document:
-        """The elements of an XML file. Raises ValueError for another one."""
-        if self.document is None:
-            raise ValueError(f"{self.path} is no XML")
-        return self.document
+
+def described_by(distribution: str) -> str:
+    """Return the distribution whose facts are used for a distribution of ROS 2."""
+    return HUMBLE if distribution == HUMBLE else JAZZY
 
 
 def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> Diagnostic:
-    """Return the warning about content that the tree does not carry; ``many`` if ``what`` is a plural.
-
-    ``others`` are further positions of the same content.
-    """
+    """Return the warning about content that the tree does not carry; ``many`` if ``what`` is a plural."""
     message = f"{what} {'are' if many else 'is'} not carried over"
     return Diagnostic("import-cannot-carry", WARNING, message, span, and_here(others), help)
 
@@ -192,8 +192,8 @@ class Format:
     rounding: tuple[float, float] = (0.0, 0.0)  # by how much (m, rad) ``view`` rounds numbers
     partial: bool = False  # ``view`` leaves out some of what ``read`` finds: only its own leaves are compared
     covers: tuple[str, ...] = ()  # the keys of the language that it is about; () for all
-    # The covered keys that an output does not carry, with the reason.
-    unsupported: Mapping[str, Unsupported] | Callable[[Output], Mapping[str, Unsupported]] = field(default_factory=dict)
+    # The covered keys that an output does not carry, with the reason (None: it does); may depend on its options.
+    unsupported: Reasons | Callable[[Output], Reasons] = field(default_factory=dict)
 
     # Foreign files, for ``import``, ``include`` and ``diff``.
     load: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
@@ -212,7 +212,6 @@ class Format:
 
     # Comparing two robots or two texts.
     links: Callable[[Robot, Output], Collection[str]] | None = None  # the links that an output has
-    lacks: frozenset[str] = frozenset()  # topics that it cannot express (see ``compare.sections``)
     leaves_out: Callable[[Robot, str], bool] | None = None  # whether it has no such link by nature
     why: str = ""  # the reason
     adds: Callable[[Robot, str, Robot], bool] | None = None  # whether a link of a file stands for something else
@@ -244,7 +243,6 @@ class Format:
 
     @property
     def is_xml(self) -> bool:
-        """Whether the content of its files identifies them, rather than their names."""
         return bool(self.roots or self.recognises)
 
     @property
@@ -264,7 +262,6 @@ class Format:
         return self.write(robot, output, templates)
 
     def is_withheld(self, output: Output) -> bool:
-        """Return True if publishers that read the format must not read an output."""
         return self.withheld is not None and self.withheld(output)
 
     def output(self, robot: Robot) -> Output | None:

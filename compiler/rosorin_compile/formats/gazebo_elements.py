@@ -32,23 +32,19 @@ DISTRIBUTIONS = GazeboSensor.FRAME_ELEMENTS
 
 # The defaults of SDF, by the last two elements of a path
 # (sdformat@sdf14:sdf/1.11/{sensor,lidar,camera,noise}.sdf).
+_DEFAULTS = {
+    "sensor": {"always_on": "false", "visualize": "false", "update_rate": "0", "pose": "0 0 0 0 0 0"},
+    "horizontal": {"resolution": "1"},
+    "vertical": {"resolution": "1"},
+    "range": {"resolution": "0"},
+    "camera": {"horizontal_fov": "1.047"},
+    "image": {"width": "320", "height": "240"},
+    "clip": {"near": "0.1", "far": "100"},
+    "imu": {"enable_orientation": "true"},
+    "noise": {"mean": "0", "bias_mean": "0", "bias_stddev": "0"},
+}
 SDF_DEFAULTS: Mapping[tuple[str, ...], str] = {
-    ("sensor", "always_on"): "false",
-    ("sensor", "visualize"): "false",
-    ("sensor", "update_rate"): "0",
-    ("sensor", "pose"): "0 0 0 0 0 0",
-    ("horizontal", "resolution"): "1",
-    ("vertical", "resolution"): "1",
-    ("range", "resolution"): "0",
-    ("camera", "horizontal_fov"): "1.047",
-    ("image", "width"): "320",
-    ("image", "height"): "240",
-    ("clip", "near"): "0.1",
-    ("clip", "far"): "100",
-    ("imu", "enable_orientation"): "true",
-    ("noise", "mean"): "0",
-    ("noise", "bias_mean"): "0",
-    ("noise", "bias_stddev"): "0",
+    (a, b): text for a, some in _DEFAULTS.items() for b, text in some.items()
 }
 SDF_FLAGS = ("always_on", "visualize", "enable_orientation", "enable_metrics")
 SDF_TRUTH = {"1": "true", "0": "false", "True": "true", "False": "false"}
@@ -62,11 +58,7 @@ def distribution(asked: object) -> str:
 def sensor_lines(
     one: GazeboSensor, frame_id: str, number: NumberFormat, indent: str, pose: str, collisions: Sequence[str] = ()
 ) -> Iterator[str]:
-    """Yield the lines of a sensor.
-
-    ``frame_id`` is the element that names the frame of its messages; empty: none. ``pose`` is its <pose>, empty where
-    it has none; ``collisions`` are the shapes that it feels by.
-    """
+    """Yield the lines of a sensor; ``frame_id`` is the element that names its frame, ``pose`` its <pose>, if any."""
     inner = indent + "  "
     yield f"{indent}<sensor{attributes(name=one.name, type=one.type)}>"
     if pose:
@@ -84,11 +76,16 @@ def sensor_lines(
 
 def _lines(element: SdfElement, indent: str, number: NumberFormat, more: Sequence[SdfElement] = ()) -> Iterator[str]:
     """Yield the lines of an element; ``more`` elements come first in it."""
-    values = {name: _word(value, number) for name, value in element.attributes.items()}
+
+    def word(value: float | str | bool) -> str:
+        return (
+            str(value).lower() if isinstance(value, bool) else number(value) if isinstance(value, float) else str(value)
+        )
+
     name = escape(element.name)
-    start = f"{indent}<{name}{attributes(**values)}"
+    start = f"{indent}<{name}{attributes(**{key: word(value) for key, value in element.attributes.items()})}"
     if element.value is not None:
-        yield f"{start}>{escape(_word(element.value, number))}</{name}>"
+        yield f"{start}>{escape(word(element.value))}</{name}>"
     elif not element.elements and not more:
         yield f"{start}/>"
     else:
@@ -98,27 +95,19 @@ def _lines(element: SdfElement, indent: str, number: NumberFormat, more: Sequenc
         yield f"{indent}</{name}>"
 
 
-def _word(value: float | str | bool, number: NumberFormat) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return number(value) if isinstance(value, float) else str(value)
-
-
 _OF_NOISE = ("mean", "stddev", "bias_mean", "bias_stddev")
 _MEASURED = {"rate": "angular_velocity", "accel": "linear_acceleration"}
 
 
 def with_noise(text: str) -> str:
-    """Move the noise of an IMU to each axis, for the text of a ``<sensor>`` from Gazebo classic.
-
-    Up to version 1.4 of SDF ``<imu>`` has one ``<noise>`` with ``<rate>`` and ``<accel>``, which readers of later
-    versions ignore (``gazebosim/sdformat@sdf12:sdf/1.4/imu.sdf``).
-    """
-    if "<imu" not in text or "<noise" not in text:
-        return text
+    """Move the noise of an IMU to each axis, for the text of a ``<sensor>`` from Gazebo classic."""
+    # Up to version 1.4 of SDF <imu> has one <noise> with <rate> and <accel>, which readers of later versions ignore
+    # (gazebosim/sdformat@sdf12:sdf/1.4/imu.sdf).
     try:
-        root = parse(Source("", text)).root
+        root = parse(Source("", text)).root if "<imu" in text and "<noise" in text else None
     except MarkupError:  # more than one element: the rules found them well formed
+        root = None
+    if root is None:
         return text
     pairs = [(noise, imu) for imu in root.iter() if imu.tag == "imu" for noise in imu.children if noise.tag == "noise"]
     for noise, imu in reversed(pairs):
@@ -129,10 +118,9 @@ def with_noise(text: str) -> str:
         for child in noise.children:
             what = _MEASURED.get(child.tag, "")
             if what and all(sibling.tag != what for sibling in imu.children):
-                numbers = [
-                    f"<{one.tag}>{escape(one.text)}</{one.tag}>" for one in child.children if one.tag in _OF_NOISE
-                ]
-                noisy = f'<noise type="{escape(kind)}">{"".join(numbers)}</noise>'
+                inner = (one for one in child.children if one.tag in _OF_NOISE)
+                numbers = "".join(f"<{one.tag}>{escape(one.text)}</{one.tag}>" for one in inner)
+                noisy = f'<noise type="{escape(kind)}">{numbers}</noise>'
                 lines += [f"<{what}>", *(f"  <{axis}>{noisy}</{axis}>" for axis in "xyz"), f"</{what}>"]
         before = text[: noise.start]
         indent = before.rpartition("\n")[2]
@@ -144,10 +132,7 @@ def with_noise(text: str) -> str:
 
 _SIGNIFICANT = 9  # of numbers that are compared as texts: ``number_format: short`` is off by 1e-12
 _DIGITS = 10  # of metres and entries of a rotation, behind the point
-
-# A lidar has two names in the newer Gazebo, in the classic one only the first.
-_ALIASES = {"ray": "lidar"}
-_LIDARS = ("gpu_lidar", "lidar")
+_ALIASES = {"ray": "lidar"}  # a lidar has two names in the newer Gazebo, in the classic one only the first
 
 
 class Context(NamedTuple):
@@ -183,13 +168,10 @@ def meanings(texts: Iterable[str], context: Context) -> Counter[Key]:
 
 
 def _form(element: Element, context: Context, above: tuple[str, ...] = (), lidar: bool = False) -> str:
-    """Return an element of SDF or of ros2_control in one spelling; empty if it has the default value.
-
-    Elements with one name keep their order, parameters have none.
-    """
+    """Return an element of SDF or of ros2_control in one spelling; empty if it has the default value."""
     if element.tag == "plugin":
         return ElementTree.canonicalize(ElementTree.tostring(element), strip_text=True)
-    lidar = element.get("type") in _LIDARS if element.tag == "sensor" else lidar
+    lidar = element.get("type") in ("gpu_lidar", "lidar") if element.tag == "sensor" else lidar
     tag = _ALIASES.get(element.tag, element.tag) if lidar and len(above) == 1 else element.tag
     values = dict(element.attrib)
     if tag == "joint" and values.get("name") in context.followers and not context.humble:

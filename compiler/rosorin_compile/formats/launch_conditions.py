@@ -27,11 +27,7 @@ NEVER: Condition = ("false",)
 
 
 def free_names(names: Iterable[str], taken: Iterable[str], before: str) -> dict[str, str]:
-    """Return a launch argument for each name: itself, or one that begins with ``before`` where the name is taken.
-
-    >>> free_names(["slam", "rviz", "mode_rviz"], ["rviz"], "mode_")
-    {'slam': 'slam', 'rviz': 'mode_mode_rviz', 'mode_rviz': 'mode_rviz'}
-    """
+    """Return a launch argument for each name: itself, or one that begins with ``before`` where the name is taken."""
     names, taken = list(names), set(taken)
     free = {name: name for name in names if name not in taken}
     for name in names:
@@ -56,10 +52,9 @@ def condition(robot: Robot, when: str) -> Condition:
         if len(states) == len(modes):
             return ALWAYS if table[states] else NEVER
         mode: Condition = (MODE, modes[len(states)])
-        off, on = decide((*states, False)), decide((*states, True))
+        off, on, inverse = decide((*states, False)), decide((*states, True)), (NOT, mode)
         if off == on:
             return off
-        inverse = (NOT, mode)
         if {off, on} == {ALWAYS, NEVER}:
             return mode if on == ALWAYS else inverse
         if on in (ALWAYS, NEVER):
@@ -72,11 +67,7 @@ def condition(robot: Robot, when: str) -> Condition:
 
 
 def in_frontends(condition: Condition, arguments: Mapping[str, str]) -> str:
-    """Return a condition for XML and YAML launch files; ``arguments`` are launch arguments by mode.
-
-    >>> in_frontends(("and", ("mode", "slam"), ("not", ("mode", "rviz"))), {"slam": "slam", "rviz": "mode_rviz"})
-    '$(and $(var slam) $(not $(var mode_rviz)))'
-    """
+    """Return a condition for XML and YAML launch files, such as "$(and $(var slam) $(not $(var rviz)))"."""
     word, *operands = condition
     if word == MODE:
         return f"$(var {arguments[operands[0]]})"
@@ -85,15 +76,10 @@ def in_frontends(condition: Condition, arguments: Mapping[str, str]) -> str:
 
 
 def in_python(condition: Condition, arguments: Mapping[str, str], indent: int, before: int = 0) -> str:
-    """Return a condition for Python launch files, on several lines if it is long.
-
-    ``indent`` is the indentation of its first line, which is not part of the text; ``before`` is what else is there.
-    """
+    """Return a condition for Python launch files, behind ``before`` columns of a line that is indented."""
     word, *operands = condition
-    if not operands:
-        return repr(word)
-    if word == MODE:
-        return f"LaunchConfiguration({arguments[operands[0]]!r})"
+    if word == MODE or not operands:
+        return f"LaunchConfiguration({arguments[operands[0]]!r})" if operands else repr(word)
     line = f"{_PYTHON[word]}({', '.join(in_python(operand, arguments, 0) for operand in operands)})"
     if "\n" not in line and indent + before + len(line) < _WIDTH:
         return line
@@ -112,9 +98,8 @@ def import_substitutions(conditions: Iterable[Condition], *more: str) -> str:
     names, waiting = set(more), list(conditions)
     while waiting:
         word, *operands = waiting.pop()
-        if word in _PYTHON:
-            names.add(_PYTHON[word])
-            waiting += operands
+        names |= {_PYTHON[word]} if word in _PYTHON else set()
+        waiting += operands if word in _PYTHON else []
     line = f"from launch.substitutions import {', '.join(sorted(names))}"
     if len(line) <= _WIDTH:
         return line

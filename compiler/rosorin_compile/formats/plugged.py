@@ -43,67 +43,63 @@ def plugged(built_in: Collection[str], files: Callable[[], Collection[str]]) -> 
 
 
 def _unique_names(built_in: Collection[str], format: Format) -> list[str]:
-    """Return what no other format may have: its name, its endings or root elements, the ids of its rules.
-
-    Raises ValueError or TypeError for an invalid record.
-    """
+    """Return what no other format may have. Raises ValueError or TypeError for an invalid record."""
     from rosorin_compile.language.schema import schema
     from rosorin_compile.language.validator import check_schema
 
     for field in fields(format):
-        if not _has_type(field.name, getattr(format, field.name), field.default):
-            raise TypeError(f"{field.name} of its format is {str(getattr(format, field.name))[:60]!r}")
+        value, default = getattr(format, field.name), field.default
+        if field.name in ("options", "unsupported"):
+            fits = isinstance(value, Mapping) or (field.name == "unsupported" and callable(value))
+        elif default is None:
+            fits = value is None or callable(value)
+        elif isinstance(default, tuple):
+            item = {"rules": Rule, "rounding": float}.get(field.name, str)
+            fits = isinstance(value, tuple) and all(isinstance(one, item) for one in value)
+        else:
+            fits = isinstance(value, str if field.name in ("name", "word") else type(default))
+        if not fits:
+            raise TypeError(f"{field.name} of its format is {str(value)[:60]!r}")
+    wrong_ending = next((one for one in format.endings if not re.fullmatch(r"\.[a-z0-9_+-]+", one)), "")
     if not (format.name.isidentifier() and format.name == format.name.lower()):
-        raise ValueError(f'"{format.name}" cannot be the name of a format: small letters, digits and _')
-    if format.write is None and format.load is None:
-        raise ValueError(f"{format.name} is neither written nor loaded")
-    if format.becomes and format.becomes not in built_in:
-        raise ValueError(f'becomes is "{format.becomes}", which is no format')
-    if format.schema and not exists(data_folder("schemas") / f"{format.schema}.schema.json"):
-        raise ValueError(f'schema is "{format.schema}", which is none of those that ship with the tool')
-    own = {"type": "object", "properties": {key: dict(option) for key, option in format.options.items()}}
-    check_schema(own, {**schema(), "properties": {"outputs": own}})
-    files = [f"<{root}>" for root in format.roots] if format.is_xml else list(format.endings)
-    if format.load is not None and not all(re.fullmatch(r"\.[a-z0-9_+-]+", ending) for ending in format.endings):
-        raise ValueError(f"what is read ends like .{format.name}, in small letters, not {', '.join(format.endings)}")
-    return [format.name, *(files if format.load else ()), *(rule.id for rule in format.rules)]
-
-
-def _has_type(name: str, value: Any, default: Any) -> bool:
-    if name in ("options", "unsupported"):
-        return isinstance(value, Mapping) or (name == "unsupported" and callable(value))
-    if default is None:
-        return value is None or callable(value)
-    if isinstance(default, (tuple, frozenset)):
-        item = {"rules": Rule, "rounding": float}.get(name, str)
-        return isinstance(value, type(default)) and all(isinstance(one, item) for one in value)
-    return isinstance(value, str if name in ("name", "word") else type(default))
+        problem = f'"{format.name}" cannot be the name of a format: small letters, digits and _'
+    elif format.write is None and format.load is None:
+        problem = f"{format.name} is neither written nor loaded"
+    elif format.becomes and format.becomes not in built_in:
+        problem = f'becomes is "{format.becomes}", which is no format'
+    elif format.schema and not exists(data_folder("schemas") / f"{format.schema}.schema.json"):
+        problem = f'schema is "{format.schema}", which is none of those that ship with the tool'
+    elif format.load is not None and wrong_ending:
+        problem = f"what is read ends like .{format.name}, in small letters, not {', '.join(format.endings)}"
+    else:
+        own = {"type": "object", "properties": {key: dict(option) for key, option in format.options.items()}}
+        check_schema(own, {**schema(), "properties": {"outputs": own}})
+        files = [f"<{root}>" for root in format.roots] if format.is_xml else list(format.endings)
+        return [format.name, *(files if format.load else ()), *(rule.id for rule in format.rules)]
+    raise ValueError(problem)
 
 
 def _guarded(plugin: Plugin, format: Format) -> Format:
     """Return a format whose functions raise and return nothing that their callers do not expect."""
 
-    def guard(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        def guarded(*arguments: Any) -> Any:
-            try:
-                with aside():
-                    return _converted(format, name, function(*arguments), arguments)
-            except (Exception, SystemExit) as problem:
-                diagnostic = failed(plugin, problem)
-                if isinstance(problem, TemplateProblem if name == "write" else MarkupError if name == "load" else ()):
-                    raise  # the template or the file is damaged, not the plug-in
-                if name in ("write", "check"):
-                    return ("", [diagnostic]) if name == "write" else [diagnostic]
-                if name == "load":
-                    return Imported(None, [diagnostic], files=(arguments[0].path,))
-                if name in ("read", "syntax", "data"):
-                    raise problem if isinstance(problem, ValueError) else ValueError(diagnostic.message) from None
-                raise PluginFailed(diagnostic) from None
-
-        return guarded
+    def guarded(name: str, function: Callable[..., Any], *arguments: Any) -> Any:
+        try:
+            with aside():
+                return _converted(format, name, function(*arguments), arguments)
+        except (Exception, SystemExit) as problem:
+            diagnostic = failed(plugin, problem)
+            if isinstance(problem, TemplateProblem if name == "write" else MarkupError if name == "load" else ()):
+                raise  # the template or the file is damaged, not the plug-in
+            if name in ("write", "check"):
+                return ("", [diagnostic]) if name == "write" else [diagnostic]
+            if name == "load":
+                return Imported(None, [diagnostic], files=(arguments[0].path,))
+            if name in ("read", "syntax", "data"):
+                raise problem if isinstance(problem, ValueError) else ValueError(diagnostic.message) from None
+            raise PluginFailed(diagnostic) from None
 
     functions = {field.name: getattr(format, field.name) for field in fields(format)}
-    changed: dict[str, Any] = {name: guard(name, one) for name, one in functions.items() if callable(one)}
+    changed: dict[str, Any] = {name: partial(guarded, name, one) for name, one in functions.items() if callable(one)}
     return replace(format, **changed)
 
 

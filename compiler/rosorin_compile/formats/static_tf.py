@@ -22,8 +22,8 @@ from rosorin_compile.model.link import Source
 from rosorin_compile.rules.case import first_fed
 from rosorin_compile.rules.publishers import modes_in
 from rosorin_compile.source import files
-from rosorin_compile.source.bounded import json_of, python_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
+from rosorin_compile.source.load import json_of, python_of
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal, fixed
 from rosorin_compile.source.rule_registry import FORMATS, OUTPUTS, Rule
 from rosorin_compile.source.wording import masked
@@ -39,26 +39,16 @@ if TYPE_CHECKING:
 
     from .templating import Templates
 
+_SIX = "`number_format: six` for arguments of static_transform_publisher."
+_NO_URDF = "A warning: robot_state_publisher is to publish joints, but no output is the URDF that it reads."
 RULES = (
-    Rule(
-        "number-format",
-        "`number_format: six` for arguments of static_transform_publisher.",
-        "`exact`, or leave it out.",
-        OUTPUTS,
-    ),
-    Rule(
-        "static-tf-no-urdf",
-        "A warning: robot_state_publisher is to publish joints, but no output is the URDF that it reads.",
-        "Add an output with the backend `urdf`.",
-        FORMATS,
-    ),
+    Rule("number-format", _SIX, "`exact`, or leave it out.", OUTPUTS),
+    Rule("static-tf-no-urdf", _NO_URDF, "Add an output with the backend `urdf`.", FORMATS),
 )
 
-_XYZ = ("--x", "--y", "--z")
-_RPY = ("--roll", "--pitch", "--yaw")
+_XYZ, _RPY = ("--x", "--y", "--z"), ("--roll", "--pitch", "--yaw")
 _FRAMES = _PARENT, _CHILD = "--frame-id", "--child-frame-id"
-_URDF_FILE = "urdf_file"
-FRAME_PREFIX = "frame_prefix"
+_URDF_FILE, FRAME_PREFIX = "urdf_file", "frame_prefix"
 # The arguments that every launch file of this program has, with their help.
 ARGUMENTS = {
     "namespace": "the namespace of the nodes, such as left; empty: none",
@@ -71,17 +61,14 @@ ROUNDING = (0.5 * 10.0**-METRE_DIGITS, 0.5 * 10.0**-RADIAN_DIGITS)
 
 
 class StaticTransform(NamedTuple):
-    """One static_transform_publisher: the name of its node, its frames, and its command line arguments.
-
-    ``when`` is the condition over modes under which it is started, empty for always.
-    """
+    """One static_transform_publisher: the name of its node, its frames, and its command line arguments."""
 
     name: str
     parent: str
     child: str
     arguments: tuple[str, ...]
     source: Source
-    when: str = ""
+    when: str = ""  # the condition over modes under which it is started, empty for always
 
     @property
     def edge(self) -> Edge:
@@ -107,23 +94,16 @@ class Transforms:
 
 
 class StaticTransforms(NamedTuple):
-    """The transforms of static_transform_publisher nodes: those that always hold, and those of some modes.
-
-    ``diagnostics`` report the joints that none of these nodes can publish.
-    """
+    """The transforms of static_transform_publisher nodes: those that always hold, and those of some modes."""
 
     always: list[StaticTransform]
     in_modes: list[StaticTransform]
-    diagnostics: list[Diagnostic]
+    diagnostics: list[Diagnostic]  # about joints that none of these nodes can publish
 
 
 def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTransforms:
-    """Return the edges that static_transform_publisher nodes publish: joints in their order, then edges in turns.
-
-    Numbers are printed to the last digit if one of the outputs has the number format exact.
-    """
-    is_exact = any(output.options.get("number_format") == "exact" for output in outputs)
-    found = StaticTransforms([], [], [])
+    """Return the edges that static_transform_publisher nodes publish: joints in their order, then edges in turns."""
+    is_exact, found = any(one.options.get("number_format") == "exact" for one in outputs), StaticTransforms([], [], [])
     edges: list[tuple[Joint, Joint | Edge, str]] = []
     for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER):
         if joint.type == "fixed":
@@ -131,9 +111,8 @@ def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTra
             continue
         message = f"joint {joint.name} is {joint.type}, but a static_transform_publisher can only say what never moves"
         found.diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
-    for edge in robot.edges:
-        if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-            edges.append((robot.joint[edge.joint], edge, edge.when))
+    turns = (edge for edge in robot.edges if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER)
+    edges += ((robot.joint[edge.joint], edge, edge.when) for edge in turns)
     for joint, published, when in edges:
         arguments: list[str] = []
         axes = (_XYZ, joint.origin.xyz, METRE_DIGITS), (_RPY, joint.origin.rpy, RADIAN_DIGITS)
@@ -155,16 +134,11 @@ def describe(source: Source) -> str:
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the launch file of a robot. Option: ``number_format`` (exact; left out: 7 and 8 decimals).
-
-    robot_state_publisher is started if an output is a URDF. Its file is searched relative to the launch file; the
-    launch argument ``urdf_file`` names another. Modes on which a static publisher depends are launch arguments, and so
-    are ``namespace`` and ``frame_prefix``, which let two robots run side by side.
-    """
+    """Return the launch file of a robot, with robot_state_publisher if an output is a URDF."""
     from . import FORMATS
 
-    transforms, in_modes, diagnostics = static_transforms(robot, [output])
-    urdf = first_fed(robot, ROBOT_STATE_PUBLISHER, FORMATS)
+    always, in_modes, diagnostics = static_transforms(robot, [output])
+    urdf, statics = first_fed(robot, ROBOT_STATE_PUBLISHER, FORMATS), [*always, *in_modes]
     moved = robot.published_by(ROBOT_STATE_PUBLISHER)
     if urdf is None and moved:
         message = f"robot_state_publisher is to publish {len(moved)} joints, but no output is the URDF that it reads"
@@ -172,7 +146,6 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         diagnostics.append(Diagnostic("static-tf-no-urdf", WARNING, message, help=help))
     modes = mode_arguments(robot, [one.when for one in in_modes], (_URDF_FILE, *ARGUMENTS))
     conditions = {one.when: condition(robot, one.when) for one in in_modes}
-    statics = [*transforms, *in_modes]
     declared: list[tuple[str, str, str, tuple[str, ...]]] = []  # name, default as Python, help, choices
     if urdf is not None:
         place = posixpath.relpath(urdf.file, posixpath.dirname(output.file) or ".")
@@ -181,6 +154,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     if urdf is not None or statics:
         declared += [(name, "''", help, ()) for name, help in ARGUMENTS.items()]
     declared += [(name, "'false'", f"the robot is run in the mode {mode}", STATES) for mode, name in modes.items()]
+    wrap = textwrap.TextWrapper(84, expand_tabs=False, replace_whitespace=False, break_long_words=False)
+    wrap.break_on_hyphens = False
     values: dict[str, Any] = {
         "robot": robot,
         "urdf": urdf,
@@ -191,51 +166,37 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "imports": import_substitutions(conditions.values(), "LaunchConfiguration"),
         "publisher": moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER,
         "literal": repr,
-        "source": _source_lines,
+        "source": lambda source: wrap.wrap(describe(source)),
         "pairs": StaticTransform.in_python,
     }
     return templates.own("core/static_tf.launch.py.jinja", values), diagnostics
 
 
-def _source_lines(source: Source) -> list[str]:
-    wrap = textwrap.TextWrapper(84, expand_tabs=False, replace_whitespace=False, break_long_words=False)
-    wrap.break_on_hyphens = False
-    return [wrapped for line in describe(source).splitlines() for wrapped in wrap.wrap(line) or [""]]
-
-
 def view(robot: Robot, output: Output) -> Transforms:
     """Return what a file of static transforms must contain; conditions are not read back from Python."""
     always, in_modes, _ = static_transforms(robot, [output])
-    keeps_conditions = output.backend == LIST.name
-    return Transforms(
-        tuple(replace(one.edge, when=one.when if keeps_conditions else "") for one in (*always, *in_modes))
-    )
+    has_conditions = output.backend == LIST.name
+    return Transforms(tuple(replace(one.edge, when=one.when if has_conditions else "") for one in (*always, *in_modes)))
 
 
 def read(text: str) -> Transforms:
-    """Return the transforms of the static_transform_publisher nodes of a launch file; it is parsed, never run.
-
-    Raises ValueError if it is not such a file.
-    """
+    """Return the transforms of a launch file, which is parsed, never run. Raises ValueError for a damaged one."""
     import ast
 
-    try:
-        python_of(text)
-    except SyntaxError as problem:
-        raise ValueError(f"not a Python file: {problem}") from None
     default = re.search(rf"'{FRAME_PREFIX}',\s+default_value=(.*),", text)
     is_declared = default is not None and f"{FRAME_PREFIX} = LaunchConfiguration('{FRAME_PREFIX}')" in text
     nodes, edges = _NODE.findall(text), list[Edge]()
-    if len(nodes) != text.count(_EXECUTABLE) or (nodes and not is_declared):
-        raise ValueError("a node has no name, no arguments, or a part that is neither text nor a launch argument")
-    for name, body in nodes:
-        body = body.replace(f"[{FRAME_PREFIX},", f"[{default[1] if default else ''},")
-        try:
+    try:
+        python_of(text)
+        if len(nodes) != text.count(_EXECUTABLE) or (nodes and not is_declared):
+            raise ValueError("a node has no name, no arguments, or a part that is neither text nor a launch argument")
+        for name, body in nodes:
+            body = body.replace(f"[{FRAME_PREFIX},", f"[{default[1] if default else ''},")
             words = ast.literal_eval(f"[{body}]")
             words = ["".join(word) if isinstance(word, list) else word for word in words]
             edges.append(read_arguments(ast.literal_eval(name), words))
-        except (TypeError, SyntaxError) as problem:
-            raise ValueError(f"not plain values: {problem}") from None
+    except (TypeError, SyntaxError) as problem:
+        raise ValueError(f"not Python with plain values: {problem}") from None
     return Transforms(tuple(edges))
 
 
@@ -267,10 +228,7 @@ def _syntax(text: str) -> str:
     return ast.dump(python_of(text))
 
 
-NUMBER_FORMAT = {
-    **format.NUMBER_FORMAT,
-    "description": "exact: to the last digit; left out: 7 decimals of metres and 8 of radians.",
-}
+_DIGITS = "exact: to the last digit; left out: 7 decimals of metres and 8 of radians."
 FORMAT = Format(
     name="static_tf",
     word="launch file of static transforms",
@@ -278,7 +236,7 @@ FORMAT = Format(
     about="the launch file of the static transforms",
     rank=40,
     covers=("robot", *PLACES, *NODES),
-    options={"number_format": NUMBER_FORMAT},
+    options={"number_format": {**format.NUMBER_FORMAT, "description": _DIGITS}},
     check=check_numbers,
     file="static_tf.launch.py",
     endings=(".py",),
@@ -298,14 +256,11 @@ def write_list(robot: Robot, output: Output, templates: Templates) -> tuple[str,
     """Return the static edges of a robot as JSON, in the order of the description. Option: ``number_format``."""
     always, in_modes, diagnostics = static_transforms(robot, [output])
     nodes: list[dict[str, Any]] = []
-    for transform in [*always, *in_modes]:
-        node: dict[str, Any] = {"name": transform.name, "parent": transform.parent, "child": transform.child}
-        if transform.source.status == "stand_in":
-            node["stand_in"] = describe(transform.source)
-        if transform.when:
-            node["when"] = transform.when
-        node["arguments"] = list(transform.arguments)
-        nodes.append(node)
+    for one in [*always, *in_modes]:
+        node: dict[str, Any] = {"name": one.name, "parent": one.parent, "child": one.child}
+        node |= {"stand_in": describe(one.source)} if one.source.status == "stand_in" else {}
+        node |= {"when": one.when} if one.when else {}
+        nodes.append({**node, "arguments": list(one.arguments)})
     return json.dumps({"robot": robot.name, "static_transform_publisher": nodes}, indent=2) + "\n", diagnostics
 
 

@@ -1,17 +1,18 @@
-"""Templates: Jinja, where an undefined name is an error and XML is escaped.
+"""Templates: Jinja, where an undefined name is an error and XML is escaped; and the format ``template`` of own ones.
 
 The templates of the program and of plug-ins are rendered in this process. The templates of a description come from
 strangers: they are rendered in a child process with limits for CPU time, memory and output, in the sandbox of Jinja,
-where they reach plain values and a few functions.
+where they reach plain values and a few functions. ``docs/artifacts.md`` lists the names that they get.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import cache, cached_property
 from importlib import import_module
@@ -25,24 +26,24 @@ from jinja2.bccache import Bucket
 from jinja2.exceptions import SecurityError
 from markupsafe import Markup, escape
 
+from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files, system
 from rosorin_compile.source.cache import cache_folder
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
+from rosorin_compile.source.numbers import NumberFormat, exact, fixed, short, six, vector
 from rosorin_compile.source.project import data_folder, homes
 from rosorin_compile.source.rule_registry import TEMPLATES, Rule
 
+from .format import Format
+from .static_tf import describe
+
+_NAMES = "[Names in a template](artifacts.md#names-in-a-template)."
 RULES = (
-    Rule(
-        "template-missing", "There is no such template in the folder of the description.", "Check the name.", TEMPLATES
-    ),
+    Rule("template-missing", "The folder of the description has no such template.", "Check the name.", TEMPLATES),
     Rule("template-syntax", "A template is not legal Jinja.", "Correct the line that is shown.", TEMPLATES),
-    Rule(
-        "template-failed",
-        "A template asks for a name that does not exist, or fails in another way.",
-        "[Names in a template](artifacts.md#names-in-a-template).",
-        TEMPLATES,
-    ),
+    Rule("template-failed", "A template uses a name that does not exist, or fails otherwise.", _NAMES, TEMPLATES),
     Rule("template-unsafe", "A template tries to leave the sandbox.", "Templates reach values, no Python.", TEMPLATES),
+    Rule("template-not-named", "An output has no `template`.", "Name a file beside the description.", TEMPLATES),
 )
 
 MAX_TEMPLATE = 10_000_000  # bytes
@@ -83,16 +84,14 @@ class _BytecodeCache(jinja2.FileSystemBytecodeCache):
 class TemplateProblem(Exception):
     """A template that is missing, wrong, or uses a name that does not exist; carries the diagnostic."""
 
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
+    def __init__(self, rule: str, message: str, span: Span | None = None, help: str = "") -> None:
+        super().__init__(message)
+        self.diagnostic = error(rule, message, span, help)
 
 
 def attributes(**values: str) -> Markup:
-    """Return the attributes of an XML element, each with a space before it; the values are escaped.
-
-    A large robot has tens of thousands of them, and each expression of a template costs time.
-    """
+    """Return the attributes of an XML element, each with a space before it; the values are escaped."""
+    # A large robot has tens of thousands of them, and each expression of a template costs time.
     text = "".join([f' {name}="{value}"' for name, value in values.items()])
     if text.count('"') != 2 * len(values) or "&" in text or "<" in text or ">" in text or "'" in text:
         text = "".join([f' {name}="{escape(value)}"' for name, value in values.items()])
@@ -119,22 +118,13 @@ def _own(place: Path | None) -> jinja2.Environment:
 
 
 class Templates:
-    """Renders the templates in ``folder``, the folder of a description, or those of the program.
-
-    ``first`` is the first file of the description: if it is a link, templates may also be where it leads to
-    (``project.homes``). Templates of plug-ins are ``trusted``.
-    """
+    """Renders the templates in ``folder``, the folder of a description, or those of the program."""
 
     comment = staticmethod(comment)
 
-    def __init__(
-        self,
-        folder: Path | None = None,
-        named: str = "the folder of the description",
-        first: Path | None = None,
-        trusted: bool = False,
-    ) -> None:
-        self.folder, self.named, self.first, self.trusted = folder, named, first, trusted
+    def __init__(self, folder: Path | None = None, first: Path | None = None, package: str = "") -> None:
+        # If the first file of the description is a link, templates may also be where it leads to.
+        self.folder, self.first, self.package_name = folder, first, package
         self.homes = homes(first) if first is not None else ()
         self.used: set[Path] = set()
 
@@ -142,7 +132,7 @@ class Templates:
     def environment(self) -> jinja2.Environment:
         """The environment of the templates; that of a description is a sandbox, for the child process only."""
         loader = jinja2.FunctionLoader(self._load)
-        if self.trusted:
+        if self.package_name:
             return jinja2.Environment(loader=loader, **_OPTIONS)  # noqa: S701 - XML is escaped
         from jinja2.sandbox import ImmutableSandboxedEnvironment
 
@@ -162,16 +152,11 @@ class Templates:
 
     def package(self, name: str) -> Templates:
         """Return an object that renders the templates in the folder ``templates`` of a Python package."""
-        folder = Path(import_module(name).__path__[0], "templates")
-        return Templates(folder, f"the package {name}", trusted=True)
+        return Templates(Path(import_module(name).__path__[0], "templates"), package=name)
 
     def render(self, name: str, values: Mapping[str, Any], asked: Span | None = None) -> str:
-        """Return the text of a template; ``asked`` is the place in the description that names it.
-
-        The values for a template of a description can be pickled: functions are those of a module. Raises
-        TemplateProblem with the place in the template that fails.
-        """
-        if self.trusted:
+        """Return the text of a template, which ``asked`` names. Raises TemplateProblem with the place that fails."""
+        if self.package_name:
             try:
                 return self.environment.get_template(name).render(values)
             except Exception as problem:  # a filter of Jinja raises any exception
@@ -187,14 +172,15 @@ class Templates:
     def _problem(self, failed: _Rendered, asked: Span | None) -> TemplateProblem:
         rule, name, line = failed.rule, failed.template, failed.line
         if rule == "template-missing":
-            return TemplateProblem(error(rule, f"there is no template {name} in {self.named}", asked, "check the name"))
+            place = f"the package {self.package_name}" if self.package_name else "the folder of the description"
+            return TemplateProblem(rule, f"there is no template {name} in {place}", asked, "check the name")
         loaded = self._load(name) if line else None
-        if loaded is None:
-            return TemplateProblem(error(rule, f"{name}: {failed.message}", asked))
-        source = Source(name if self.folder is None else files.shown(self.folder / name), loaded[0])
+        if loaded is None or self.folder is None:
+            return TemplateProblem(rule, f"{name}: {failed.message}", asked)
+        source = Source(files.shown(self.folder / name), loaded[0])
         text = source.line(line)
         span = Span(source, line, len(text) - len(text.lstrip()) + 1, max(1, len(text.strip())))
-        return TemplateProblem(error(rule, failed.message, span))
+        return TemplateProblem(rule, failed.message, span)
 
     def _load(self, name: str) -> tuple[str, None, Any] | None:
         if self.folder is None:
@@ -213,17 +199,14 @@ class Templates:
 
 
 class _Rendered(NamedTuple):
-    """The text of a template, or the rule, message, template and line (0 if unknown) of a failure.
-
-    ``inputs`` are the files that were read or looked for.
-    """
+    """The text of a template, or the rule, message, template and line (0 if unknown) of a failure."""
 
     text: str = ""
     rule: str = ""
     message: str = ""
     template: str = ""
     line: int = 0
-    inputs: tuple[str, ...] = ()
+    inputs: tuple[str, ...] = ()  # the files that were read or looked for
 
 
 def _explain_failure(problem: BaseException, name: str) -> _Rendered:
@@ -264,13 +247,13 @@ def _render_in_child(folder: Path | None, first: Path | None, name: str, values:
         done = subprocess.run(  # noqa: S603 - this Python, and arguments that no shell reads
             command, input=request.getvalue(), capture_output=True, timeout=_PATIENCE, env=environment, check=False
         )
+        if not done.returncode:
+            return _Rendered(*json.loads(done.stdout))
+        last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2] or f"exit code {done.returncode}"
+        killed = done.returncode in (-getattr(signal, "SIGXCPU", 0), -getattr(signal, "SIGKILL", 0))
+        message = _OUT_OF_TIME if killed else f"the process that renders it ended: {last}"
     except subprocess.TimeoutExpired:
-        return _Rendered(rule="template-failed", message=f"it did not end within {_PATIENCE} s", template=name)
-    if not done.returncode:
-        return _Rendered(*json.loads(done.stdout))
-    last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2] or f"exit code {done.returncode}"
-    killed = done.returncode in (-getattr(signal, "SIGXCPU", 0), -getattr(signal, "SIGKILL", 0))
-    message = _OUT_OF_TIME if killed else f"the process that renders it ended: {last}"
+        message = f"it did not end within {_PATIENCE} s"
     return _Rendered(rule="template-failed", message=message, template=name)
 
 
@@ -322,3 +305,36 @@ def _limit_resources() -> None:
         allowed = resource.getrlimit(kind)[1]
         most = hard if allowed == resource.RLIM_INFINITY else min(hard, allowed)
         resource.setrlimit(kind, (min(soft, most), most))
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return what the template of an output makes of a robot. Raises TemplateProblem."""
+    name = output.options.get("template")
+    if not name:
+        help = "add template: FILE, a Jinja template"
+        return "", [error("template-not-named", f'output "{output.name}" names no template', None, help)]
+    values = {"robot": robot, "output": output, "number": short, "exact": exact, "six": six, "fixed": fixed}
+    values |= {"degrees": math.degrees, "radians": math.radians, "source": describe, "vector": _vector, "kind": _kind}
+    return templates.render(name, values), []
+
+
+def _vector(numbers: Sequence[float], number: NumberFormat = short) -> str:
+    return vector(numbers, number)
+
+
+def _kind(geometry: object) -> str:
+    return type(geometry).__name__
+
+
+_TEMPLATE = "A Jinja template in the folder of the description, for an artifact of your own."
+FORMAT = Format(
+    name="template",
+    word="artifact of a template",
+    article="an",
+    rank=900,
+    options={
+        "template": {"type": "string", "description": _TEMPLATE},
+        "options": {"type": "object", "description": "Values of your own, reached as output.options.options."},
+    },
+    write=write,
+)

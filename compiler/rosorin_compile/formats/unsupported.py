@@ -1,8 +1,8 @@
 """What a format does not carry of a description, and the note that says so.
 
-Messages print keys without the names of entries: ``joints.dynamics.damping``; in ``unsupported`` "*" stands for each
-entry: ``joints.*.dynamics.damping``. A key stands for all keys below it. A format carries the keys that it ``covers``,
-without those that are ``unsupported`` and those that name another format (``mjcf``, ``gazebo``).
+In ``unsupported`` "*" stands for the name of an entry: ``joints.*.dynamics.damping``; messages leave it out. A key
+stands for all keys below it. A format carries the keys that it ``covers``, without those that are ``unsupported`` and
+those that name another format (``mjcf``, ``gazebo``).
 """
 
 from __future__ import annotations
@@ -10,26 +10,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.model import Link
+from rosorin_compile.model import Link, Output
 from rosorin_compile.model.link import limited_fields
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 from rosorin_compile.source.rule_registry import FORMATS, Rule
-from rosorin_compile.source.tree import Map, locate
+from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import counted, listed
 
 if TYPE_CHECKING:
-    from rosorin_compile.model import Output
-
     from .format import Format
 
-RULES = (
-    Rule(
-        "not-in-format",
-        "A note: a format cannot express keys that the description sets; one note a format.",
-        "Nothing, if no reader of these artifacts needs them; accept the rule with the reason.",
-        FORMATS,
-    ),
-)
+_NOTE = "A note: a format cannot express keys that the description sets; one note a format."
+_NOTHING = "Nothing, if no reader of these artifacts needs them; accept the rule with the reason."
+RULES = (Rule("not-in-format", _NOTE, _NOTHING, FORMATS),)
 
 # Keys that name the formats that they are for: a reader of another one does not expect them.
 ADDRESSED: Mapping[str, tuple[str, ...]] = {
@@ -68,10 +61,11 @@ SHAPES = tuple(f"links.{purpose}.{key}" for purpose in ("collision", "visual") f
 
 
 class Unsupported(NamedTuple):
-    """Why a format does not carry a key; ``quiet`` if a note would help nobody, because something else carries it."""
+    """Why a format does not carry a key."""
 
     reason: str
-    quiet: bool = False
+    quiet: bool = False  # a note would help nobody, because something else carries it
+    one_way: bool = False  # artifacts carry it, but not the robot that is read from one: ``diff`` does not compare it
 
 
 def _quiet(reason: str, *keys: str) -> dict[str, Unsupported]:
@@ -81,8 +75,6 @@ def _quiet(reason: str, *keys: str) -> dict[str, Unsupported]:
 _CONTACTS = ("condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
 # How MuJoCo sees and simulates a robot, in words that formats for other programs do not have.
 OF_MUJOCO: Mapping[str, Unsupported] = {
-    **_quiet("drives of MuJoCo; ros2_control and plug-ins of Gazebo drive joints elsewhere", "actuators"),
-    **_quiet("drives of MuJoCo, as actuators", "joints.*.actuator"),
     **_quiet("how MuJoCo couples joints", *(f"joints.*.mimic.{key}" for key in ("name", *_CONTACTS))),
     **_quiet("how MuJoCo computes contacts", *(f"links.*.collision.*.contact.{key}" for key in _CONTACTS)),
     **_quiet("marks that sensors and actuators of MuJoCo name", "links.*.sites"),
@@ -95,44 +87,41 @@ OF_MUJOCO: Mapping[str, Unsupported] = {
     "links.*.collision.*.contact.contype": Unsupported("no bits of contacts"),
     "links.*.collision.*.contact.conaffinity": Unsupported("no bits of contacts"),
 }
-# Who publishes a frame; the name of a sensor's joint matters to publishers alone.
-OF_PUBLISHERS: Mapping[str, Unsupported] = _quiet(
-    "for launch files, and the table of frames",
-    "joints.*.publisher",
-    "sensors.*.publisher",
-    "sensors.*.optical.publisher",
-)
-
-
-def without_names(key: str) -> str:
-    """Return a key without the places of names: "links.collision.contact" for "links.*.collision.*.contact"."""
-    return key.replace(".*", "")
+# Who publishes a frame; the name of a sensor's joint matters to publishers alone. What frames sensors have is read.
+OF_PUBLISHERS: Mapping[str, Unsupported] = {
+    **_quiet("for launch files, and the table of frames", "joints.*.publisher"),
+    **_quiet("for launch files, and the table of frames", "sensors.*.publisher", "sensors.*.optical.publisher"),
+    "sensors": Unsupported("sensors are read as links", one_way=True),
+}
 
 
 def is_within(key: str, prefixes: Iterable[str]) -> bool:
-    """Return True if a key is one of some keys, or below one of them."""
-    return any(key == prefix or key.startswith(f"{prefix}.") for prefix in prefixes)
+    """Return True if a key is one of some keys, or below one of them; "*" in these stands for any name."""
+    return any(f"{key}.".startswith(f"{prefix.replace('.*', '')}.") for prefix in prefixes)
 
 
-def reason(format: Format, output: Output, key: str) -> Unsupported | None:
-    """Return why an output does not carry a key of the language, or None if it has to."""
+def reason(format: Format, output: Output, key: str, one_way: bool = False) -> Unsupported | None:
+    """Return why an output, or (``one_way``) the robot read from it, has nothing at a key; None if it has to."""
     steps = key.split(".")
     if is_within(key, ABOUT_THE_DESCRIPTION) or not REMARKS.isdisjoint(steps):
         return Unsupported("it is about the description", quiet=True)
     for step in steps:
         if format.name not in ADDRESSED.get(step, (format.name,)):
             return Unsupported(f"{step} is for {listed(ADDRESSED[step])}", quiet=True)
-    found = [why for prefix, why in _table(format, output).items() if is_within(key, (without_names(prefix),))]
+    table = _table(format, output).items()
+    found = [why for prefix, why in table if is_within(key, [prefix]) and (one_way or not (why and why.one_way))]
     if None not in found and format.covers and not is_within(key, format.covers):
         return Unsupported(f"a {format.word} has {listed(format.covers)}", quiet=True)
     return None if None in found or not found else found[0]
 
 
-def _table(format: Format, output: Output) -> Mapping[str, Unsupported | None]:
-    """Return what an output does not carry, with the keys of links that only some formats carry (``only_in``).
+def lacks(format: Format, key: str) -> bool:
+    """Return True if the robots that are read from artifacts of a format, by default options, have nothing at a key."""
+    return reason(format, Output(format.name, format.name, ""), key, one_way=True) is not None
 
-    None is for those of the latter that this format carries.
-    """
+
+def _table(format: Format, output: Output) -> Mapping[str, Unsupported | None]:
+    """Return what an output does not carry, and None for keys of links that this format and few others carry."""
     found: dict[str, Unsupported | None] = {}
     found.update(format.unsupported(output) if callable(format.unsupported) else format.unsupported)
     for name, formats in limited_fields(Link).items():
@@ -145,16 +134,15 @@ def _table(format: Format, output: Output) -> Mapping[str, Unsupported | None]:
 
 def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -> Iterator[Diagnostic]:
     """Yield a note for each format of which no output carries keys that a description sets."""
-    by_format: dict[str, list[Output]] = {}
-    for output in outputs:
-        by_format.setdefault(output.backend, []).append(output)
-    for name, some in by_format.items():
+    outputs = list(outputs)
+    for name in dict.fromkeys(output.backend for output in outputs):
+        some = [output for output in outputs if output.backend == name]
         first, *others = [_table(formats[name], output) for output in some]
-        keys = [key for key, why in first.items() if why and not why.quiet and all(table.get(key) for table in others)]
-        counts = {key: sum(1 for _ in _places(tree, key)) for key in keys}
-        found = [f"{without_names(key)} ({counted(count, 'place')})" for key, count in counts.items() if count]
+        lost = [key for key, why in first.items() if why and not (why.quiet or why.one_way)]
+        counts = {key: len([*_places(tree, key)]) for key in lost if all(table.get(key) for table in others)}
+        found = [f"{key.replace('.*', '')} ({counted(count, 'place')})" for key, count in counts.items() if count]
         if found:
-            span = locate(tree, ("outputs", some[0].name), key=True).span
+            span = tree.locate(("outputs", some[0].name), key=True).span
             yield Diagnostic("not-in-format", NOTE, f"{formats[name].word} cannot express {listed(found)}", span)
 
 

@@ -22,7 +22,7 @@ from typing import Any
 from rosorin_compile.source.diagnostics import did_you_mean, nearest
 from rosorin_compile.source.load import plain_scalar
 from rosorin_compile.source.project import data_folder
-from rosorin_compile.source.tree import Map, Path, Seq, Text, locate, prefix_at
+from rosorin_compile.source.tree import Map, Path, Seq, Text, prefix_at
 from rosorin_compile.source.units import UNITS, Dimension, Quantity, parse_unit
 
 from .expression import ExpressionError, compiled
@@ -450,7 +450,7 @@ def name_meant(tree: Map, path: Path, word: str, known: Iterable[str], more: Seq
 
     In a part its own names are first, without the prefix; ``more`` are further names of its own.
     """
-    span = locate(tree, path).span
+    span = tree.locate(path).span
     text = span.source.line(span.line)[span.column - 1 :][: span.length]
     is_mount = text.strip("\"'") == MOUNT  # of the use, with names around the part
     names, prefix = list(known), prefix_at(tree, path, outside=is_mount)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, did_you_mean, error
 from rosorin_compile.source.rule_registry import OF_PLUGINS, OUTPUTS, PHYSICS, SIMULATION, Rule, find
-from rosorin_compile.source.tree import Map, Path, Seq, has, locate
+from rosorin_compile.source.tree import Map, Path, Seq, has
 from rosorin_compile.source.wording import MAX_LISTED, and_more, quoted
 
 from .annotations import Node, texts
@@ -79,7 +79,7 @@ def unknown(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
             diagnostics.append(not_allowed(tree, ["accept", index, "rule"], rule, list(acceptable)))
         elif rule in STAYS or not known.mild:
             why = STAYS.get(rule, "the robot could not be built, or would be built wrongly")
-            place = locate(tree, ("accept", index, "rule"))
+            place = tree.locate(("accept", index, "rule"))
             message = f"{rule} cannot be accepted: {why}"
             diagnostics.append(error("accept-refused", message, place.span, "remove the entry"))
     return diagnostics
@@ -141,10 +141,10 @@ def unused(
         rule = entry["rule"]
         if not idle or _requested(rule, acceptable) not in asked:
             continue
-        place = locate(tree, ("accept", index, "rule"))
+        place = tree.locate(("accept", index, "rule"))
         message, help = f"{rule} is accepted, but has nothing to report", "remove the entry"
         if "of" in entry:
-            place = locate(tree, ("accept", index, "of", list(entry["of"]).index(idle[0])))
+            place = tree.locate(("accept", index, "of", list(entry["of"]).index(idle[0])))
             message = f"{rule} is accepted of {quoted(idle, MAX_LISTED)}, but has nothing to report about "
             message += "it" if len(idle) == 1 else "them"
             kind = acceptable[rule].accept if rule in acceptable else "part"

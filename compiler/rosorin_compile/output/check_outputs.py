@@ -14,7 +14,6 @@ from rosorin_compile.model import Mesh
 from rosorin_compile.output.committed import Comparison, compare, lines
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, error
 from rosorin_compile.source.rule_registry import WRITING, Rule
-from rosorin_compile.source.tree import locate
 from rosorin_compile.source.wording import listed
 
 if TYPE_CHECKING:
@@ -181,5 +180,5 @@ def _refusal(artifact: Artifact, found: Refusal, load: Callable[[], Case | None]
         for index, shape in enumerate(getattr(link, purpose))
         if isinstance(shape.geometry, Mesh) and PurePosixPath(shape.geometry.file).name in found.reason
     ]
-    output = locate(case.tree, ("outputs", artifact.output), key=True)
+    output = case.tree.locate(("outputs", artifact.output), key=True)
     return at_meshes or [error("engine-refuses", message, output.span, "correct what it names")]

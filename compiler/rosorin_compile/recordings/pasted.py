@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from rosorin_compile.model import Pose, Transform, Vector
-from rosorin_compile.source.bounded import python_of, yaml_of
+from rosorin_compile.source.load import python_of, yaml_of
 
 from .expected import EXACT, SIX_ANGLE
 from .findings import problem

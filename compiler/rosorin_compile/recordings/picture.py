@@ -7,7 +7,7 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from rosorin_compile.source.diagnostics import masked
+from rosorin_compile.source.wording import masked
 
 from .findings import rate_text, seconds
 from .recording import Recording

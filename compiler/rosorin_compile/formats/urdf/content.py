@@ -11,7 +11,6 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import replace
 
-from rosorin_compile.formats.carriers import carriers, inertials_at, shapes_at
 from rosorin_compile.model import (
     Box,
     Capsule,
@@ -28,7 +27,7 @@ from rosorin_compile.model import (
 )
 from rosorin_compile.model.bounds import along, radius_about
 from rosorin_compile.model.cached import of_robot
-from rosorin_compile.model.geometry import IDENTITY, dot, minus, norm, plane_axes, pose_of, unit
+from rosorin_compile.model.geometry import IDENTITY, dot, minus, plane_axes, pose_of, unit
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.mass import together
 from rosorin_compile.model.sections import sections_in_urdf
@@ -39,32 +38,28 @@ from rosorin_compile.source.numbers import number_format
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.wording import counted, plural, quoted
 
+from ..gazebo_elements import distribution
 from ..mesh_files import urdf_file_name
 
+_WITHOUT_MASS = (
+    "A note: `elements` leaves the inertials of links out of the URDF, and no other output is a URDF that has them:"
+    " Gazebo reads it as an empty model, other simulators invent masses."
+)
+_UNSTABLE = (
+    "A warning: a joint of a URDF damps so light a part that a simulator with explicit steps of 1/240 s, such as"
+    " PyBullet, throws it out of the world: damping * step > 2 * inertia."
+)
+_CANNOT_SAY = (
+    "A warning: URDF 1.0 has no capsule, cylinders are written. A note: what hangs on links that are not in the URDF,"
+    " and whose mass does not move in it."
+)
+_SECOND = "[A second URDF for simulators](artifacts.md#a-urdf-for-simulators), or `accept` it with its reason."
+_SERVO = "The damping of a servo belongs to its `actuator`, which no URDF has; else damp less, or correct the mass."
+_OTHERWISE = 'A cylinder and spheres say it exactly; `version: "1.2"` has capsules. `frames: bodies` has what moves.'
 RULES = (
-    Rule(
-        "urdf-without-mass",
-        "A note: `elements` leaves the inertials of links out of the URDF, and no other output is a URDF that has them:"
-        " Gazebo reads it as an empty model, other simulators invent masses.",
-        "[A second URDF for simulators](artifacts.md#a-urdf-for-simulators), or `accept` it with its reason.",
-        FORMATS,
-    ),
-    Rule(
-        "explicit-damping-unstable",
-        "A warning: a joint of a URDF damps so light a part that a simulator with explicit steps of 1/240 s, such as "
-        "PyBullet, throws it out of the world: damping * step > 2 * inertia.",
-        "The damping of a servo belongs to its `actuator`, which no URDF has; else damp less, or correct the mass.",
-        FORMATS,
-        accept="joint",
-        imported="always",
-    ),
-    Rule(
-        "urdf-cannot-say",
-        "A warning: URDF 1.0 has no capsule, cylinders are written. A note: what hangs on links that are not in the "
-        "URDF, and whose mass does not move in it.",
-        'A cylinder and spheres say it exactly; `version: "1.2"` has capsules. `frames: bodies` has what moves.',
-        FORMATS,
-    ),
+    Rule("urdf-without-mass", _WITHOUT_MASS, _SECOND, FORMATS),
+    Rule("explicit-damping-unstable", _UNSTABLE, _SERVO, FORMATS, accept="joint", imported="always"),
+    Rule("urdf-cannot-say", _CANNOT_SAY, _OTHERWISE, FORMATS),
     Rule("urdf-mass-sum", "Masses that move to one link of the URDF are together no number.", "Correct them.", FORMATS),
 )
 
@@ -109,24 +104,79 @@ def _links(robot: Robot, frames: str) -> frozenset[str]:
     if frames != BODIES:
         joints = robot.joints if frames == ALL else robot.in_urdf()
         return frozenset(name for joint in joints for name in (joint.parent, joint.child)) or frozenset([robot.root])
-    kept: set[str] = set()  # what has a mass, what a joint moves, and what holds them together
+    bodies: set[str] = set()  # what has a mass, what a joint moves, and what holds them together
     for link in reversed(list(robot.walk())):
         above = robot.joint_to.get(link.name)
-        if link.name in kept or link.inertial is not None or (above is not None and not above.is_fixed):
-            kept |= {link.name, above.parent} if above is not None else {link.name}
+        if link.name in bodies or link.inertial is not None or (above is not None and not above.is_fixed):
+            bodies |= {link.name, above.parent} if above is not None else {link.name}
     top = robot.root
     while robot.link[top].inertial is None:
-        below = [joint for joint in robot.joints_from.get(top, ()) if joint.child in kept]
+        below = [joint for joint in robot.joints_from.get(top, ()) if joint.child in bodies]
         if len(below) != 1 or not below[0].is_fixed:
             break
-        kept.discard(top)
+        bodies.discard(top)
         top = below[0].child
-    return frozenset(kept) or frozenset([robot.root])
+    return frozenset(bodies) or frozenset([robot.root])
+
+
+@of_robot
+def carriers(robot: Robot, carried: frozenset[str]) -> Mapping[str, tuple[str, Transform]]:
+    """Return the next carried link above each link, or else the topmost, and its pose in that with joints at zero."""
+
+    def at_zero(joint: Joint) -> Transform:
+        return joint.transform(robot.position(joint, {}) if joint.moves else 0.0)
+
+    top = next(link.name for link in robot.walk() if link.name in carried)
+    found, here = {top: (top, Transform())}, Transform()
+    for joint in reversed(robot.chain(top)):
+        here = here.then(at_zero(joint).inverse())
+        found[joint.parent] = (top, here)
+    for link in robot.walk():
+        above = robot.joint_to.get(link.name)
+        if link.name in carried:
+            found[link.name] = (link.name, Transform())
+        elif link.name not in found and above is not None:
+            carrier, transform = found[above.parent]
+            found[link.name] = (carrier, transform.then(at_zero(above)))
+    return found
+
+
+def inertials_at(robot: Robot, carried: Set[str]) -> Mapping[str, Inertial]:
+    """Return the inertials of links with those of the links that each carries. Raises ValueError."""
+    parts: dict[str, list[tuple[Inertial, Transform]]] = {}
+    for name, (carrier, transform) in carriers(robot, frozenset(carried)).items():
+        inertial = robot.link[name].inertial
+        if inertial is not None:
+            parts.setdefault(carrier, []).append((inertial, transform))
+    own = {name: robot.link[name].inertial for name in parts}
+    return {name: one if (one := own[name]) and len(some) == 1 else together(some) for name, some in parts.items()}
+
+
+def _shapes_at(robot: Robot, link: str, carried: Set[str], purpose: str, output: Output) -> list[Shape]:
+    """Return the solids of a link, visual or collision, after those of links that are fixed to it and not carried."""
+    form, moved, own = str(output.options.get("height_maps", ROWS)), list[Shape](), list[Shape]()
+    visited, waiting = {link}, [(link, Transform())]
+    while waiting:
+        name, transform = waiting.pop()
+        solids = [solid for shape in getattr(robot.link[name], purpose) for solid in shape.solids(form)]
+        if name == link:
+            own, solids = solids, []
+        for solid in solids:
+            key = ("moved", id(solid), transform)  # several formats and their proofs use it
+            found: tuple[Shape, Shape] | None = robot.worked_out.get(key)
+            if found is None or found[1] is not solid:  # as in a copy that was pickled
+                found = robot.worked_out[key] = (solid.moved(transform), solid)
+            moved.append(found[0])
+        neighbours = robot.fixed_neighbours(name)
+        steps = [(n, transform.then(t)) for n, t in neighbours if n not in carried and n not in visited]
+        visited.update(n for n, _ in steps)
+        waiting += reversed(steps)
+    return [*moved, *own]
 
 
 def solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> list[Shape]:
     """Return the collision shapes that a link has in a URDF that carries these frames."""
-    return [_in_version(shape, output) for shape in collisions(robot, link, carried, output)]
+    return [_in_version(shape, output) for shape in _collisions(robot, link, carried, output)]
 
 
 def _in_version(shape: Shape, output: Output) -> Shape:
@@ -135,18 +185,14 @@ def _in_version(shape: Shape, output: Output) -> Shape:
     return replace(shape, geometry=plain(shape.geometry)) if isinstance(shape.geometry, unknown) else shape
 
 
-def collisions(robot: Robot, link: str, carried: Set[str], output: Output) -> list[Shape]:
-    """Return what a link collides with in a URDF that carries these frames.
-
-    A link that turns, and whose parts that turn on it are not carried, is one cylinder around it and them.
-    """
-    own = shapes_at(robot, link, carried, "collision", str(output.options.get("height_maps", ROWS)))
+def _collisions(robot: Robot, link: str, carried: Set[str], output: Output) -> list[Shape]:
+    """Return what a link collides with; wheels with rollers that are not carried are cylinders around them."""
+    own = _shapes_at(robot, link, carried, "collision", output)
     joint = robot.joint_to.get(link)
     lost = _lost(robot, frozenset(carried)).get(link) if joint is not None and joint.type == "continuous" else None
     if not lost or joint is None:
         return own
-    length = norm(joint.axis)
-    x, y, z = axis = (joint.axis[0] / length, joint.axis[1] / length, joint.axis[2] / length)
+    x, y, z = axis = unit(joint.axis)
     placed = [(solid, Transform()) for solid in own if not isinstance(solid.geometry, Mesh)]
     if radius_about(lost, axis) <= radius_about(placed, axis):
         return own
@@ -173,24 +219,20 @@ def _lost(robot: Robot, carried: frozenset[str]) -> Mapping[str, Sequence[tuple[
 
 
 class Content:
-    """What a URDF contains of a robot (``view``), and what it does not (``diagnostics``).
-
-    ``masses`` are the inertials of the links, with those that each carries. In an output of bodies, a link that only
-    holds others together has a mass of zero, or simulators invent one.
-    """
+    """What a URDF contains of a robot (``view``), and what it does not (``diagnostics``)."""
 
     def __init__(self, robot: Robot, output: Output) -> None:
         if output.options.get("visuals") == FROM_COLLISION:
             from rosorin_compile.model.looks import with_visuals
 
             robot = with_visuals(robot)
-        self.robot, self.output = robot, output
-        self.elements = elements_of(output)
+        self.robot, self.output, self.elements = robot, output, elements_of(output)
         self.carried, self.joints = links_of(robot, output), joints_of(robot, output)
-        self.masses: Mapping[str, Inertial] = {}
+        self.masses: Mapping[str, Inertial] = {}  # with those of the links that each link carries
         self.lost: list[Diagnostic] = []
         if "inertial" in self.elements:
             try:
+                # In an output of bodies, a link that only holds others has no mass, or simulators invent one.
                 invented = dict.fromkeys(self.carried, _NO_MASS) if frames_of(output) == BODIES else {}
                 self.masses = {**invented, **inertials_at(robot, self.carried)}
             except ValueError as problem:
@@ -205,26 +247,29 @@ class Content:
         for section in sections_in_urdf(output):
             if section.urdf is not None:
                 self.blocks += section.urdf(robot, output, number_format(output.options))
+        if gazebo := distribution(output.options.get("gazebo")):
+            from ..gazebo_drives import drive_blocks, no_plugin
+
+            names_of_joints = {joint.name: joint.name for joint in self.joints}
+            others = (*self._kept(robot.urdf_elements), *self.blocks)
+            drives, without = drive_blocks(robot, names_of_joints, gazebo, number_format(output.options), others)
+            self.blocks += drives
+            self.lost += no_plugin("urdf-cannot-say", gazebo, without)
         names = [name for group, _ in link_groups(robot, self.joints) for name in group]
-        boxes, has_visuals = str(output.options.get("height_maps", ROWS)), "visual" in self.elements
-        visuals = {name: shapes_at(robot, name, self.carried, "visual", boxes) if has_visuals else [] for name in names}
+        is_seen = "visual" in self.elements
+        visuals = {name: _shapes_at(robot, name, self.carried, "visual", output) if is_seen else [] for name in names}
         self.shapes = {name: (visuals[name], self.collisions(name)) for name in names}
-        self.view = Robot(
-            robot.name,
-            tuple(self._link(name) for name in names),
-            tuple(map(self._joint, self.joints)),
-            materials=tuple(
-                Material(one.name, one.rgba, urdf_file_name(one.texture)) for one in robot.materials if has_visuals
-            ),
-            urdf_elements=(*self._kept(robot.urdf_elements), *self.blocks),
-        )
+        looks = [Material(one.name, one.rgba, urdf_file_name(one.texture)) for one in robot.materials if is_seen]
+        elements = (*self._kept(robot.urdf_elements), *self.blocks)
+        links, joints = tuple(map(self._link, names)), tuple(map(self._joint, self.joints))
+        self.view = Robot(robot.name, links, joints, materials=tuple(looks), urdf_elements=elements)
 
     def _kept(self, texts: tuple[str, ...]) -> tuple[str, ...]:
         return texts if "urdf_elements" in self.elements else ()
 
     def collisions(self, link: str) -> list[Shape]:
         """Return the collision shapes of a link, as the description has them."""
-        return collisions(self.robot, link, self.carried, self.output) if "collision" in self.elements else []
+        return _collisions(self.robot, link, self.carried, self.output) if "collision" in self.elements else []
 
     def _link(self, name: str) -> Link:
         visual, solid = (
@@ -276,15 +321,13 @@ class Content:
             help = 'use a cylinder and spheres, or say version: "1.2" where all readers of the URDF know it'
             yield from self._replaced(Capsule, "URDF 1.0", "cylinder", "full length", help)
         yield from self._replaced(Ellipsoid, "URDF", "box", "extents", "use a sphere, a box or a mesh")
-        robot, owners = self.robot, carriers(self.robot, self.carried)
-        notes = []
+        robot, notes, lost, still = self.robot, [], [], []
         balls = [joint.name for joint in robot.in_urdf() if joint.type == "ball"]
         if balls:
             become = "becomes a floating joint" if len(balls) == 1 else "become floating joints"
             notes.append((f"URDF has no ball joint: {quoted(balls, 3)} {become}", ""))
-        moving = {name for name, (carrier, _) in owners.items() if robot.moves_between(name, carrier)}
-        names = {joint.name for joint in self.joints}
-        lost, still = [], []
+        owners = carriers(robot, self.carried).items()
+        moving = {name for name, (carrier, _) in owners if robot.moves_between(name, carrier)}
         for link in robot.walk():
             if link.name not in self.carried and link.name not in robot.simulated_frames:
                 shapes = ("visual", "collision") if link.name in moving else ()
@@ -292,6 +335,7 @@ class Content:
                 what += ["urdf_elements"] if self._kept(link.urdf_elements) else []
                 lost += [f"{link.name} ({', '.join(what)})"] if what else []
             still += [link.name] if link.inertial is not None and link.name in moving and self.masses else []
+        names = {joint.name for joint in self.joints}
         lost += [f"{j.name} (urdf_elements)" for j in robot.joints if j.urdf_elements and j.name not in names]
         if lost:
             bodies = frames_of(self.output) == BODIES
@@ -307,10 +351,8 @@ class Content:
 
     def _replaced(self, kind: type, version: str, other: str, same: str, help: str) -> Iterator[Diagnostic]:
         """Yield the warning about shapes of a kind that others replace, counted by link."""
-        counts: Counter[str] = Counter()
-        for link, shapes in self.shapes.items():
-            counts[link] = sum(isinstance(shape.geometry, kind) for some in shapes for shape in some)
-        counts += Counter()  # those above zero
+        pairs = ((link, shape) for link, shapes in self.shapes.items() for some in shapes for shape in some)
+        counts = Counter(link for link, shape in pairs if isinstance(shape.geometry, kind))
         if counts:
             count, others = counts.total(), len(counts) - 1
             where = f"link {next(iter(counts))}" + (f" and {counted(others, 'other link')}" if others else "")
@@ -321,10 +363,8 @@ class Content:
 
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
     """Return each joint with the links that it is the first to name; a robot without joints has its root link."""
-    if not joints:
-        return [([robot.root], None)]
     visited: set[str] = set()
-    groups: list[tuple[list[str], Joint | None]] = []
+    groups: list[tuple[list[str], Joint | None]] = [] if joints else [([robot.root], None)]
     for joint in joints:
         new = [name for name in (joint.parent, joint.child) if name not in visited]
         visited.update(new)
@@ -350,11 +390,9 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 
 def _damping(case: Case, joints: tuple[Joint, ...]) -> Iterator[Diagnostic]:
-    """Find joints whose damping is unstable in explicit steps, even with all that hangs on them held together.
-
-    A step of ``dt`` takes ``damping * dt / inertia`` of a speed away; if that is more than twice of it, each step is
-    faster than the one before. MuJoCo and Drake damp implicitly: all is stable. A URDF has no inertia of rotors.
-    """
+    """Find joints whose damping is unstable in explicit steps, even with all that hangs on them held together."""
+    # A step of dt takes damping * dt / inertia of a speed away; if that is more than twice of it, each step is faster
+    # than the one before. MuJoCo and Drake damp implicitly: all is stable. A URDF has no inertia of rotors.
     places: dict[Span | None, list[tuple[float, Joint, float]]] = {}
     for joint in joints:
         damping = joint.dynamics.damping if joint.dynamics is not None and joint.moves else 0.0
@@ -376,10 +414,7 @@ def _damping(case: Case, joints: tuple[Joint, ...]) -> Iterator[Diagnostic]:
 
 @of_robot
 def _moved_inertia(robot: Robot) -> Mapping[str, float]:
-    """Return the inertia of what each joint moves with all that hangs on it, by child, where joints are at zero.
-
-    For a joint that turns, the inertia about its axis (kg*m^2); for one that slides, the mass (kg).
-    """
+    """Return the mass (kg) that each sliding joint moves, and the inertia (kg*m^2) that others turn, by child."""
     found: dict[str, float] = {}
     below: dict[str, list[tuple[Inertial, Transform]]] = {}
     try:

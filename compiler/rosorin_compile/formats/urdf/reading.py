@@ -37,8 +37,7 @@ RULES = (
 ANGLES, LENGTHS, PLAIN = "rad", "m", ""
 UNITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}  # the dimension, and the largest number without its unit
 
-# A name in a description, as its schema has it.
-NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")
+NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")  # a name in a description, as its schema has it
 NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}\Z")
 _NAME_IN_TAG = re.compile(r'(<[^\s>]+) name="[^"]*">')  # see ``named``
@@ -57,63 +56,49 @@ class _Size(NamedTuple):
 
 
 class Reading:
-    """One reading of a file: collects diagnostics and which entry an element became.
-
-    Without ``spelling``, elements with unknown names are kept, even where their names look misspelt.
-    """
+    """One reading of a file: collects diagnostics and which entry an element became."""
 
     attributes: Collection[str] = ()  # all attributes of the format
 
     def __init__(self, options: ReadOptions, spelling: bool = True) -> None:
-        self.options = options
-        self.spelling = spelling
+        self.options, self.spelling = options, spelling
         self.diagnostics: list[Diagnostic] = []
         self.paths: dict[int, Path] = {}  # the path of the entry for each element, by id
         self.joint_types: set[str] = set()
         self._sizes: dict[str, list[_Size]] = {ANGLES: [], LENGTHS: []}
 
     def error(self, rule: str, message: str, span: Span, help: Help = "", related: Iterable[Related] = ()) -> None:
-        """Report that the file is broken."""
         self.diagnostics.append(error(rule, message, span, help, related))
 
     def note(self, rule: str, message: str, span: Span) -> None:
-        """Report something that the description has in another form."""
         self.diagnostics.append(Diagnostic(rule, NOTE, message, span))
 
     def cannot_carry(self, what: str, span: Span, help: str = "") -> None:
-        """Report something that the language has no key for."""
         self.diagnostics.append(cannot_carry(what, span, help))
 
     def ignored(self, what: str, span: Span) -> None:
-        """Report something without effect."""
         self.note("import-ignored", what, span)
 
     def lenient(self, rule: str, message: str, span: Span, help: Help, instead: str) -> bool:
         """Report a mistake that --lenient reads as ``instead`` describes; return True if it is read."""
         if not self.options.lenient:
             self.error(rule, message, span, f"{help if isinstance(help, str) else help()}; --lenient {instead}")
-            return False
-        if rule not in acceptable():  # otherwise the accepted rule reports it
+        elif rule not in acceptable():  # otherwise the accepted rule reports it
             self.note(rule, f"{message}; --lenient {instead}", span)
-        return True
+        return self.options.lenient
 
     def spoilt(self, element: Element, what: str, before: int) -> bool:
-        """Return True if there are errors among the diagnostics from ``before`` on.
-
-        With --lenient, a warning that the element is left out replaces them.
-        """
+        """Return True if there are errors from ``before`` on, which a warning replaces with --lenient."""
         reported = [one.worded() for one in self.diagnostics[before:]]
         wrong = [one for one in reported if one.severity == ERROR]
         if wrong and self.options.lenient:
             self.diagnostics[before:] = [one for one in reported if one.severity != ERROR]
             self.cannot_carry(named(element), element.span, wrong[0].message)
         elif wrong:
-            self.diagnostics[before:] = [
-                one
-                if one.severity != ERROR or "--lenient" in one.help
-                else replace(one, help=f"{one.help}; --lenient leaves {what} out")
-                for one in reported
-            ]
+            for index, one in enumerate(reported, before):
+                if one.severity == ERROR and "--lenient" not in one.help:
+                    one = replace(one, help=f"{one.help}; --lenient leaves {what} out")
+                self.diagnostics[index] = one
         return bool(wrong)
 
     def all_diagnostics(self) -> list[Diagnostic]:
@@ -122,8 +107,7 @@ class Reading:
         for index, one in enumerate(self.diagnostics):
             kind = (_NAME_IN_TAG.sub(r"\1>", one.message), one.help) if one.rule in _GATHERED else index
             groups.setdefault(kind, []).append(one)
-        one_by_kind = [gathered(some, (WARNING, NOTE))[0] for some in groups.values()]
-        return [*one_by_kind, *self._other_units()]
+        return [*(gathered(some, (WARNING, NOTE))[0] for some in groups.values()), *self._other_units()]
 
     # Elements and attributes
 
@@ -144,8 +128,7 @@ class Reading:
     def attribute(self, element: Element, name: str) -> str | None:
         """Return a required attribute, or None after an error."""
         self.need(element, name)
-        attribute = element.attributes.get(name)
-        return None if attribute is None else attribute.value
+        return element.attributes[name].value if name in element.attributes else None
 
     def need(self, element: Element, *names: str) -> None:
         """Report required attributes that are missing, but not those that are reported as misspelt."""
@@ -186,7 +169,6 @@ class Reading:
                 self.misspelt(what, f'"{near}"', element, attribute.name_span)
 
     def misspelt(self, what: str, near: str, element: Element, span: Span) -> None:
-        """Report a misspelt word of an element, which is ``near`` a known one."""
         if self.options.lenient:
             self.cannot_carry(f"{what} of {named(element)}", span, f"did you mean {near}?")
         else:
@@ -312,7 +294,7 @@ def numbers(element: Element, name: str, count: int, unit: str, reading: Reading
     if name == "scale" and (len(words) == 1 or len(words) > count) and reading.options.lenient:
         taken = "one number, which is taken for all three" if len(words) == 1 else "more than three numbers"
         reading.note("wrong-count", f"scale of {named(element)} has {taken}", attribute.span)
-        words = (words * count)[:count] if len(words) == 1 else words[:count]
+        words = (words * count)[:count]
     found = reading.numbers(words, f"{name} of {named(element)}", attribute.span, count, unit, tag)
     if found is None:
         return None

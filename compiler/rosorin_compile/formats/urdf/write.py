@@ -24,16 +24,9 @@ from .content import Content, link_groups, version_of
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the URDF of a robot.
-
-    Options: ``number_format``, ``elements`` (of inertial, visual, collision, dynamics, urdf_elements;
-    default all), ``frames`` (published, all or bodies), ``visuals`` (from_collision, where a link has none),
-    ``version`` (1.0 or 1.2, which has capsules), ``height_maps`` (the form of their boxes), ``gazebo`` (true, or which
-    Gazebo; default no sensors).
-    """
+    """Return the URDF of a robot. Its options are described in ``FORMAT``."""
     content, number, version = Content(robot, output), number_format(output.options), version_of(output)
-    shown = content.view
-    steps = []
+    shown, steps = content.view, []
     for names, joint in link_groups(shown, shown.joints):
         links = [
             (
@@ -69,7 +62,6 @@ def _indented(texts: Iterable[str], indent: str) -> list[str]:
 
 
 def _look(rgba: Sequence[float] | None, texture: str, number: NumberFormat) -> str:
-    """Return the elements of a material."""
     colour = f"<color{attributes(rgba=numbers(rgba, number))}/>" if rgba is not None else ""
     return f"{colour}<texture{attributes(filename=urdf_file_name(texture))}/>" if texture else colour
 
@@ -87,11 +79,9 @@ def _shape(solid: Shape, number: NumberFormat) -> tuple[Any, ...]:
         sizes = {"filename": urdf_file_name(shape.file), "scale": numbers(shape.scale, number)}
     else:
         raise TypeError(f"{type(shape).__name__} is not a solid")
-    names = attributes(name=solid.name) if solid.name else ""
-    material = attributes(name=solid.material) if solid.material else ""
+    name, material = (attributes(name=text) if text else "" for text in (solid.name, solid.material))
     look, kept = _look(solid.rgba, solid.texture, number), _indented(solid.urdf_elements, "      ")
-    tag = type(shape).__name__.lower()
-    return names, _origin(solid.pose, number), tag, attributes(**sizes), material, look, kept
+    return name, _origin(solid.pose, number), type(shape).__name__.lower(), attributes(**sizes), material, look, kept
 
 
 def _origin(pose: Pose, number: NumberFormat) -> Markup:
@@ -107,26 +97,20 @@ def _inertial(inertial: Inertial, number: NumberFormat) -> tuple[Markup, ...]:
 
 def _joint(joint: Joint, number: NumberFormat) -> tuple[Any, ...]:
     """Return a joint as attributes: names, links, origin; then its elements with theirs; then those it has kept."""
-
-    def of(entry: object, *keys: str) -> Markup:
-        values = {key: getattr(entry, key) for key in keys}
-        return attributes(**{key: number(value) for key, value in values.items() if value is not None})
-
     inner: list[tuple[str, Markup]] = []
     if not joint.is_fixed and not joint.is_axleless:
         inner.append(("axis", attributes(xyz=vector(joint.axis, number))))
-    if joint.calibration is not None:
-        inner.append(("calibration", of(joint.calibration, "rising", "falling", "reference_position")))
-    if joint.limit is not None:
-        inner.append(("limit", of(joint.limit, "lower", "upper", "effort", "velocity")))
-    if joint.dynamics is not None:
-        inner.append(("dynamics", of(joint.dynamics, "damping", "friction")))
-    if joint.mimic is not None:
-        factor, offset = number(joint.mimic.multiplier), number(joint.mimic.offset)
-        inner.append(("mimic", attributes(joint=joint.mimic.joint, multiplier=factor, offset=offset)))
-    if joint.safety is not None:
-        keys = ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity")
-        inner.append(("safety_controller", of(joint.safety, *keys)))
+    for tag, entry, keys in (
+        ("calibration", joint.calibration, ("rising", "falling", "reference_position")),
+        ("limit", joint.limit, ("lower", "upper", "effort", "velocity")),
+        ("dynamics", joint.dynamics, ("damping", "friction")),
+        ("mimic", joint.mimic, ("multiplier", "offset")),
+        ("safety_controller", joint.safety, ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity")),
+    ):
+        values = {key: value for key in keys if entry is not None and (value := getattr(entry, key)) is not None}
+        leader = {"joint": joint.mimic.joint} if joint.mimic is not None and tag == "mimic" else {}
+        if entry is not None:
+            inner.append((tag, attributes(**leader, **{key: number(value) for key, value in values.items()})))
     names = attribute("name", joint.name) + attribute("type", joint.type)
     ends = attribute("link", joint.parent), attribute("link", joint.child)
     return (names, *ends, _origin(joint.origin, number), inner, _indented(joint.urdf_elements, "    "))

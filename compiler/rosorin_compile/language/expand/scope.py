@@ -11,12 +11,12 @@ from contextlib import suppress
 from functools import partial
 from typing import Any, NoReturn
 
-from rosorin_compile.source.diagnostics import MAX_LISTED, Help, Related, Span, did_you_mean, error, nearest
+from rosorin_compile.source.diagnostics import Help, Related, Span, did_you_mean, error, nearest
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Kept, Map, Place, Seq
 from rosorin_compile.source.units import UNITS
-from rosorin_compile.source.wording import counted, first_of
+from rosorin_compile.source.wording import MAX_LISTED, counted, first_of
 from rosorin_compile.source.xml.elements import fitted
 
 from ..expression import CHOICES, Piece, compiled, evaluate, names_in, pieces

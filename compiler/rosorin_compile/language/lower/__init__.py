@@ -21,7 +21,7 @@ from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import Root
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.rule_registry import FILES, FRAMES, JOINTS, POSES, Rule
-from rosorin_compile.source.tree import Map, Path, locate
+from rosorin_compile.source.tree import Map, Path
 from rosorin_compile.source.wording import listed
 
 from ..expand.scope import Scope
@@ -62,7 +62,7 @@ def lower(tree: Map, scope: Scope | None = None) -> Lowered:
 
     def report(diagnostic: Diagnostic, section: str) -> None:
         """Report a problem of the plug-in of a section, at that section."""
-        place = locate(tree, (section,), key=True)
+        place = tree.locate((section,), key=True)
         lowering.diagnostics.append(replace(diagnostic, span=place.span, related=place.stack()))
 
     values, sections = lower_sections(CORE, tree, lowering, report)

@@ -16,7 +16,7 @@ from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.joint import AXLELESS, ROBOT_STATE_PUBLISHER, UNPUBLISHED, SafetyController
 from rosorin_compile.source.diagnostics import Help, Related, Suggestion
 from rosorin_compile.source.rule_registry import FRAMES, Rule
-from rosorin_compile.source.tree import Path, locate
+from rosorin_compile.source.tree import Path
 
 from ..suggestions import name_meant
 from .lowering import Lowering
@@ -180,7 +180,7 @@ def _check(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mappi
     for key in _OF_THE_JOINT:
         if key in entry:
             message = f'sensor "{name}" sits on link "{frame}", which has a place of its own: {key} has no effect'
-            at = locate(lowering.tree, above[frame].path, key=True).span if frame in above else None
+            at = lowering.tree.locate(above[frame].path, key=True).span if frame in above else None
             related = (Related("its place is said here", at),) if at else ()
             lowering("ignored-key", message, (*path, key), "remove it, or say the parent", related)
 

@@ -143,6 +143,8 @@ _UNSUPPORTED = {
     "sensors.*.optical.joint": _NO_JOINT,
     "joints.*.calibration": Unsupported("no calibration of joints"),
     "joints.*.safety_controller": Unsupported("no soft limits"),
+    "joints.*.limit.velocity": Unsupported("it decides on drives alone", one_way=True),
+    "root": Unsupported("worlds are not read", one_way=True),
 }
 
 FORMAT = Format(
@@ -150,11 +152,7 @@ FORMAT = Format(
     word="MJCF",
     about="the model for MuJoCo",
     rank=30,
-    covers=(
-        *MODEL_KEYS,
-        "poses",
-        "mjcf",
-    ),
+    covers=(*MODEL_KEYS, "poses", "mjcf"),
     unsupported=_UNSUPPORTED,
     options={
         "number_format": NUMBER_FORMAT,
@@ -222,10 +220,6 @@ FORMAT = Format(
     read=_read_back,
     asked=_asked,
     optional=True,
-    lacks=frozenset(
-        {"velocity", "calibration", "safety", "servo", "sensor", "publisher", "edge", "fixed joint name"}
-        | {"urdf_elements", "drive", "simulation"}
-    ),
     adds=_adds,
     why="a simulation has sites and cameras of its own for the sensors of a description",
     beside=lambda text: _FILE.findall(text),

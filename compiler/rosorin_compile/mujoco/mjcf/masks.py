@@ -9,12 +9,10 @@ other, and a wheel into its arch. What else the robot has meets itself, the floo
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.model import Robot, Shape
 from rosorin_compile.model.cached import of_robot
-from rosorin_compile.model.simulation import Attribute
 
 if TYPE_CHECKING:
     from .contacts import Geom
@@ -46,9 +44,12 @@ class Masks:
     """
 
     def __init__(self, robot: Robot, implied: bool) -> None:
-        self.robot = robot
         self.rolling = rolling(robot) if implied else frozenset[str]()
         self.usual = BESIDE_WHEELS if self.rolling else USUAL
+        shapes = [(link.name, shape) for link in robot.links for shape in link.collision]
+        self._of_links: dict[str, set[Mask]] = {link.name: set() for link in robot.links}
+        for name, shape in shapes:
+            self._of_links[name].add(self.of(name, shape))
 
     def of(self, link: str, shape: Shape) -> Mask:
         """Return the mask of a collision shape."""
@@ -57,11 +58,10 @@ class Masks:
         contact = shape.contact
         if contact is None:
             return self.usual
-        return Mask(*(_bits(contact.values.get(word), usual) for word, usual in zip(BITS, self.usual, strict=True)))
-
-    @cached_property
-    def _of_links(self) -> dict[str, set[Mask]]:
-        return {link.name: {self.of(link.name, shape) for shape in link.collision} for link in self.robot.links}
+        bits = (contact.values.get(word, usual) for word, usual in zip(BITS, self.usual, strict=True))
+        return Mask(
+            *(int(bit) if isinstance(bit, (int, float)) else usual for bit, usual in zip(bits, self.usual, strict=True))
+        )
 
     def meet(self, one: str, other: str) -> bool:
         """Say whether some shape of a link may touch one of another link."""
@@ -91,7 +91,3 @@ def rolling(robot: Robot) -> frozenset[str]:
         elif above is not None and above.parent in steered:
             steered.add(link.name)
     return frozenset(wheels)
-
-
-def _bits(value: Attribute, usual: int) -> int:
-    return int(value) if isinstance(value, (int, float)) else usual

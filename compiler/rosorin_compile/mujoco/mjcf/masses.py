@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from rosorin_compile.model import Inertial, Robot
 from rosorin_compile.model.cached import of_robot
@@ -58,36 +58,29 @@ def weightless(robot: Robot, free: bool) -> list[str]:
     some 10^12 times heavier.
     """
     groups = weld_groups(robot)
-    massive = {link.name for link in robot.links if link.inertial is not None and has_mass(link.inertial)}
-    empty = {top for top, names in groups.items() if massive.isdisjoint(names)}
-    if not free:
-        empty.discard(robot.root)  # which no joint moves
-    if not empty:
-        return []
     top_of = {name: top for top, names in groups.items() for name in names}
+    massive = {top_of[link.name] for link in robot.links if link.inertial is not None and has_mass(link.inertial)}
     heavy: set[str] = set()
     without = []
     for top in reversed(groups):
-        inertials = [inertial for name in groups[top] if (inertial := robot.link[name].inertial) is not None]
         joint = robot.joint_to.get(top)
-        if top in heavy and top in empty:
+        if top in heavy and top not in massive and (free or top != robot.root):  # the root is moved by no joint
             without.append(top)
-        if joint is not None and (top in heavy or any(map(_is_body, inertials))):
+        if joint is not None and (top in heavy or any(map(_is_body, _inertials(robot, groups[top])))):
             heavy.add(top_of[joint.parent])
     return without[::-1]
 
 
+def _inertials(robot: Robot, names: Sequence[str]) -> list[Inertial]:
+    return [inertial for name in names if (inertial := robot.link[name].inertial) is not None]
+
+
+def _is_body(inertial: Inertial) -> bool:
+    return inertial.mass >= LEAST and inertial.principal_moments[0] >= LEAST
+
+
 def masses(robot: Robot, free: bool) -> Iterator[Diagnostic]:
-    """Yield what MuJoCo does not load, and what it takes for something else.
-
-    ``free``: the base floats.
-    """
-    yield from _massless(robot, free)
-    yield from _impossible(robot)
-
-
-def _massless(robot: Robot, free: bool) -> Iterator[Diagnostic]:
-    """Yield an error for each moving body that has no mass, or no inertia, with what is fixed to it."""
+    """Yield what MuJoCo does not load, and what it takes for something else; ``free``: the base floats."""
     carried = weightless(robot, free)
     if carried:
         what = f'link "{carried[0]}"{and_more(len(carried) - 1)}'
@@ -95,11 +88,8 @@ def _massless(robot: Robot, free: bool) -> Iterator[Diagnostic]:
         message += f" {'has' if len(carried) == 1 else 'have'} {LEAST:g} kg in the MJCF"
         yield Diagnostic("mjcf-cannot-say", NOTE, message)
     for top, names in weld_groups(robot).items():
-        if top in carried:
-            continue
-        joint = robot.joint_to.get(top)
-        inertials = [inertial for name in names if (inertial := robot.link[name].inertial) is not None]
-        if (joint is None and not free) or any(map(_is_body, inertials)):
+        joint, inertials = robot.joint_to.get(top), _inertials(robot, names)
+        if top in carried or (joint is None and not free) or any(map(_is_body, inertials)):
             continue
         what = f'joint "{joint.name}" moves link "{top}"' if joint else f'"base: free" lets link "{top}" move'
         lacks = "mass and inertia above zero" if inertials else "a mass"
@@ -107,31 +97,17 @@ def _massless(robot: Robot, free: bool) -> Iterator[Diagnostic]:
         way_out = "make the joint fixed" if joint else 'say "base: fixed"'
         given = "another inertial" if inertials else "an inertial"
         yield Diagnostic("mjcf-needs-mass", ERROR, message, help=f'give "{top}" {given}, or {way_out}')
-
-
-def _is_body(inertial: Inertial) -> bool:
-    return inertial.mass >= LEAST and inertial.principal_moments[0] >= LEAST
-
-
-def _impossible(robot: Robot) -> Iterator[Diagnostic]:
-    """Yield an error for each inertia that MuJoCo loads on no link, a warning for each that it takes for another."""
-    fine: set[int] = set()  # inertials, which many links may share
     for link in robot.links:
-        if link.inertial is None or id(link.inertial) in fine or not has_mass(link.inertial):
+        if link.inertial is None or not has_mass(link.inertial):
             continue
         low, middle, high = link.inertial.principal_moments
         products = has_products(link.inertial) and any(along_link_of(link.inertial)[3:])
-        taken_for_zero = link.inertial.mass < 0 or (low < 0 and not products)
-        if taken_for_zero:
+        if link.inertial.mass < 0 or (low < 0 and not products):
             message = f'MuJoCo takes the negative mass or moments of link "{link.name}" for zero'
             yield Diagnostic("mjcf-cannot-say", WARNING, message, help="correct them")
+        why = "it has products, and a principal moment of zero" if low < LEAST_EIGENVALUE and products else ""
         if (low if products else max(low, 0.0)) + middle < high:
             why = "the largest of its principal moments is more than the sum of the others"
-        elif low < LEAST_EIGENVALUE and products:
-            why = "it has products, and a principal moment of zero"
-        else:
-            if not taken_for_zero:
-                fine.add(id(link.inertial))
-            continue
-        message = f'MuJoCo does not load the inertia of link "{link.name}": {why}'
-        yield Diagnostic("mjcf-refused-inertia", ERROR, message, help="correct it, or take mjcf out of outputs")
+        if why:
+            message = f'MuJoCo does not load the inertia of link "{link.name}": {why}'
+            yield Diagnostic("mjcf-refused-inertia", ERROR, message, help="correct it, or take mjcf out of outputs")

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import combinations, product
-from typing import NamedTuple
 
 from rosorin_compile.model import HeightMap, Mesh, Output, Robot, Shape
 from rosorin_compile.rules.case import Case
@@ -39,52 +38,42 @@ CANNOT = {
 }
 
 
-class Refused(NamedTuple):
-    """Two kinds of shapes that MJX does not collide, and the link and number of the first two that may touch."""
+def refused(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, str], tuple[str, int], tuple[str, int]]]:
+    """Yield two kinds of shapes that MJX does not collide and MuJoCo does, with link and number of the first of each.
 
-    kinds: tuple[str, str]
-    first: tuple[str, int]
-    second: tuple[str, int]
-
-
-def refused(robot: Robot, output: Output) -> Iterator[Refused]:
-    """Yield what MJX does not collide and MuJoCo does, each two kinds of shapes once."""
+    Each two kinds come once.
+    """
     implied = output.options.get("contacts", "implied") == "implied"
     masks, form, touching = Masks(robot, implied), form_of(output), contacts(robot, form_of(output), implied)
     # The first shape of each kind and mask of a link, with its number.
-    looks: dict[str, dict[tuple[str, Mask], int]] = {link.name: {} for link in robot.links}
+    looks: dict[str, dict[tuple[str, Mask], int]] = {}
     for link in robot.links:
         for number, shape in enumerate(link.collision):
             kind = _kind(robot, shape, form)
             if kind:
-                looks[link.name].setdefault((kind, masks.of(link.name, shape)), number)
+                looks.setdefault(link.name, {}).setdefault((kind, masks.of(link.name, shape)), number)
     paired = {frozenset((geom.link, _kind(robot, geom.solid.shape, form)) for geom in pair) for pair in touching.pairs}
     excluded = set(map(frozenset, touching.excluded))
     top_of = {name: top for top, names in weld_groups(robot).items() for name in names}
     above = {top: top_of[robot.joint_to[top].parent] for top in set(top_of.values()) if top in robot.joint_to}
     world = "" if robot.has_free_base(output) else robot.root  # the top of what is welded to the world
-
-    def may_touch(one: str, kind: str, other: str, other_kind: str) -> bool:
+    found: set[frozenset[str]] = set()
+    for one, other in combinations(looks, 2):
         tops = top_of[one], top_of[other]
         is_filtered = tops[0] == tops[1] or (world not in tops and bool({above.get(top) for top in tops} & set(tops)))
         is_excluded = frozenset((body_name(robot, one), body_name(robot, other))) in excluded
-        is_paired = frozenset(((one, kind), (other, other_kind))) in paired
-        return is_paired or not (is_filtered or is_excluded)
-
-    found: set[frozenset[str]] = set()
-    for one, other in combinations([name for name, shapes in looks.items() if shapes], 2):
         for ((kind, mask), number), ((other_kind, other_mask), other_number) in product(
             looks[one].items(), looks[other].items()
         ):
             kinds = frozenset((kind, other_kind))
             if kinds not in CANNOT or kinds in found or not mask.meets(other_mask):
                 continue
-            if may_touch(one, kind, other, other_kind):
+            if frozenset(((one, kind), (other, other_kind))) in paired or not (is_filtered or is_excluded):
                 found.add(kinds)
                 first, second = (kind, (one, number)), (other_kind, (other, other_number))
                 if other_kind in _ROUND:
                     first, second = second, first
-                yield Refused((first[0], second[0]), first[1], second[1])
+                yield (first[0], second[0]), first[1], second[1]
 
 
 def _kind(robot: Robot, shape: Shape, form: str) -> str:
@@ -102,10 +91,8 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     if not case.robot.is_tree:  # reported by the rules about joints
         return
     for kinds, (link, number), (other, _) in refused(case.robot, output):
-        message = (
-            f'MJX does not collide a {kinds[0]} with a {kinds[1]}, which may touch: links "{link}" and "{other}"; it'
-        )
-        message += " does not load the MJCF"
+        message = f"MJX does not collide a {kinds[0]} with a {kinds[1]}, which may touch:"
+        message += f' links "{link}" and "{other}"; it does not load the MJCF'
         help = "make one of them a capsule, or keep them apart: by the bits of their contact, or wheels by a drive"
         path = case.link(link, "collision", number)
         yield case.problem("not-in-mjx", message, path, help, severity=NOTE)

@@ -130,46 +130,62 @@ def has_volume(geometry: Geometry) -> bool:
 def refused(robot: Robot, free: bool) -> Iterator[Diagnostic]:
     """Yield an error for each thing that MuJoCo does not load."""
     yield from masses(robot, free)
-    for sensor in robot.sensors:
-        for part in sensor.simulated:
-            site = part.name if part.element == "site" else ""
-            if part.kind == SENSOR_ELEMENT:
-                site = "" if part.pose is None else part.site
-            if part.replicas is None and site in robot.link:
-                message = (
-                    f'sensor "{sensor.name}" brings a site called "{site}", but in MJCF that is the site of the link'
-                )
-                yield Diagnostic("mjcf-reserved-name", ERROR, message, help="name the element of its type: name: WORD")
+    for sensor, part in [(one, part) for one in robot.sensors for part in one.simulated]:
+        site = part.name if part.element == "site" else ""
+        if part.kind == SENSOR_ELEMENT:
+            site = "" if part.pose is None else part.site
+        if part.replicas is None and site in robot.link:
+            message = f'sensor "{sensor.name}" brings a site called "{site}", but in MJCF that is the site of the link'
+            yield Diagnostic("mjcf-reserved-name", ERROR, message, help="name the element of its type: name: WORD")
 
 
 def omitted(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
     """Yield what joints and meshes have that MJCF has no word for."""
+
+    def cannot(message: str, help: str = "", severity: str = WARNING) -> Diagnostic:
+        return Diagnostic("mjcf-cannot-say", severity, message, help=help)
+
     for joint in joints:
-        if joint.moves:
-            yield from _limits(joint)
-        elif not is_free(robot, joint):
-            yield from _several(joint)
-    yield from _without_texture(robot)
-    yield from _unreadable(robot)
+        ends, effort = position_range(joint), joint.limit.known("effort") if joint.limit else None
+        if ends and ends[0] >= ends[1]:  # MuJoCo would read it as "no limit"
+            what = f"is held at {ends[0]:g}" if ends[0] == ends[1] else f"goes from {ends[0]:g} to {ends[1]:g}"
+            message = f'joint "{joint.name}" {what}: MuJoCo takes a range of no width for no limit'
+            yield cannot(message, "make the joint fixed, or its range wider")
+        if joint.moves and effort is not None and effort <= 0:
+            message = f'joint "{joint.name}" has an effort of {effort:g}:'
+            message += " MuJoCo takes a force range of no width for no limit"
+            yield cannot(message, "give the effort that the joint really has")
+        words = ["limit"] if joint.limit is not None and joint.type == "planar" else []
+        words += ["dynamics"] if joint.dynamics is not None and joint.type != "ball" else []
+        if words and not joint.moves and not is_free(robot, joint):
+            message = f'joint "{joint.name}" is {joint.type}: its {" and its ".join(words)}'
+            message += f" {'is' if words == ['limit'] else 'are'} left out of the MJCF"
+            yield cannot(message, "the URDF carries them")
+    every = [shape.texture for link in robot.links for shape in link.visual]
+    every += [material.texture for material in robot.materials]
+    names = [name for name in dict.fromkeys(every) if name and not texture_path(name)]
+    if names:  # what has them is in its colour alone
+        what = f"texture {names[0]} is" if len(names) == 1 else f"{len(names)} textures ({first_of(names, 3)}) are"
+        yield cannot(
+            f"{what} left out of the MJCF: MuJoCo opens PNG files", "save it as PNG, and name the new file", NOTE
+        )
+    meshes: list[tuple[str, str]] = []
+    for link, shape in [(one, shape) for one in robot.walk() for shape in (*one.collision, *one.visual)]:
+        if not all(has_volume(solid.geometry) for solid in shape.solids(MERGED)):
+            kind = type(shape.geometry).__name__.lower()
+            message = f'a {kind} of link "{link.name}" is left out of the MJCF: MuJoCo takes no size of zero'
+            yield cannot(message, "give it sizes above zero")
+        elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry.file):
+            meshes.append((shape.geometry.file, link.name))
+    if meshes:
+        (file, name), *more = meshes
+        message = f'mesh {file} of link "{name}"{and_more(len(more))} {"are" if more else "is"} left out of the MJCF:'
+        message += " MuJoCo opens STL, OBJ and MSH files; DAE, glTF and GLB are converted"
+        yield cannot(message, "convert it, and name the new file")
     if WORLD in robot.link:
         message = f'MuJoCo keeps the name "{WORLD}" for a body of its own: that of link "{WORLD}" is'
         message += f' "{body_name(robot, WORLD)}" in the MJCF, its site has the name of the link'
-        yield Diagnostic("mjcf-cannot-say", NOTE, message)
-
-
-def _limits(joint: Joint) -> Iterator[Diagnostic]:
-    """Yield a warning for each limit of a joint that MuJoCo would read as "no limit"."""
-    ends = position_range(joint)
-    if ends and ends[0] >= ends[1]:
-        what = f"is held at {ends[0]:g}" if ends[0] == ends[1] else f"goes from {ends[0]:g} to {ends[1]:g}"
-        message = f'joint "{joint.name}" {what}: MuJoCo takes a range of no width for no limit'
-        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="make the joint fixed, or its range wider")
-    effort = joint.limit.known("effort") if joint.limit else None
-    if effort is not None and effort <= 0:
-        message = (
-            f'joint "{joint.name}" has an effort of {effort:g}: MuJoCo takes a force range of no width for no limit'
-        )
-        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give the effort that the joint really has")
+        yield cannot(message, severity=NOTE)
 
 
 def unpaired(links: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
@@ -179,45 +195,3 @@ def unpaired(links: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
         message = f"links with hundreds of shapes that a joint brings together: {which}"
         message += "; MuJoCo lets them collide only where one is fixed to the world"
         yield Diagnostic("mjcf-cannot-say", NOTE, message, help="fewer shapes: a height map of larger cells or steps")
-
-
-def _several(joint: Joint) -> Iterator[Diagnostic]:
-    """Yield what a planar or floating joint has that its slides and its hinge or ball cannot."""
-    has = {"limit": joint.limit is not None and joint.type == "planar"}
-    has["dynamics"] = joint.dynamics is not None and joint.type != "ball"
-    words = [word for word, there in has.items() if there]
-    if words:
-        message = f'joint "{joint.name}" is {joint.type}: its {" and its ".join(words)} '
-        message += "are" if len(words) > 1 or words == ["dynamics"] else "is"
-        yield Diagnostic("mjcf-cannot-say", WARNING, f"{message} left out of the MJCF", help="the URDF carries them")
-
-
-def _without_texture(robot: Robot) -> Iterator[Diagnostic]:
-    """Yield a note on the textures that MuJoCo does not open: what has them is in its colour alone."""
-    every = [shape.texture for link in robot.links for shape in link.visual]
-    every += [material.texture for material in robot.materials]
-    names = [name for name in dict.fromkeys(every) if name and not texture_path(name)]
-    if names:
-        what = f"texture {names[0]} is" if len(names) == 1 else f"{len(names)} textures ({first_of(names, 3)}) are"
-        message = f"{what} left out of the MJCF: MuJoCo opens PNG files"
-        yield Diagnostic("mjcf-cannot-say", NOTE, message, help="save it as PNG, and name the new file")
-
-
-def _unreadable(robot: Robot) -> Iterator[Diagnostic]:
-    """Yield a warning for the shapes that are left out: MuJoCo takes no such size, or cannot open their meshes."""
-    meshes: list[tuple[str, str]] = []
-    for link in robot.walk():
-        for shape in (*link.collision, *link.visual):
-            if not all(has_volume(solid.geometry) for solid in shape.solids(MERGED)):
-                kind = type(shape.geometry).__name__.lower()
-                message = f'a {kind} of link "{link.name}" is left out of the MJCF: MuJoCo takes no size of zero'
-                yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give it sizes above zero")
-            elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry.file):
-                meshes.append((shape.geometry.file, link.name))
-    if meshes:
-        (file, link_name), *more = meshes
-        what = f'mesh {file} of link "{link_name}"'
-        what += f"{and_more(len(more))} {'are' if more else 'is'}"
-        message = f"{what} left out of the MJCF: MuJoCo opens"
-        message += " STL, OBJ and MSH files; DAE, glTF and GLB are converted"
-        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="convert it, and name the new file")

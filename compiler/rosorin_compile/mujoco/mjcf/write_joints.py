@@ -21,7 +21,7 @@ from rosorin_compile.source.numbers import NumberFormat, numbers, vector
 from .bodies import FLOATING, PLANAR, STIFF, is_free, reference
 from .omissions import position_range
 from .servos import Drive, controls_of, is_clamped, kept_controls
-from .write_simulation import SimulationPrinter
+from .write_elements import ElementPrinter
 
 # The types of joints that one joint of MuJoCo is.
 TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
@@ -45,7 +45,7 @@ def free_joint(robot: Robot) -> str:
     return name
 
 
-def several(joint: Joint, printer: SimulationPrinter) -> list[Markup]:
+def several(joint: Joint, printer: ElementPrinter) -> list[Markup]:
     """Return the attributes of the joints that a body has for a planar, floating or ball joint, in their order."""
     if is_free(printer.robot, joint):
         return [attributes(name=joint.name, type="free", **_inner(joint, printer))]
@@ -70,7 +70,7 @@ def base_name(joint: Joint, robot: Robot) -> str:
     return base
 
 
-def single(joint: Joint, printer: SimulationPrinter) -> dict[str, str]:
+def single(joint: Joint, printer: ElementPrinter) -> dict[str, str]:
     """Return the attributes of a joint of one position, but its name."""
     values = _motion(TYPES[joint.type], joint.axis, printer.number)
     ends = position_range(joint)
@@ -85,7 +85,7 @@ def _motion(kind: str, axis: Vector, number: NumberFormat) -> dict[str, str]:
     return values if axis == _AXES[2] else {**values, "axis": vector(axis, number)}
 
 
-def _inner(joint: Joint, printer: SimulationPrinter) -> dict[str, str]:
+def _inner(joint: Joint, printer: ElementPrinter) -> dict[str, str]:
     """Return the attributes of what holds and moves a joint."""
     number, dynamics = printer.number, joint.dynamics or Dynamics()
     # That of the drive, too: no force limit clamps it, and MJX leaves out the damping of actuators (MuJoCo 3.17).
@@ -103,65 +103,53 @@ def _inner(joint: Joint, printer: SimulationPrinter) -> dict[str, str]:
 def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> list[Markup]:
     """Return the attributes of the constraints of joints that follow another; of one that never moves: their angle."""
     made = []
-    for joint in joints:
-        if joint.mimic is None or not joint.moves:
-            continue
-        values = {"name": joint.mimic.name or joint.name, "joint1": joint.name, "joint2": joint.mimic.joint}
-        if not robot.joint[joint.mimic.joint].moves:
-            del values["joint2"]
-        factor = joint.mimic.multiplier if "joint2" in values else 0.0
+    for joint, mimic in ((joint, joint.mimic) for joint in joints if joint.mimic is not None and joint.moves):
+        leader = robot.joint[mimic.joint]
+        values = {"name": mimic.name or joint.name, "joint1": joint.name}
+        values |= {"joint2": leader.name} if leader.moves else {}
+        factor = mimic.multiplier if leader.moves else 0.0
         # MuJoCo counts both from their references.
-        offset = joint.mimic.offset + factor * reference(robot.joint[joint.mimic.joint]) - reference(joint)
-        polynomial = [offset, factor, 0.0, 0.0, 0.0]
-        tuned = {"solref": joint.mimic.solref, "solimp": joint.mimic.solimp}
-        words = {word: numbers(values or STIFF[word], number) for word, values in tuned.items()}
-        made.append(attributes(**values, polycoef=numbers(polynomial, number), **words))
+        offset = mimic.offset + factor * reference(leader) - reference(joint)
+        tuned = {"solref": mimic.solref or STIFF["solref"], "solimp": mimic.solimp or STIFF["solimp"]}
+        words = {word: numbers(values, number) for word, values in tuned.items()}
+        made.append(attributes(**values, polycoef=numbers([offset, factor, 0.0, 0.0, 0.0], number), **words))
     return made
+
+
+Key = tuple[str, list[float], list[float], dict[str, Attribute]]
 
 
 def keys(
     robot: Robot, joints: Sequence[Joint], drives: Sequence[Drive], stands: Callable[[JointPose], Pose] | None
-) -> list[tuple[str, list[float], list[float], dict[str, Attribute]]]:
+) -> list[Key]:
     """Return name, qpos, ctrl and the rest of each pose: where the base ``stands`` if it is free, then the joints.
 
     The first key is home. A robot without that pose has it all the same, if anything of it can move. One that was
     imported has its poses in the order of its source, and what is made up behind them: simulators begin at the first.
     """
-    made: list[tuple[str, list[float], list[float], dict[str, Attribute]]] = []
-    more = [0.0] * kept_controls(robot)
-    home = home_of(robot)
-    others = [pose for pose in robot.poses if pose.name != HOME]
+    made: list[Key] = []
+    home, others = home_of(robot), [pose for pose in robot.poses if pose.name != HOME]
     poses = (home, *others)
     if robot.source.status == "imported":
         poses = robot.poses if len(others) < len(robot.poses) else (*others, home)
     for pose in poses:
-        at = _positions(robot, joints, pose)
-        ctrl = [number for drive in drives for number in controls_of(drive, _control(drive, pose, at))]
-        qpos = [number for joint in joints for number in at(joint)]
+        at: dict[str, Sequence[float]] = {}
+        for joint in joints:
+            at[joint.name] = _AT_ORIGIN.get(joint.type) or (robot.position(joint, pose.positions),)
+            if is_free(robot, joint):
+                at[joint.name] = (*joint.origin.xyz, *joint.origin.transform().quaternion())
+        ctrl: list[float] = []
+        for drive in drives:
+            control, moved, gear = 0.0, drive.joint, drive.actuator.gear
+            if drive.actuator.holds_position and moved is not None and moved.moves:  # it is to hold the pose
+                control = at[moved.name][0] * (gear[0] if gear else 1.0)
+            ctrl += controls_of(drive, pose.controls.get(drive.name, control))
         place = stands(pose) if stands else None
-        base = [*place.xyz, *place.transform().quaternion()] if place else []
-        said = {word: value for word, value in pose.mjcf.items() if word != "qpos"}
-        whole = pose.mjcf.get("qpos")
-        where = list(map(float, whole)) if isinstance(whole, tuple) else base + qpos
-        if qpos or base or ctrl or pose in robot.poses:
-            made.append((pose.name, where, ctrl + more, said))
+        qpos = [*place.xyz, *place.transform().quaternion()] if place else []
+        qpos += [number for joint in joints for number in at[joint.name]]
+        if qpos or ctrl or pose in robot.poses:
+            whole = pose.mjcf.get("qpos")
+            where = list(map(float, whole)) if isinstance(whole, tuple) else qpos
+            more = {word: value for word, value in pose.mjcf.items() if word != "qpos"}
+            made.append((pose.name, where, ctrl + [0.0] * kept_controls(robot), more))
     return made
-
-
-def _control(drive: Drive, pose: JointPose, at: Callable[[Joint], Sequence[float]]) -> float:
-    """Return what a pose asks of an actuator: a servo of positions is to hold it."""
-    if drive.name in pose.controls:
-        return pose.controls[drive.name]
-    if not drive.actuator.holds_position or drive.joint is None or not drive.joint.moves:
-        return 0.0
-    return at(drive.joint)[0] * (drive.actuator.gear[0] if drive.actuator.gear else 1.0)
-
-
-def _positions(robot: Robot, joints: Sequence[Joint], pose: JointPose) -> Callable[[Joint], Sequence[float]]:
-    positions: dict[str, Sequence[float]] = {
-        joint.name: _AT_ORIGIN.get(joint.type) or (robot.position(joint, pose.positions),) for joint in joints
-    }
-    for joint in joints:
-        if is_free(robot, joint):
-            positions[joint.name] = [*joint.origin.xyz, *joint.origin.transform().quaternion()]
-    return lambda joint: positions[joint.name]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from rosorin_compile.formats.distributions import title
 from rosorin_compile.source.diagnostics import NOTE, WARNING, did_you_mean, listed, nearest
 from rosorin_compile.source.rule_registry import Heading, Rule
 
@@ -61,10 +60,13 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
     known, wanted = plugins(distribution), full(kind)
     if wanted in known:
         return None
-    said, where = f'the controller "{name}" is of type "{kind}"', f" on {title(distribution)}" if distribution else ""
+    said, where = (
+        f'the controller "{name}" is of type "{kind}"',
+        f" on {distribution.capitalize()}" if distribution else "",
+    )
     if wanted in plugins(""):
-        others = listed(title(one) for one in DISTRIBUTIONS if wanted in plugins(one))
-        message = f"{said}, which {title(distribution)} does not have; {others} has it"
+        others = listed(one.capitalize() for one in DISTRIBUTIONS if wanted in plugins(one))
+        message = f"{said}, which {distribution.capitalize()} does not have; {others} has it"
         return Finding("controller-type", message, "type", "take another type, or ask for that distribution")
     help = did_you_mean(kind, [*known, *(word for word, of in SHORT.items() if of in known)])
     package = kind.partition("/")[0]

@@ -22,9 +22,9 @@ from rosorin_compile.source.diagnostics import (
     error,
     listed,
     quoted,
-    swaps,
 )
 from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.wording import swaps
 
 from ..controllers.topics import drivers, is_of_nobody
 from ..navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic

@@ -96,33 +96,24 @@ def _target(actuator: Actuator, turning: Mapping[str, str]) -> tuple[str, str] |
     given, words = set(actuator.targets), {word: key for key, word in TARGETS.items()}
     if not given:
         return "acts on nothing", "name one: joint: NAME, tendon: NAME, site: NAME or body: NAME"
-    needs = {"refsite": "site", "slidersite": "cranksite", "cranksite": "slidersite"}
-    for word, other in needs.items():
+    for word, other in (("refsite", "site"), ("slidersite", "cranksite"), ("cranksite", "slidersite")):
         if word in given and other not in given:
             return f"has a {words[word]} and no {words[other]}", f"add {words[other]}: NAME"
-    kinds = given - {"refsite", "slidersite"}
-    if len(kinds) > 1:
+    if len(given - {"refsite", "slidersite"}) > 1:
         named = listed([words[word] for word in sorted(given)])
         return f"acts on several things: {named}", "leave one; write an actuator for each of the others"
     known = WORDS[actuator.type]
     if not given <= known:
-        can = [word for word in TARGETS if TARGETS[word] in known]
+        can = [key for key, word in TARGETS.items() if word in known]
         way = f"name a {' or '.join(can)}" if can else ""
         return f"is of type {actuator.type}, which drives no {words[min(given - known)]}", way
     if actuator.type == "orientation" and given == {"site"}:
         return "turns a site against nothing", "add reference_site: NAME"
-    if actuator.type == "orientation" and "joint" in given and not given & {"site"}:
-        return _ball(actuator, turning)
+    if actuator.type == "orientation" and "joint" in given and turning.get(actuator.targets["joint"]) != BALL:
+        return f'turns joint "{actuator.targets["joint"]}", which is no ball', "name a ball joint, or a site"
     if "cranksite" in given and not (_number(actuator, "cranklength") or 0.0) > 0:
         return "has a crank without a length", "write mjcf: {cranklength: ...}, in m"
     return None
-
-
-def _ball(actuator: Actuator, turning: Mapping[str, str]) -> tuple[str, str] | None:
-    name = actuator.targets["joint"]
-    if turning.get(name) == BALL:
-        return None
-    return f'turns joint "{name}", which is no ball', "name a ball joint, or a site"
 
 
 def _number(actuator: Actuator, word: str) -> float | None:
@@ -139,107 +130,76 @@ def _number(actuator: Actuator, word: str) -> float | None:
 )
 def words(case: Case) -> Iterator[Diagnostic]:
     """Actuators with words of another type, or without one that a simulation would invent."""
-    for driver in drivers(case):
-        actuator, called, path, joint = driver
-        known = WORDS[actuator.type]
-        for word, key in _said(actuator):
+    for actuator, called, path, joint in drivers(case):
+        known, kind = WORDS[actuator.type], actuator.type
+        values: dict[str, object] = {"kp": actuator.kp is not None, "kv": actuator.kv}
+        values |= {"dampratio": actuator.damping_ratio, "gear": actuator.gear, "forcerange": actuator.force is not None}
+        said: list[tuple[str, Path]] = [(word, (_OF_US[word],)) for word, value in values.items() if value]
+        for word, key in (*said, *((word, ("mjcf", word)) for word in actuator.mjcf)):
             if word not in known:
-                others = [kind for kind in WORDS if word in WORDS[kind]]
-                message = f"{called} is of type {actuator.type}, which has no {key[-1]}"
-                help = f"leave it out, or take a type that has it: {', '.join(others)}"
+                others = ", ".join(other for other in WORDS if word in WORDS[other])
+                message = f"{called} is of type {kind}, which has no {key[-1]}"
+                help = f"leave it out, or take a type that has it: {others}"
                 yield case.problem("actuator-word", message, (*path, *key), help, key=True)
         if joint is not None and not known & {"joint"}:
-            message = f"{called} is of type {actuator.type}, which drives no joint"
+            message = f"{called} is of type {kind}, which drives no joint"
             yield case.problem("actuator-target", message, (*path, "type"), "write it under actuators, with its target")
-        yield from _lacking(case, driver)
+        lacking = (*_lacking(actuator), *_ranges(case, actuator, joint), *unfit(actuator))
+        for place, message, help in lacking:
+            inner: Path = () if not place else ("mjcf", place) if place not in _OWN else (place,)
+            yield case.problem("actuator-word", f"{called} {message}", (*path, *inner), help, key=place != "range")
 
 
-def _said(actuator: Actuator) -> Iterator[tuple[str, Path]]:
-    """Yield the words of MuJoCo that an actuator says, and the keys that say them."""
-    values: dict[str, object] = {"kp": actuator.kp is not None, "kv": actuator.kv, "dampratio": actuator.damping_ratio}
-    values |= {"gear": actuator.gear, "forcerange": actuator.force is not None}
-    yield from ((word, (_OF_US[word],)) for word, said in values.items() if said)
-    yield from ((word, ("mjcf", word)) for word in actuator.mjcf)
+_OWN = ("damping_ratio", "gear", "range", "unlimited")
 
 
-def _lacking(case: Case, driver: Driver) -> Iterator[Diagnostic]:
-    actuator, called, path, _ = driver
-    kind = actuator.type
+def _lacking(actuator: Actuator) -> Iterator[tuple[str, str, str]]:
+    """Yield what an actuator lacks of its type, or has twice: the key that is about it, message, way out."""
+    kind, values = actuator.type, actuator.mjcf
     word = _LACKING.get(kind, "")
-    said = {"kp": actuator.kp is not None, "kv": bool(actuator.kv)}
-    if word and not said[word]:
-        message = f"{called} is of type {kind} and has no {word}: MuJoCo would take 1"
-        yield case.problem("actuator-word", message, path, f"write {word}: ...", key=True)
-    if actuator.damping_ratio and said["kv"]:
-        message = f"{called} has kv and damping_ratio, two words for one damping"
-        yield case.problem("actuator-word", message, (*path, "damping_ratio"), "leave one of them out", key=True)
-    if "inheritrange" in actuator.mjcf:
-        yield from _inherited(case, driver)
-    elif kind in ("damper", "adhesion") and (actuator.range is None or actuator.unlimited):
-        message = f"{called} is of type {kind} and has no range"
-        place = (*path, "unlimited") if actuator.unlimited else path
-        yield case.problem("actuator-word", message, place, "write range: [0, ...]", key=True)
-    elif kind in ("damper", "adhesion") and actuator.range is not None and actuator.range[0] < 0:
-        message = f"the range of {called} begins below zero, and it is of type {kind}"
-        yield case.problem("actuator-word", message, (*path, "range"), "write range: [0, ...]")
+    if word and not (actuator.kp is not None if word == "kp" else actuator.kv):
+        yield "", f"is of type {kind} and has no {word}: MuJoCo would take 1", f"write {word}: ..."
+    if actuator.damping_ratio and actuator.kv:
+        yield "damping_ratio", "has kv and damping_ratio, two words for one damping", "leave one of them out"
     if kind == "dcmotor":
-        yield from _motor(case, driver)
-    if kind == "muscle" and actuator.gear and not actuator.gear[0] and "lengthrange" not in actuator.mjcf:
-        message = f"{called} is of type muscle and has a gear of 0: its length never changes"
+        constants, nominal, resistance = (values.get(word) for word in ("motorconst", "nominal", "resistance"))
+        rated = isinstance(nominal, tuple) and len(nominal) == 3 and all(float(one) > 0 for one in nominal)
+        turns = isinstance(constants, tuple) and all(float(one) >= 0 for one in constants) and any(constants)
+        if not rated and not (turns and isinstance(resistance, float) and resistance > 0):
+            help = (
+                "write mjcf: {motorconst: [...], resistance: ...}, or nominal: [VOLTAGE, STALL_TORQUE, NO_LOAD_SPEED]"
+            )
+            yield "", "is of type dcmotor and lacks the constant or the resistance of its motor", help
+    if kind == "muscle" and actuator.gear and not actuator.gear[0] and "lengthrange" not in values:
         help = "write another gear, or mjcf: {lengthrange: [..., ...]}"
-        yield case.problem("actuator-word", message, (*path, "gear"), help, key=True)
-    yield from _limited(case, driver)
-    for word, message, help in unfit(actuator):
-        yield case.problem("actuator-word", f"{called} {message}", (*path, "mjcf", word), help, key=True)
-
-
-def _motor(case: Case, driver: Driver) -> Iterator[Diagnostic]:
-    """Yield what a motor lacks of its constants."""
-    values = driver.actuator.mjcf
-    constants, nominal, resistance = (values.get(word) for word in ("motorconst", "nominal", "resistance"))
-    if isinstance(nominal, tuple) and len(nominal) == 3 and all(float(value) > 0 for value in nominal):
-        return
-    turns = isinstance(constants, tuple) and all(float(one) >= 0 for one in constants) and any(constants)
-    if not turns or not isinstance(resistance, float) or not resistance > 0:
-        message = f"{driver.called} is of type dcmotor and lacks the constant or the resistance of its motor"
-        help = "write mjcf: {motorconst: [...], resistance: ...}, or nominal: [VOLTAGE, STALL_TORQUE, NO_LOAD_SPEED]"
-        yield case.problem("actuator-word", message, driver.path, help, key=True)
-
-
-_LIMITED = {"ctrllimited": "range", "forcelimited": "force", "actlimited": "actrange"}
-
-
-def _limited(case: Case, driver: Driver) -> Iterator[Diagnostic]:
-    """Yield what says that a range holds, or a delay, and has none."""
-    actuator, called, path, joint = driver
-    has = {
-        "range": actuator.range is not None or "posrange" in actuator.mjcf or "inheritrange" in actuator.mjcf
-        or (joint is not None and not actuator.unlimited and joint.limit is not None),
-        "force": actuator.force is not None,
-        "actrange": "actrange" in actuator.mjcf or "inheritrange" in actuator.mjcf,
-    }  # fmt: skip
-    for word, other in _LIMITED.items():
-        if actuator.mjcf.get(word) is True and not has[other]:
-            message = f"{called} is {word} and has no {other}"
-            yield case.problem("actuator-word", message, (*path, "mjcf", word), f"write {other}: [..., ...]", key=True)
+        yield "gear", "is of type muscle and has a gear of 0: its length never changes", help
     if (_number(actuator, "delay") or 0.0) > 0 and not (_number(actuator, "nsample") or 0.0) > 0:
-        message = f"{called} has a delay and no samples to take it from"
-        yield case.problem("actuator-word", message, (*path, "mjcf", "delay"), "write nsample: 2, or more", key=True)
+        yield "delay", "has a delay and no samples to take it from", "write nsample: 2, or more"
 
 
-def _inherited(case: Case, driver: Driver) -> Iterator[Diagnostic]:
-    """Yield what keeps an actuator from the range of what it drives."""
-    actuator, called, path, joint = driver
-    place = (*path, "mjcf", "inheritrange")
-    kinds = set(actuator.targets) or {"joint"}
-    other = "range" if actuator.range is not None else "actrange" if "actrange" in actuator.mjcf else ""
-    target = joint or case.robot.joint.get(actuator.targets.get("joint", ""))
-    limit = target.limit if target is not None and target.type != "continuous" else None
-    has = limit is not None and limit.lower is not None and limit.upper is not None
-    has = has or "tendon" in kinds  # whose element may have one
-    if other:
-        message = f"{called} has {other} and inheritrange, two words for one range"
-        yield case.problem("actuator-word", message, place, "leave one of them out", key=True)
-    elif not kinds <= {"joint", "tendon"} or not has:
-        message = f"{called} takes over a range, but what it drives has none"
-        yield case.problem("actuator-word", message, place, "write range: [..., ...]", key=True)
+def _ranges(case: Case, actuator: Actuator, joint: Joint | None) -> Iterator[tuple[str, str, str]]:
+    """Yield what is wrong with the ranges of an actuator: they lack, are two, or begin below zero."""
+    kind, values, inherits = actuator.type, actuator.mjcf, "inheritrange" in actuator.mjcf
+    if inherits:
+        kinds = set(actuator.targets) or {"joint"}
+        other = "range" if actuator.range is not None else "actrange" if "actrange" in values else ""
+        target = joint or case.robot.joint.get(actuator.targets.get("joint", ""))
+        limit = target.limit if target is not None and target.type != "continuous" else None
+        has = limit is not None and limit.lower is not None and limit.upper is not None
+        if other:
+            yield "inheritrange", f"has {other} and inheritrange, two words for one range", "leave one of them out"
+        elif not kinds <= {"joint", "tendon"} or not (has or "tendon" in kinds):  # whose element may have one
+            yield "inheritrange", "takes over a range, but what it drives has none", "write range: [..., ...]"
+    elif kind in ("damper", "adhesion") and (actuator.range is None or actuator.unlimited):
+        yield "unlimited" if actuator.unlimited else "", f"is of type {kind} and has no range", "write range: [0, ...]"
+    elif kind in ("damper", "adhesion") and actuator.range is not None and actuator.range[0] < 0:
+        yield "range", f"is of type {kind}, and its range begins below zero", "write range: [0, ...]"
+    of_joint = joint is not None and not actuator.unlimited and joint.limit is not None
+    limited = (
+        ("ctrllimited", "range", actuator.range is not None or "posrange" in values or inherits or of_joint),
+        ("forcelimited", "force", actuator.force is not None),
+        ("actlimited", "actrange", "actrange" in values or inherits),
+    )
+    for word, other, is_there in limited:
+        if values.get(word) is True and not is_there:
+            yield word, f"is {word} and has no {other}", f"write {other}: [..., ...]"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rosorin_compile.rules.case import Case, number
@@ -47,25 +47,21 @@ def ranges(case: Case) -> Iterator[Diagnostic]:
 
 def _entries(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
     """Yield the entries that have ranges and sizes of a simulation, with their paths and what they are called."""
-    tree = case.tree
     for driver in drivers(case):
         yield at(case.tree, driver.path), driver.path, driver.called
-    for name, entry in (tree.get("joints") or {}).items():
+    for name, entry in (case.tree.get("joints") or {}).items():
         if entry.get("mjcf"):
             yield {"mjcf": entry["mjcf"]}, ("joints", name), f'joint "{name}"'
-    if tree.get("root"):
-        yield tree["root"], ("root",), "the root"
+    if case.tree.get("root"):
+        yield case.tree["root"], ("root",), "the root"
 
 
 @Check
 def negative(case: Case) -> Iterator[Diagnostic]:
     """Sizes below zero (dynamics-negative) beside those of joints."""
     for entry, path, called in _entries(case):
-        if path[0] == "joints" and len(path) > 2:  # an actuator that stands with its joint
-            keys: Sequence[str] = ("damping_ratio",)
-        else:
-            keys = tuple(_SIZES)
-        for key in keys:
+        is_in_joint = path[0] == "joints" and len(path) > 2
+        for key in ("damping_ratio",) if is_in_joint else _SIZES:
             value = entry.get(key, 0.0)
             if isinstance(value, (int, float)) and value < 0:
                 message = f"the {key} of {called} is {number(value)}, below zero: {_SIZES[key]}"
@@ -80,34 +76,28 @@ def negative(case: Case) -> Iterator[Diagnostic]:
 )
 def contacts(case: Case) -> Iterator[Diagnostic]:
     """Contacts that MuJoCo would refuse, or would make something else of."""
-    for entry, path, called in _contacts(case):
+    shapes = ((link, index, shape) for link in case.robot.links for index, shape in enumerate(link.collision))
+    for link, index, _ in (one for one in shapes if one[2].contact is not None):
+        path, called = case.link(link.name, "collision", index, "contact"), f'a shape of link "{link.name}"'
+        entry = at(case.tree, path)
         condim = entry.get("condim", 3)
         if condim not in _CONDIMS:
             message = f"the condim of {called} is {number(condim)}"
             help = "write 1 (without friction), 3 (sliding), 4 (and spinning) or 6 (and rolling)"
             yield case.problem("contact-value", message, (*path, "condim"), help)
-        for index, value in enumerate(entry.get("friction") or ()):
+        values: list[tuple[Path, Any]] = [
+            ((key,), entry.get(key, 0)) for key in ("margin", "gap", "solmix", "adhesion")
+        ]
+        values = [*((("friction", at), value) for at, value in enumerate(entry.get("friction") or ())), *values]
+        for key, value in values:
             if value < 0:
-                message = f"the friction of {called} is {number(value)}, below zero"
-                yield case.problem("contact-value", message, (*path, "friction", index), "write it without the sign")
-        for key in ("margin", "gap", "solmix", "adhesion"):
-            if entry.get(key, 0) < 0:
-                message = f"the {key} of {called} is {number(entry[key])}, below zero"
-                yield case.problem("contact-value", message, (*path, key), "write it without the sign")
-
-
-def _contacts(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
-    for link in case.robot.links:
-        for index, shape in enumerate(link.collision):
-            if shape.contact is not None:
-                path = case.link(link.name, "collision", index, "contact")
-                yield at(case.tree, path), path, f'a shape of link "{link.name}"'
+                message = f"the {key[0]} of {called} is {number(value)}, below zero"
+                yield case.problem("contact-value", message, (*path, *key), "write it without the sign")
 
 
 # What a joint of each kind counts among the speeds.
 _SPEEDS = {"planar": 3, "floating": 6, "ball": 3}
 _PLACES = {"planar": 3, "floating": 7, "ball": 4}  # and how many positions
-_FREE = 6
 
 
 @rule(
@@ -120,13 +110,13 @@ def keys(case: Case) -> Iterator[Diagnostic]:
     """Find lists of poses whose length MuJoCo would refuse."""
     if not any(pose.mjcf for pose in case.robot.poses):
         return
-    moving = sum(_SPEEDS.get(joint.type, 1 if joint.moves else 0) for joint in case.robot.joints)
+    joints, outputs = case.robot.joints, case.robot.outputs
     captured = sum(link.mjcf.get("mocap") is True for link in case.robot.links)
-    bases = [output.options.get("base", "fixed") for output in case.robot.outputs if output.backend == "mjcf"]
+    bases = [output.options.get("base", "fixed") for output in outputs if output.backend == "mjcf"]
     lengths = {"mpos": {3 * captured}, "mquat": {4 * captured}}
-    lengths["qvel"] = {moving + (_FREE if base == "free" else 0) for base in bases} or {moving, moving + _FREE}
-    places = sum(_PLACES.get(joint.type, 1 if joint.moves else 0) for joint in case.robot.joints)
-    lengths["qpos"] = {places + (_FREE + 1 if base == "free" else 0) for base in bases} or {places, places + _FREE + 1}
+    for word, sizes, free in (("qvel", _SPEEDS, 6), ("qpos", _PLACES, 7)):
+        moving = sum(sizes.get(joint.type, 1 if joint.moves else 0) for joint in joints)
+        lengths[word] = {moving + free * (base == "free") for base in bases} or {moving, moving + free}
     if all(driver.actuator.type in _STATELESS for driver in drivers(case)) and not case.robot.mjcf:
         lengths["act"] = {sum("timeconst" in driver.actuator.mjcf for driver in drivers(case))}
     for pose in case.robot.poses:

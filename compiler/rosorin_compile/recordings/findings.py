@@ -122,9 +122,9 @@ def seconds(value: float) -> str:
     return f"{value * 1e3:.0f} ms" if value >= 0.01 else f"{value * 1e3:.1f} ms"
 
 
-def rate_text(rate: float) -> str:
-    """Return a rate in Hz."""
-    return "-" if math.isnan(rate) else f"{rate:.1f} Hz"
+def rate_text(rate: float | None) -> str:
+    """Return a rate in Hz, or "-" if it is not known."""
+    return "-" if rate is None or math.isnan(rate) else f"{rate:.1f} Hz"
 
 
 def share(part: int, total: int) -> str:

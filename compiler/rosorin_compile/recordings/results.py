@@ -12,7 +12,7 @@ from xml.sax.saxutils import escape, quoteattr
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.wording import and_more, counted, masked, printable
 
-from .findings import seconds
+from .findings import rate_text, seconds
 
 if TYPE_CHECKING:
     from .expected import Expected
@@ -269,7 +269,16 @@ def _edge_row(edge: RecordedEdge) -> Sequence[str]:
     gap = "-" if edge.largest_gap is None or (edge.count or 0) < 2 else seconds(edge.largest_gap)
     if edge.topic == "/tf_static":
         return (edge.name, edge.publisher or "?", edge.topic, count, "-", "-", "-", edge.value)
-    return (edge.name, edge.publisher or "?", edge.topic or "-", count, _rate(edge.rate), gap, _age(edge), edge.value)
+    return (
+        edge.name,
+        edge.publisher or "?",
+        edge.topic or "-",
+        count,
+        rate_text(edge.rate),
+        gap,
+        _age(edge),
+        edge.value,
+    )
 
 
 def _age(edge: RecordedEdge) -> str:
@@ -283,13 +292,9 @@ def _age(edge: RecordedEdge) -> str:
     return mean if edge.oldest is None else f"{mean}, {seconds(max(0.0, edge.oldest))}"
 
 
-def _rate(rate: float | None) -> str:
-    return "-" if rate is None else f"{rate:.1f} Hz"
-
-
 def _sensor_rows(result: Verified) -> Iterator[Sequence[str]]:
     for use in result.sensors:
-        start = (use.topic, use.frame or '""', f"{use.count:,}", _rate(use.rate))
+        start = (use.topic, use.frame or '""', f"{use.count:,}", rate_text(use.rate))
         lookups = [one for one in use.lookups if one.asked and one.target != use.frame]
         if not lookups:
             yield (*start, "-", "-", "-")

@@ -156,18 +156,16 @@ moveit:
 class Search(Bodies):
     """Finds the pairs that need no check, as MoveIt's assistant does, and a little more carefully.
 
-    Order and numbers: ``moveit/moveit2@{humble,jazzy}:moveit_setup_assistant/moveit_setup_srdf_plugins/src/
-    compute_default_collisions.cpp``. A pair keeps its first reason:
+    A pair keeps its first reason (moveit2: moveit_setup_srdf_plugins/src/compute_default_collisions.cpp):
 
     1. Adjacent: joined by one joint, or over links without shapes;
     2. Default: in collision where every joint is at zero, or in the middle of limits that do not include zero;
     3. Always: in more than a share of the 200 states of a round; rounds go on until one finds none;
     4. Never: in none of the states of the rounds, and of the trials after them.
 
-    Here the states follow from the seed alone. Never takes more than luck: a pair that came nearer than the clearance
-    is none; from its nearest states joints are turned to bring it nearer still; and a pair with a joint between that
-    has no bounds is none. What no joint moves against each other is measured once. Hulls of meshes that touch are no
-    reason to leave a pair out where the meshes themselves do not.
+    The states follow from the seed alone. Never takes more than luck: from its nearest states, joints are turned to
+    bring a pair nearer still, and it must not come nearer than the clearance, nor depend on a joint without bounds.
+    What no joint moves against each other is measured once. Hulls that touch do not count where the meshes do not.
 
     ``found`` are the pairs that need no check, ``hit`` those that touched in a state, ``only_hulls`` those whose hulls
     touch, and not their meshes. ``same`` are pairs with a result that is still valid, None for one to be checked. Pairs

@@ -141,13 +141,14 @@ def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
         else:
             rule, what = "parts-overlap", f'link "{pair[1]}" is {depth} inside link "{pair[0]}"'
         # It is reported at its cause: a pose, the joint between neighbours, or the shape.
-        joint, pose = scene.joint_of(pair), where[0].name
+        between, pose = scene.joint_of(pair), where[0].name
         related = _shapes_of(case, inner, outer)
-        path = ("poses", pose) if pose else case.joint(joint, "xyz") if joint else _path(case, inner)
+        path = ("poses", pose) if pose else case.joint(between, "xyz") if between else _path(case, inner)
         names = quoted([state.name for state in where if state.name], _SHOWN)
         places = ["at zero"] * (not pose) + [f"in pose {names}"] * bool(where[-1].name)
         message = f"{what} {' and '.join(places)}: {_name(case, inner)} in {_name(case, outer)}"
-        found = case.problem(rule, message, path, related=related if pose or joint else related[1:], key=bool(pose))
+        related = related if pose or between else related[1:]
+        found = case.problem(rule, message, path, related=related, key=bool(pose))
         warnings.append((overlap.depth, replace(found, of=(inner.link, outer.link))))
     yield from (found for _, found in sorted(warnings, key=lambda warning: -warning[0]))
     message = "links that overlap in every position, or at their joint, as parts of one design do ({count}): {names}"

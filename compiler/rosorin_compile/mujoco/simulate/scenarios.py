@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Joint, Output, Robot, Twist
+from rosorin_compile.model.drive import Drive
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.progress import Progress
 
@@ -106,7 +107,7 @@ class World:
         if base == FREE:
             floor = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05])
         self.model = spec.compile()
-        self.own = self._add_servos(spec) if base == FREE and robot.drive is not None else ()
+        self.own = self._add_servos(spec, robot.drive) if base == FREE and robot.drive is not None else ()
         self.model = spec.compile() if self.own else self.model
         self.floor = floor.id if base == FREE else -1
         self.data = mujoco.MjData(self.model)
@@ -135,9 +136,9 @@ class World:
             actuators.append(Actuator(number, joint, kind, gear, gain, offset, stiffness, targets))
         return actuators
 
-    def _add_servos(self, spec: Any) -> tuple[str, ...]:
+    def _add_servos(self, spec: Any, drive: Drive) -> tuple[str, ...]:
         """Add a servo for each joint of the drive that has none; return the joints."""
-        drive, mujoco, added = self.robot.drive, self.mujoco, []
+        mujoco, added = self.mujoco, []
         existing = {(one.joint, one.kind) for one in self._actuators()}
         mass_per_wheel = float(self.model.body_mass.sum()) / len(drive.wheels)
         radius = {wheel.joint: wheel.radius for wheel in self.robot.driving.wheels}

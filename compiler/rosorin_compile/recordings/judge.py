@@ -45,23 +45,23 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
         findings += row_clocks(recording)
         findings += _answers(recording)
     if not any(finding.severity == ERROR for finding in findings):
-        findings += _no_edge(recording) if tree else [_no_transform(recording)]
+        findings += _nothing_compared(recording, bool(tree))
     return ordered(findings)
 
 
-def _no_transform(recording: Recording) -> Diagnostic:
+def _nothing_compared(recording: Recording, has_tree: bool) -> Iterator[Diagnostic]:
+    """Yield the finding for a recording without transforms, or of which no edge is described."""
     topics = sorted(recording.topics)
-    if recording.messages == 0 and not topics:
-        return problem("recording-empty", "the recording", "the recording has no messages")
-    help, shown = "", f": it has {first_of(topics, 6)}" if topics else ""
-    namespaced = [topic for topic in topics if topic.endswith("/tf")]
-    if namespaced and not recording.description.options.namespace:
-        help = f"--namespace {namespaced[0].removesuffix('/tf')} reads {namespaced[0]}"
-    return problem("recording-foreign", "the recording", f"the recording has no transforms{shown}", help)
-
-
-def _no_edge(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the finding for a recording of which no edge is described."""
+    if not has_tree and recording.messages == 0 and not topics:
+        yield problem("recording-empty", "the recording", "the recording has no messages")
+        return
+    if not has_tree:
+        help, shown = "", f": it has {first_of(topics, 6)}" if topics else ""
+        namespaced = [topic for topic in topics if topic.endswith("/tf")]
+        if namespaced and not recording.description.options.namespace:
+            help = f"--namespace {namespaced[0].removesuffix('/tf')} reads {namespaced[0]}"
+        yield problem("recording-foreign", "the recording", f"the recording has no transforms{shown}", help)
+        return
     recorded = [(one.parent, one.child) for one in recording.series.values()]
     recorded += [(row.parent, row.child) for row in recording.rows]
     described = {(edge.parent, child) for child, edges in recording.description.by_child.items() for edge in edges}

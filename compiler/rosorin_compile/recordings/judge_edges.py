@@ -279,28 +279,24 @@ def missing(recording: Recording) -> Iterator[Diagnostic]:
             absent.setdefault(edge.owner, []).append(edge)
     for group in absent.values():
         for several in [group] if len(group) > _FEW else [[edge] for edge in group]:
-            yield _missing(recording, several, way)
-
-
-def _missing(recording: Recording, edges: Sequence[Expected], way: Way) -> Diagnostic:
-    """Return the finding for one missing edge, or for several of one node."""
-    first, owner, names = edges[0], edges[0].owner, ", ".join(edge.name for edge in edges)
-    total = sum(edge.owner == owner for edge in way.edges)
-    message = f"{len(edges)} of the {total} edges of {owner} were not published: {names}"
-    if len(edges) == 1:
-        message = f"nobody published {names}; {owner} should"
-    elif len(edges) == total:
-        message = f"none of the {total} edges of {owner} was published: {names}"
-    if way.modes and any(edge.when for edge in edges):
-        message += f" (when {way.text})"
-    help = f"look whether it runs; --without {first.publisher.name} if it was not meant to"
-    if first.publisher.kind == ROBOT_STATE_PUBLISHER and all(edge.moving for edge in edges):
-        help = "robot_state_publisher publishes nothing that moves without /joint_states: look who publishes these"
-    topics = {f"/{'tf' if edge.moving else 'tf_static'}" for edge in edges}
-    absent = sorted(topics - {name[name.rfind("/") :] for name in recording.topics}) if recording.timed else []
-    if absent:
-        help = f"the recording has no {' and no '.join(absent)}: record it, or look who publishes it"
-    return problem("edge-missing", first.name, message, help)
+            first, owner, names = several[0], several[0].owner, ", ".join(edge.name for edge in several)
+            total = sum(edge.owner == owner for edge in way.edges)
+            message = f"{len(several)} of the {total} edges of {owner} were not published: {names}"
+            if len(several) == 1:
+                message = f"nobody published {names}; {owner} should"
+            elif len(several) == total:
+                message = f"none of the {total} edges of {owner} was published: {names}"
+            if way.modes and any(edge.when for edge in several):
+                message += f" (when {way.text})"
+            help = f"look whether it runs; --without {first.publisher.name} if it was not meant to"
+            if first.publisher.kind == ROBOT_STATE_PUBLISHER and all(edge.moving for edge in several):
+                help = "robot_state_publisher publishes nothing that moves without /joint_states: look who publishes "
+                help += "these"
+            topics = {f"/{'tf' if edge.moving else 'tf_static'}" for edge in several}
+            recorded = {name[name.rfind("/") :] for name in recording.topics}
+            if recording.timed and (lacking := sorted(topics - recorded)):
+                help = f"the recording has no {' and no '.join(lacking)}: record it, or look who publishes it"
+            yield problem("edge-missing", first.name, message, help)
 
 
 def stale(recording: Recording) -> Iterator[Diagnostic]:

@@ -134,10 +134,33 @@ def sensors(recording: Recording) -> Iterator[Diagnostic]:
         if not use.pace.other_clock and not lookups.slowest.pace.other_clock:
             failing.setdefault(use.frame, []).append((use, lookups))
     yield from _not_as_declared(recording)
+    start = recording.start or 0
     for uses in late.values():
-        yield _late(recording, uses)
+        worst = max(uses, key=lambda use: use.early)
+        ready = worst.ready or 0
+        message = f'the frame "{worst.frame}" did not exist when the first message of {worst.topic} came: '
+        message += f"{seconds((ready - worst.pace.first) / SECOND)} later it did"
+        first = f"first message {(worst.pace.first - start) / SECOND:.2f} s into the recording"
+        evidence = [
+            f"{first}, {worst.waited_for} at {(ready - start) / SECOND:.2f} s",
+            f"{share(worst.early, worst.pace.count)} messages could not be placed",
+        ]
+        evidence += [f"also {use.topic}: {share(use.early, use.pace.count)}" for use in uses if use is not worst]
+        yield problem("frame-late", worst.topic, message, evidence=evidence)
     for group in failing.values():
-        yield _failing(recording, group)
+        use, lookups = max(group, key=lambda entry: entry[1].failed / entry[1].asked)
+        message = f"{use.topic}: {use.frame} in {lookups.target} could not be looked up at the exact stamp for "
+        message += f"{share(lookups.failed, lookups.asked)} messages; the tree was {seconds(lookups.mean_lag)} behind, "
+        evidence = []
+        if (slowest := lookups.slowest) is not None:
+            follows = f", which follows /joint_states at {rate_text(recording.joints.pace.rate)}"
+            why = f"slowest is {slowest.name}{slowest.by_owner} at {rate_text(slowest.pace.rate)}"
+            evidence = [f"{why}{follows if slowest.by_state else ''}"]
+        if use.pace.most_ahead > AHEAD:
+            evidence.append(f"its own stamps are up to {seconds(use.pace.most_ahead)} ahead of the time when they came")
+        evidence += [f"also {other.topic}: {share(its.failed, its.asked)}" for other, its in group if other is not use]
+        message += f"{seconds(lookups.largest_lag)} at most"
+        yield problem("lookup-fails", use.topic, message, evidence=evidence)
 
 
 def _severity(use: FrameUse) -> str:
@@ -221,36 +244,3 @@ def _is_explained(recording: Recording, uses: Sequence[FrameUse], sensor: Sensor
     return any(
         frame.endswith(names) or frame.startswith(tuple(f"{name} without " for name in names)) for frame in strange
     )
-
-
-def _late(recording: Recording, uses: Sequence[FrameUse]) -> Diagnostic:
-    """Return the finding for messages that came before their frame was available."""
-    worst = max(uses, key=lambda use: use.early)
-    start, ready = recording.start or 0, worst.ready or 0
-    wait, first = (ready - worst.pace.first) / SECOND, (worst.pace.first - start) / SECOND
-    message = f'the frame "{worst.frame}" did not exist when the first message of {worst.topic} came: '
-    message += f"{seconds(wait)} later it did"
-    evidence = [
-        f"first message {first:.2f} s into the recording, {worst.waited_for} at {(ready - start) / SECOND:.2f} s",
-        f"{share(worst.early, worst.pace.count)} messages could not be placed",
-    ]
-    evidence += [f"also {use.topic}: {share(use.early, use.pace.count)}" for use in uses if use is not worst]
-    return problem("frame-late", worst.topic, message, evidence=evidence)
-
-
-def _failing(recording: Recording, group: Sequence[tuple[FrameUse, Lookups]]) -> Diagnostic:
-    """Return the finding for lookups of one frame that failed."""
-    use, lookups = max(group, key=lambda entry: entry[1].failed / entry[1].asked)
-    message = f"{use.topic}: {use.frame} in {lookups.target} could not be looked up at the exact stamp for "
-    message += f"{share(lookups.failed, lookups.asked)} messages; the tree was {seconds(lookups.mean_lag)} behind, "
-    message += f"{seconds(lookups.largest_lag)} at most"
-    evidence = []
-    if (slowest := lookups.slowest) is not None:
-        owner = f" ({slowest.owner})" if slowest.owner else ""
-        follows = f", which follows /joint_states at {rate_text(recording.joints.pace.rate)}"
-        why = f"slowest is {slowest.name}{owner} at {rate_text(slowest.pace.rate)}"
-        evidence = [f"{why}{follows if slowest.by_state else ''}"]
-    if use.pace.most_ahead > AHEAD:
-        evidence.append(f"its own stamps are up to {seconds(use.pace.most_ahead)} ahead of the time when they came")
-    evidence += [f"also {other.topic}: {share(its.failed, its.asked)}" for other, its in group if other is not use]
-    return problem("lookup-fails", use.topic, message, evidence=evidence)

@@ -263,31 +263,21 @@ class Recording:
         if chain is None:
             use.early = use.pace.count
         else:
-            use.ready, use.waited_for = _ready_at(chain, start)
+            use.ready = start
+            for series in chain:
+                came = series.pace.first
+                if series.static and series.pace.first_stamp > 0:  # a recorder that joins later gets it late
+                    came = min(came, series.pace.first_stamp)
+                elif not series.static and came - start <= SECOND:  # it was available before
+                    came = start
+                if came > use.ready:
+                    use.ready, use.waited_for = came, series.name
             use.early = int(np.count_nonzero(use.pace.received < use.ready))
             if chain or use.frame == base:
                 use.lookups[base] = _look_up(use, chain, base)
         above = self.parents.get(base, "")
         if above and (chain := self.chain(use.frame, above)):
             use.lookups[above] = _look_up(use, chain, above)
-
-
-def _ready_at(chain: Sequence[Series], start: int) -> tuple[int, str]:
-    """Return the time (ns) from which all edges of a chain were available, and the edge that came last.
-
-    A static edge was available since its stamp: a recorder that joins later gets it late. A moving one that arrives
-    within the first second was available before.
-    """
-    ready, last = start, ""
-    for series in chain:
-        came = series.pace.first
-        if series.static and series.pace.first_stamp > 0:
-            came = min(came, series.pace.first_stamp)
-        elif not series.static and came - start <= SECOND:
-            came = start
-        if came > ready:
-            ready, last = came, series.name
-    return ready, last
 
 
 def _look_up(use: FrameUse, chain: Sequence[Series], target: str) -> Lookups:
@@ -307,12 +297,8 @@ def _look_up(use: FrameUse, chain: Sequence[Series], target: str) -> Lookups:
         at = np.searchsorted(series.pace.received, received, side="right") - 1
         newest = np.where(at >= 0, series.newest[np.maximum(at, 0)], np.iinfo(np.int64).min // 2)
         lags.append(stamps - newest)
-    every = np.stack(lags)
-    worst = every.argmax(axis=0)
-    lag = every.max(axis=0)
-    failed = lag > 0
-    if failed.any():
-        late = lag[failed] / SECOND
+    lag, worst = np.max(lags, axis=0), np.argmax(lags, axis=0)
+    if (late := lag[lag > 0] / SECOND).size:
         lookups.failed, lookups.mean_lag, lookups.largest_lag = len(late), float(late.mean()), float(late.max())
-        lookups.slowest = moving[int(np.bincount(worst[failed]).argmax())]
+        lookups.slowest = moving[int(np.bincount(worst[lag > 0]).argmax())]
     return lookups

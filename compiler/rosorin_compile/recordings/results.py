@@ -157,6 +157,13 @@ def result_of(recording: Recording, findings: Sequence[Diagnostic], source: str)
         for use in recording.uses
     ]
     answers = [EchoAnswer(one.name, one.line, answer_outcome(recording, one)) for one in recording.answers]
+    plain = []
+    for one in findings:
+        place = next((related.span for related in one.related if related.span is not None), None)
+        evidence = [related.message for related in one.related if related.span is None]
+        file, line = (place.source.path, place.line) if place else (None, None)
+        finding = (one.rule, one.severity, one.of[0], one.message, one.worded().help, evidence, file, line)
+        plain.append(Finding(*finding))
     return Verified(
         robot=recording.description.robot.name,
         source=source,
@@ -168,7 +175,7 @@ def result_of(recording: Recording, findings: Sequence[Diagnostic], source: str)
         joints=tuple(_copy(RecordedJoint, seen, name=name) for name, seen in joints),
         sensors=tuple(sensors),
         answers=tuple(answers),
-        findings=tuple(map(_finding, findings)),
+        findings=tuple(plain),
         as_described=not any(finding.severity == "error" for finding in findings),
         diagnostics=tuple(findings),
         data=recording,
@@ -187,8 +194,10 @@ def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[
     """Yield the edges, those of the description first."""
     rows = {row.child: row for row in recording.rows}
     for child in dict.fromkeys([*described, *recording.into, *rows]):
-        edge = described.get(child)
-        owner = _publishers(recording, edge)
+        edge, owner = described.get(child), ""
+        if edge is not None:  # a recording does not tell which of several nodes it was
+            known = [edge] if recording.description.options.modes else recording.description.by_child[child]
+            owner = " or ".join(dict.fromkeys(one.publisher.name for one in known))
         for series in recording.into.get(child, ()):
             oldest = series.pace.oldest_until(recording.end).seconds if recording.timed and not series.static else None
             yield _copy(RecordedEdge, series, series.pace, publisher=owner, value=_value(series), oldest=oldest)
@@ -199,13 +208,6 @@ def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[
             yield _copy(RecordedEdge, row, publisher=owner, value=value, count=None, mean_age=row.age)
         elif edge is not None and child not in recording.into and recording.complete:
             yield RecordedEdge(edge.parent, child, "", edge.publisher.name, "missing", 0)
-
-
-def _publishers(recording: Recording, edge: Expected | None) -> str:
-    """Return the nodes that may publish an edge: a recording does not tell which of several it was."""
-    if edge is None or recording.description.options.modes:
-        return edge.publisher.name if edge is not None else ""
-    return " or ".join(dict.fromkeys(one.publisher.name for one in recording.description.by_child[edge.child]))
 
 
 def _value(series: Series) -> str:
@@ -223,14 +225,6 @@ def _value(series: Series) -> str:
     if series.compared:
         return "as its joint can be" if series.edge.moving else "as described"
     return "known to its publisher alone"
-
-
-def _finding(finding: Diagnostic) -> Finding:
-    place = next((related.span for related in finding.related if related.span is not None), None)
-    evidence = [related.message for related in finding.related if related.span is None]
-    file, line = (place.source.path, place.line) if place else (None, None)
-    help = finding.worded().help
-    return Finding(finding.rule, finding.severity, finding.of[0], finding.message, help, evidence, file, line)
 
 
 def table(result: Verified) -> list[str]:

@@ -159,7 +159,8 @@ class Series:
         self.edge: Expected | None = None
         self.owner = self.by_owner = ""  # the node that should publish it, if known, and in brackets
         self.constant, self.comparable = static, False  # whether the description determines its value
-        good = _are_transforms(samples)
+        square = np.einsum("ij,ij->i", samples.quaternions, samples.quaternions)
+        good = np.isfinite(samples.xyz).all(axis=1) & (np.abs(square - 1.0) <= _NORM_TOLERANCE)  # as tf2 accepts them
         self.bad = int(np.count_nonzero(~good))
         self.first_bad = int(samples.received[~good][0]) if self.bad else 0
         self.samples = samples if not self.bad else samples.where(good)
@@ -241,7 +242,7 @@ def _expected_values(
     axis = np.array(joint.axis, np.float64) / np.linalg.norm(joint.axis)
     slides = joint.type == "prismatic"
     positions, known = joints.position(joint, samples.stamps, samples.received)
-    along = _rotated(turn, axis)
+    along = np.array(origin.rotate(tuple(axis.tolist())), np.float64)
     if not known.all():
         if slides:
             nearest = (samples.xyz - xyz) @ along
@@ -262,12 +263,6 @@ def transform_from(xyz: Floats, quaternion: Floats) -> Transform:
     px, py, pz = map(float, xyz)
     x, y, z, w = map(float, quaternion)
     return Transform.of_quaternion((px, py, pz), (w, x, y, z))
-
-
-def _are_transforms(samples: Samples) -> Flags:
-    """Return which samples (n,) tf2 accepts: finite, with quaternions of length one."""
-    square = np.einsum("ij,ij->i", samples.quaternions, samples.quaternions)
-    return np.asarray(np.isfinite(samples.xyz).all(axis=1) & (np.abs(square - 1.0) <= _NORM_TOLERANCE), np.bool_)
 
 
 def _distance(one: Floats, other: Floats) -> Floats:
@@ -292,9 +287,3 @@ def _angles(a: Floats, b: Floats) -> Floats:
     """Return the angles (n,) in rad from 0 to pi between rotations (n, 4) and (n, 4) or (4,)."""
     turn = _product(a * (-1.0, -1.0, -1.0, 1.0), b)
     return np.asarray(2.0 * np.arctan2(np.linalg.norm(turn[..., :3], axis=-1), np.abs(turn[..., 3])), np.float64)
-
-
-def _rotated(quaternion: Floats, vector: Floats) -> Floats:
-    """Return a vector (3,) rotated by a quaternion (4,)."""
-    t = 2.0 * np.cross(quaternion[:3], vector)
-    return np.asarray(vector + quaternion[3] * t + np.cross(quaternion[:3], t), np.float64)

@@ -18,7 +18,7 @@ from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, Related, RequestError, did_you_mean, error, has_errors
+from rosorin_compile.source.diagnostics import Related, RequestError, did_you_mean, error, has_errors
 from rosorin_compile.source.progress import Progress
 
 from .bags import SUFFIXES, Unreadable
@@ -101,8 +101,13 @@ def verify(
             recording = _read_text(description, standard_input(), "standard input")
         else:
             recording = _read_path(description, Path(source), progress)
-        findings = judge(recording, artifacts)
-        return result_of(recording, _with_places(findings, description, case) if case else findings, source)
+        findings, edges = judge(recording, artifacts), {edge.name: edge for edge in description.edges}
+        for number, finding in enumerate(findings):
+            if case is not None and (edge := edges.get(finding.of[0])):  # about an edge, also to where it is defined
+                path = edge.place if edge.joint is None else case.places.get(("joint", edge.joint.name), ())
+                place = Related("described here", case.tree.locate(path, key=True).span)
+                findings[number] = replace(finding, related=(*finding.related, place))
+        return result_of(recording, findings, source)
 
 
 def _read_path(description: Description, path: Path, progress: Report) -> Recording:
@@ -148,16 +153,3 @@ def _read_text(description: Description, data: bytes, name: str) -> Recording:
     recording = Recording(description, f"text in {name}")
     read_text(data.decode("utf-8", "replace"), recording)
     return recording
-
-
-def _with_places(findings: Sequence[Diagnostic], description: Description, case: Case) -> list[Diagnostic]:
-    """Return the findings; those about an edge also point to the place that defines it."""
-    edges = {edge.name: edge for edge in description.edges}
-    placed = []
-    for finding in findings:
-        if edge := edges.get(finding.of[0]):
-            path = edge.place if edge.joint is None else case.places.get(("joint", edge.joint.name), ())
-            place = Related("described here", case.tree.locate(path, key=True).span)
-            finding = replace(finding, related=(*finding.related, place))
-        placed.append(finding)
-    return placed

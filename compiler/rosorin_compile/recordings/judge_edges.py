@@ -14,8 +14,7 @@ from rosorin_compile.source.wording import and_more, counted, did_you_mean, firs
 from .expected import EXACT, Expected
 from .findings import YEAR, difference, pose_text, problem, rate_text, seconds, share, value_rule
 from .recording import FrameRow, Recording
-from .series import Series, transform_from
-from .timing import APART, SECOND, Leaps
+from .series import APART, SECOND, Leaps, Series, transform_from
 
 _REPEATED = 0.4  # share of repeated stamps from which on a stream is published twice
 _FEW = 3

@@ -14,8 +14,7 @@ from rosorin_compile.model import Transform, Vector
 from rosorin_compile.source.diagnostics import Diagnostic
 
 from .expected import Description
-from .series import JointStates, Samples, Series, States
-from .timing import SECOND, Floats, Gap, Pace, Times
+from .series import SECOND, Floats, Gap, JointStates, Pace, Samples, Series, States, Times
 
 
 class EdgeKey(NamedTuple):

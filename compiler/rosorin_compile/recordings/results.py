@@ -230,8 +230,20 @@ def _value(series: Series) -> str:
 def table(result: Verified) -> list[str]:
     """Return the edges, the stamped messages and the answers of tf2_echo as tables."""
     lines: list[str] = []
+    edges, sensors = list[Sequence[str]](), list[Sequence[str]]()
+    for edge in result.edges:
+        count = "yes" if edge.count is None else f"{edge.count:,}" if edge.count else "never"
+        gap = "-" if edge.largest_gap is None or (edge.count or 0) < 2 else seconds(edge.largest_gap)
+        pace = ("-", "-", "-") if edge.topic == "/tf_static" else (rate_text(edge.rate), gap, _age(edge))
+        edges.append((edge.name, edge.publisher or "?", edge.topic or "-", count, *pace, edge.value))
+    for use in result.sensors:
+        start = (use.topic, use.frame or '""', f"{use.count:,}", rate_text(use.rate))
+        lookups = [one for one in use.lookups if one.asked and one.target != use.frame]
+        sensors += [] if lookups else [(*start, "-", "-", "-")]
+        for one in lookups:
+            lag = f"{seconds(one.mean_lag)}, {seconds(one.largest_lag)}" if one.failed else "-"
+            sensors.append((*start, one.target, f"{one.asked - one.failed:,} of {one.asked:,}", lag))
     answers = [(answer.name, str(answer.line), answer.value) for answer in result.answers]
-    edges, sensors = [_edge_row(edge) for edge in result.edges], list(_sensor_rows(result))
     for head, rows in ((_EDGE_HEAD, edges), (_SENSOR_HEAD, sensors), (("tf2_echo", "line", "value"), answers)):
         if rows:
             lines += ([""] if lines else []) + _columns([head, *rows[:_MAX_ROWS]])
@@ -258,23 +270,6 @@ def summary(result: Verified, name: str, strict: bool) -> str:
     return f"{name}: as described{f', {problems}' if problems else ''}{size}"
 
 
-def _edge_row(edge: RecordedEdge) -> Sequence[str]:
-    count = "yes" if edge.count is None else f"{edge.count:,}" if edge.count else "never"
-    gap = "-" if edge.largest_gap is None or (edge.count or 0) < 2 else seconds(edge.largest_gap)
-    if edge.topic == "/tf_static":
-        return (edge.name, edge.publisher or "?", edge.topic, count, "-", "-", "-", edge.value)
-    return (
-        edge.name,
-        edge.publisher or "?",
-        edge.topic or "-",
-        count,
-        rate_text(edge.rate),
-        gap,
-        _age(edge),
-        edge.value,
-    )
-
-
 def _age(edge: RecordedEdge) -> str:
     """Return the mean age of an edge, or how far it is dated ahead, and the largest age of its newest stamp."""
     if edge.mean_age is None:
@@ -284,17 +279,6 @@ def _age(edge: RecordedEdge) -> str:
     ahead = edge.mean_age < -_NO_TIME
     mean = f"{seconds(-edge.mean_age)} ahead" if ahead else seconds(max(0.0, edge.mean_age))
     return mean if edge.oldest is None else f"{mean}, {seconds(max(0.0, edge.oldest))}"
-
-
-def _sensor_rows(result: Verified) -> Iterator[Sequence[str]]:
-    for use in result.sensors:
-        start = (use.topic, use.frame or '""', f"{use.count:,}", rate_text(use.rate))
-        lookups = [one for one in use.lookups if one.asked and one.target != use.frame]
-        if not lookups:
-            yield (*start, "-", "-", "-")
-        for one in lookups:
-            lag = f"{seconds(one.mean_lag)}, {seconds(one.largest_lag)}" if one.failed else "-"
-            yield (*start, one.target, f"{one.asked - one.failed:,} of {one.asked:,}", lag)
 
 
 def _columns(rows: Sequence[Sequence[str]]) -> list[str]:

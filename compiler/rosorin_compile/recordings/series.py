@@ -1,27 +1,211 @@
-"""Joint states, and the transforms of one edge on one topic, compared with the description.
+"""Streams of messages: rates, gaps, clocks, second sources; joint states, and the transforms of one edge.
 
 Quaternions are (x, y, z, w) as in ROS.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rosorin_compile.model import Joint, Robot, Transform
 
 from .expected import EXACT, SIX_ANGLE, Expected
-from .timing import Flags, Floats, Leaps, Pace, Times
+from .findings import YEAR
 
+Floats = NDArray[np.float64]
+Times = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+SECOND = 1_000_000_000
+SLICES = 240  # time slices in which a recording is divided
+JUMP = SECOND // 10  # a stamp further behind the previous one jumped back; messages may overtake each other by less
+SIMULATED = 10**8 * SECOND  # wall clocks show more (1973); simulations begin at zero
+APART = 60.0  # stamps and arrivals that are always further apart than this (s) are from two clocks
+
+# A step of the clock is searched in slices of at least 0.8 s, with three slices on each side of it.
+_SLICE, _SIDE = 8 * SECOND // 10, 3
+# The smallest step (s). If both sides are in the past, a smaller change than DELAY may be a transmission delay.
+_STEP, _DELAY = 0.25, 5.0
+AHEAD = 0.1  # stamps ahead of their arrival by less (s) are within the accuracy of reading two clocks
 # tf2 drops transforms whose squared quaternion deviates more from 1 (tf2/src/buffer_core.cpp).
 _NORM_TOLERANCE = 10e-3
 _MAX_VALUES = 4
 TREMBLING = 0.02  # a servo that holds its position moves by up to this (rad or m)
 _SLIDING = 1e-3  # tolerance of the position of a sliding follower (m)
 _BEYOND = 1e-6
+
+
+class Gap(NamedTuple):
+    """A duration in s, and the time in ns when it began or was observed."""
+
+    seconds: float = 0.0
+    at: int = 0
+
+
+class Step(NamedTuple):
+    """A step of the clock that stamps: when (ns), and how far ahead of arrival (s) it stamped before and after."""
+
+    time: int
+    before: float
+    after: float
+    size: float
+
+
+class Pace:
+    """Rates, gaps and ages of one stream of messages in order of arrival. Times are ns, ages and gaps s.
+
+    ``start`` is the start of the recording; ``timed`` tells whether arrival times are known.
+    """
+
+    def __init__(self, received: Times, stamps: Times, start: int, timed: bool) -> None:
+        self.received, self.stamps, self.start, self.timed = received, stamps, start, timed
+        self.count = len(received)
+        stamped = stamps != 0  # zero means that there is no stamp
+        self.zeros = self.count - int(np.count_nonzero(stamped))
+        self.first, self.last = (int(received[0]), int(received[-1])) if self.count else (0, 0)
+        self.first_stamp = int(stamps[0]) if self.count else 0
+        self.newest = int(stamps.max(initial=0))
+        span = self.last - self.first
+        self.rate = (self.count - 1) * SECOND / span if self.count > 1 and span > 0 else math.nan  # messages a second
+        ahead = (stamps - received)[stamped] / SECOND
+        self.most_ahead, self.least_ahead = float(ahead.max(initial=-math.inf)), float(ahead.min(initial=math.inf))
+        self.mean_age = -float(ahead.mean()) if timed and len(ahead) else math.nan
+        self.gap = _longest(np.diff(received), received)
+        self.largest_gap = self.gap.seconds if timed else None
+        falls = np.where(stamps[1:] != 0, -np.diff(stamps), 0)
+        self.jumps = int(np.count_nonzero(falls > JUMP))
+        self.farthest_jump = _longest(falls, received[1:])
+        self.repeated = int(np.count_nonzero((np.diff(stamps) == 0) & (stamps[1:] != 0)))
+        # The age of the newest stamp just before each arrival.
+        newest, came = np.maximum.accumulate(stamps[stamped]), received[stamped]
+        self.oldest = _longest(came - np.concatenate((newest[:1], newest[:-1])), came)
+        # The first messages of a simulation may have its time zero.
+        begins = self.first_stamp == 0 and self.newest < SIMULATED and self.zeros <= max(1, self.count // 20)
+        self.unstamped = self.zeros > 0 and not begins
+        # Of another clock, all stamps are far from their arrival and advance as time does.
+        limit = APART if self.newest - self.first_stamp > span / 2 > 0 else YEAR
+        self.other_clock = timed and len(ahead) > 0 and (self.least_ahead > APART or self.most_ahead < -limit)
+
+    @property
+    def alternates(self) -> bool:
+        """Return True if short and long steps alternate while every second message is regular: two sources.
+
+        The jitter of one source spreads over two steps as over one; of two sources, two steps are one period.
+        """
+        one, two = np.diff(self.stamps) / SECOND, (self.stamps[2:] - self.stamps[:-2]) / SECOND
+        if len(one) < 20 or one.sum() <= 0:
+            return False
+        return bool(one.var() > (0.15 * one.mean()) ** 2 and two.var() < 0.1 * one.var())
+
+    def oldest_until(self, end: int) -> Gap:
+        """Return the largest age of the newest stamp up to the end (ns) of the recording."""
+        rest = (end - self.newest) / SECOND
+        return Gap(rest, end) if rest > self.oldest.seconds else self.oldest
+
+    def slices(self, width: int) -> Times:
+        """Return the time slice (n,) in which each message arrived; slices are ``width`` ns wide."""
+        return np.asarray(np.clip((self.received - self.start) // width, 0, SLICES - 1), np.int64)
+
+    @cached_property
+    def step(self) -> Step | None:
+        """The largest step of the clock that stamps, or from where to where it drifted; None for neither.
+
+        The lead of a slice is the most that a stamp was ahead of its arrival; no message arrives before it is sent.
+        Growing delays are not a step: the leads on both sides of it have to be steady.
+        """
+        width = slice_width(int(self.received.max(initial=self.start)) - self.start, _SLICE)
+        leads = np.full(SLICES, -np.inf)
+        stamped = self.stamps != 0
+        np.maximum.at(leads, self.slices(width)[stamped], (self.stamps - self.received)[stamped] / SECOND)
+        places = np.flatnonzero(np.isfinite(leads))
+        best = _drift(leads[places], self.start)
+        values = leads[places].tolist()
+        for at in range(_SIDE, len(values) - _SIDE + 1):
+            before, after = sorted(values[at - _SIDE : at]), sorted(values[at : at + _SIDE])
+            low, high = before[_SIDE // 2], after[_SIDE // 2]
+            step = Step(self.start + int(places[at]) * width, low, high, abs(high - low))
+            steady = max(before[-1] - before[0], after[-1] - after[0]) < step.size / 4
+            large = step.size > (_STEP if max(before[-1], after[-1]) > AHEAD else _DELAY)
+            if steady and large and (best is None or step.size > best.size):
+                best = step
+        return best
+
+
+def slice_width(span: int, width: int = SECOND // 10) -> int:
+    """Return the width (ns) of the slices of a recording that is ``span`` ns long: at least ``width``."""
+    while span // width >= SLICES:
+        width *= 2
+    return width
+
+
+def _longest(spans: Times, times: Times) -> Gap:
+    """Return the longest of some time spans (ns) if it is positive, and the time at the same index."""
+    at = int(spans.argmax()) if len(spans) else 0
+    return Gap(float(spans[at] / SECOND), int(times[at])) if len(spans) and spans[at] > 0 else Gap()
+
+
+def _drift(leads: Floats, start: int) -> Step | None:
+    """Return the first and last lead of a clock that runs too fast or too slow; growing delays are not a drift."""
+    if len(leads) < 2 * _SIDE:
+        return None
+    at = np.arange(len(leads))
+    line = np.polyval(np.polyfit(at, leads, 1), at)
+    step = Step(start, float(line[0]), float(line[-1]), float(abs(line[-1] - line[0])))
+    even = np.abs(leads - line).max() < step.size / 8
+    return step if even and step.size > _STEP and min(step.before, step.after) > -AHEAD else None
+
+
+_LOOK_BACK = 6
+LEAP = 5e-3  # a value that leaps by this (m or rad) and returns to an earlier one came from another source
+# A stream has two sources if at least this share of steps, and of leaps, and this number lead back.
+_SHARE, _RETURNING, _FEWEST = 0.2, 0.45, 4
+_FEWEST_REPEATED = 3
+
+Distance = Callable[[Floats, Floats], Floats]
+
+
+def largest_difference(one: Floats, other: Floats) -> Floats:
+    """Return the largest difference (n,) between the numbers of rows (n, k)."""
+    return np.asarray(np.abs(one - other).max(axis=1), np.float64)
+
+
+class Leaps:
+    """Leaps of a stream back to where it was shortly before, and different values with the same stamp.
+
+    ``values`` (n, k) are in order of arrival; ``distance`` compares two rows, ``leap`` is the smallest leap.
+    """
+
+    def __init__(
+        self, stamps: Times, values: Floats, distance: Distance = largest_difference, leap: float = LEAP
+    ) -> None:
+        self.steps = max(1, len(stamps) - 1)
+        self.pair: tuple[Floats, Floats] | None = None
+        self.leaps = self.returns = self.contradictions = 0
+        self.contradict, self.two, self.largest = False, False, 0.0
+        if len(stamps) < 2:
+            return
+        far = distance(values[1:], values[:-1])
+        again = np.flatnonzero((np.diff(stamps) == 0) & (stamps[1:] != 0) & (far > 2 * SIX_ANGLE)) + 1
+        leaping = np.flatnonzero(far > leap) + 1
+        back = np.full(len(leaping), np.inf)
+        for lag in range(2, _LOOK_BACK + 1):
+            lands = distance(values[leaping], values[np.maximum(leaping - lag, 0)])
+            back = np.minimum(back, np.where(leaping >= lag, lands, np.inf))
+        returned = leaping[back < 0.1 * far[leaping - 1]]
+        self.contradictions, self.leaps, self.returns = len(again), len(leaping), len(returned)
+        self.largest = float(far[returned - 1].max(initial=0.0))
+        if len(again) or len(returned):
+            first = int(min([*again[:1], *returned[:1]]))
+            self.pair = (values[first - 1], values[first])
+        self.contradict = self.contradictions >= _FEWEST_REPEATED  # stamps often occur with two values
+        returns = self.returns >= _FEWEST and self.returns > max(_SHARE * self.steps, _RETURNING * self.leaps)
+        self.two = self.contradict or returns  # the stream seems to have two sources with different values
 
 
 class States(NamedTuple):
@@ -133,21 +317,9 @@ class Samples(NamedTuple):
     xyz: Floats
     quaternions: Floats
 
-    def where(self, chosen: Any) -> Samples:
-        """Return some of the samples, by mask, index or slice."""
-        return Samples(*(values[chosen] for values in self))
-
     def transform(self, at: int) -> Transform:
         """Return one of the samples."""
         return transform_from(self.xyz[at], self.quaternions[at])
-
-
-class Wrong(NamedTuple):
-    """The first wrong sample of an edge: its value, the described value and the time of arrival (ns)."""
-
-    recorded: Transform
-    described: Transform
-    received: int
 
 
 class Series:
@@ -163,9 +335,9 @@ class Series:
         good = np.isfinite(samples.xyz).all(axis=1) & (np.abs(square - 1.0) <= _NORM_TOLERANCE)  # as tf2 accepts them
         self.bad = int(np.count_nonzero(~good))
         self.first_bad = int(samples.received[~good][0]) if self.bad else 0
-        self.samples = samples if not self.bad else samples.where(good)
+        self.samples = samples if not self.bad else Samples(*(values[good] for values in samples))
         self.compared = self.by_state = self.wrong = 0
-        self.first_wrong: Wrong | None = None
+        self.first_wrong: tuple[Transform, Transform, int] | None = None  # recorded, described, time of arrival (ns)
         self.values: list[tuple[Transform, int]] = []  # of a constant edge, with the number of samples
         self.other_values = self.switches = 0
 
@@ -189,30 +361,9 @@ class Series:
         """Compare all samples with the described edge."""
         self.edge, self.owner, self.by_owner = edge, owner, f" ({owner})" if owner else ""
         self.constant = self.static or (edge is not None and not edge.moving)
-        samples = self.samples
-        if self.constant:
-            self._find_values()
-        if edge is None or edge.transform is None or edge.parent != self.parent:
-            return
-        self.comparable = not edge.moving or (edge.joint is not None and edge.joint.moves)
-        if not self.comparable or not len(samples.stamps):
-            return
-        xyz, quaternions, by_state = _expected_values(edge, edge.transform, samples, joints)
-        metres = np.linalg.norm(samples.xyz - xyz, axis=1)
-        radians = _angles(_normalised(samples.quaternions), quaternions)
-        wrong = (metres > EXACT) | (radians > edge.radians)
-        self.compared, self.by_state = len(wrong), by_state
-        self.wrong = int(np.count_nonzero(wrong))
-        if self.wrong:
-            at = int(wrong.argmax())
-            described = transform_from(xyz[at], quaternions[at])
-            self.first_wrong = Wrong(samples.transform(at), described, int(samples.received[at]))
-
-    def _find_values(self) -> None:
-        """Find the different values of an edge that should be constant."""
         samples, turns = self.samples, _normalised(self.samples.quaternions)
         kinds = np.full(len(turns), -1)
-        for number in range(_MAX_VALUES):
+        for number in range(_MAX_VALUES if self.constant else 0):  # which values an edge has that should be constant
             rest = np.flatnonzero(kinds < 0)
             if not len(rest):
                 break
@@ -221,8 +372,24 @@ class Series:
             same &= _angles(turns, turns[like]) <= SIX_ANGLE
             kinds[same] = number
             self.values.append((samples.transform(like), int(np.count_nonzero(same))))
-        self.other_values = int(np.count_nonzero(kinds < 0))
-        self.switches = int(np.count_nonzero(np.diff(kinds)))
+        if self.constant:
+            self.other_values = int(np.count_nonzero(kinds < 0))
+            self.switches = int(np.count_nonzero(np.diff(kinds)))
+        if edge is None or edge.transform is None or edge.parent != self.parent:
+            return
+        self.comparable = not edge.moving or (edge.joint is not None and edge.joint.moves)
+        if not self.comparable or not len(samples.stamps):
+            return
+        xyz, quaternions, by_state = _expected_values(edge, edge.transform, samples, joints)
+        metres = np.linalg.norm(samples.xyz - xyz, axis=1)
+        radians = _angles(turns, quaternions)
+        wrong = (metres > EXACT) | (radians > edge.radians)
+        self.compared, self.by_state = len(wrong), by_state
+        self.wrong = int(np.count_nonzero(wrong))
+        if self.wrong:
+            at = int(wrong.argmax())
+            described = transform_from(xyz[at], quaternions[at])
+            self.first_wrong = (samples.transform(at), described, int(samples.received[at]))
 
 
 def _expected_values(
@@ -233,29 +400,21 @@ def _expected_values(
     Without the joint state of its stamp, a sample is compared with the position at which the joint is nearest to it:
     a transform that no position produces is wrong whatever the joint states were.
     """
-    count = len(samples.stamps)
+    count, joint = len(samples.stamps), edge.joint
     w, x, y, z = origin.quaternion()
-    xyz, turn = np.array(origin.xyz, np.float64), np.array((x, y, z, w), np.float64)
-    if not edge.moving or edge.joint is None:
-        return np.tile(xyz, (count, 1)), np.tile(turn, (count, 1)), 0
-    joint = edge.joint
+    xyz, turns = np.tile(np.array(origin.xyz, np.float64), (count, 1)), np.tile(np.array((x, y, z, w)), (count, 1))
+    if not edge.moving or joint is None:
+        return xyz, turns, 0
     axis = np.array(joint.axis, np.float64) / np.linalg.norm(joint.axis)
-    slides = joint.type == "prismatic"
     positions, known = joints.position(joint, samples.stamps, samples.received)
-    along = np.array(origin.rotate(tuple(axis.tolist())), np.float64)
-    if not known.all():
-        if slides:
-            nearest = (samples.xyz - xyz) @ along
-        else:
-            rest = _product(turn * (-1.0, -1.0, -1.0, 1.0), _normalised(samples.quaternions))
-            nearest = 2.0 * np.arctan2(rest[:, :3] @ axis, rest[:, 3])
-        positions = np.where(known, positions, nearest)
     by_state = int(np.count_nonzero(known))
-    if slides:
-        return xyz + positions[:, None] * along, np.tile(turn, (count, 1)), by_state
-    half = 0.5 * positions[:, None]
-    turns = _product(turn, np.concatenate((np.sin(half) * axis, np.cos(half)), axis=1))
-    return np.tile(xyz, (count, 1)), turns, by_state
+    if joint.type == "prismatic":
+        along = np.array(origin.rotate(tuple(axis.tolist())), np.float64)
+        positions = np.where(known, positions, (samples.xyz - xyz) @ along)
+        return xyz + positions[:, None] * along, turns, by_state
+    rest = _product(turns * (-1.0, -1.0, -1.0, 1.0), _normalised(samples.quaternions))
+    half = 0.5 * np.where(known, positions, 2.0 * np.arctan2(rest[:, :3] @ axis, rest[:, 3]))[:, None]
+    return xyz, _product(turns, np.concatenate((np.sin(half) * axis, np.cos(half)), axis=1)), by_state
 
 
 def transform_from(xyz: Floats, quaternion: Floats) -> Transform:

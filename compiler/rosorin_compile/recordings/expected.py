@@ -58,6 +58,11 @@ class Expected:
         return f"{self.parent} -> {self.child}"
 
     @property
+    def value(self) -> tuple[str, bool, Transform | None]:
+        """All that is compared."""
+        return self.parent, self.moving, self.transform
+
+    @property
     def owner(self) -> str:
         """The node that should publish it."""
         is_static = self.publisher.kind == STATIC_TRANSFORM_PUBLISHER

@@ -253,8 +253,9 @@ def _clocks(recording: Recording) -> Iterator[Diagnostic]:
     if back := [(name, pace.farthest_jump) for name, pace in streams if pace.jumps]:
         name, (far, at) = max(back, key=lambda one: one[1].seconds)
         where = f", {recording.since_start(at):.1f} s into the recording" if recording.timed else ""
-        names = first_of([name for name, _ in back], _FEW)
-        message = f"the stamps of {names} jump back, by {seconds(far)} at most{where}"
+        message = (
+            f"the stamps of {first_of([name for name, _ in back], _FEW)} jump back, by {seconds(far)} at most{where}"
+        )
         yield problem("stamp-jumps-back", name, message)
     if recording.timed:
         streams = [(name, pace) for name, pace in streams if not pace.unstamped]
@@ -265,16 +266,13 @@ def _clocks(recording: Recording) -> Iterator[Diagnostic]:
         while waiting:
             first = waiting[0][1]
             near = max(_NEAR, _SIMILAR * first.size)
-            same = [
-                one for one in waiting if abs(one[1].before - first.before) + abs(one[1].after - first.after) <= near
-            ]
+            same = [w for w in waiting if abs(w[1].before - first.before) + abs(w[1].after - first.after) <= near]
             waiting = [one for one in waiting if one not in same]
-            names, at = [name for name, _ in same], recording.since_start(first.time)
+            names, since = [name for name, _ in same], recording.since_start(first.time)
             whose = first_of(names, _FEW) if len(names) < max(len(streams), 2) else "the recorder"
-            before, after = (
-                f"{seconds(abs(lead))} {'ahead' if lead > 0 else 'behind'}" for lead in (first.before, first.after)
-            )
-            when = f"from {at:.1f} s into the recording on" if at > 0 else "in the end"
+            leads = (first.before, first.after)
+            before, after = (f"{seconds(abs(lead))} {'ahead' if lead > 0 else 'behind'}" for lead in leads)
+            when = f"from {since:.1f} s into the recording on" if since > 0 else "in the end"
             message = f"the clock of {whose} was set: stamps are {before} at first, {after} {when}"
             yield problem("stamp-clock-set", names[0], message)
         yield from _ahead([(name, pace.most_ahead) for name, pace in streams])

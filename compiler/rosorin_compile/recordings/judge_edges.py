@@ -200,42 +200,35 @@ def leaps_text(leaps: Leaps) -> str:
 
 
 class Way(NamedTuple):
-    """A combination of modes, the edges that should be published in it, and those of them that are missing."""
+    """A combination of modes, the edges that should be published in it, and those of them that are missing.
+
+    ``others`` were recorded as described in other modes, each with the edge of these modes; ``text`` is the modes.
+    """
 
     modes: Mapping[str, bool]
     edges: list[Expected]
     missing: list[Expected]
-
-    @property
-    def text(self) -> str:
-        """The modes in words."""
-        return " and ".join(f"{name} is {'on' if value else 'off'}" for name, value in self.modes.items())
+    others: list[tuple[Expected, Expected]]
+    text: str
 
 
 def best_way(recording: Recording) -> Way:
     """Return the combination of modes with the fewest missing edges, and of those the one that fits best."""
-    there = set(recording.into) | {row.child for row in recording.rows}
-    ways = [(modes, edges) for modes, edges in recording.description.ways()]
-    every = [Way(modes, edges, [edge for edge in edges if edge.child not in there]) for modes, edges in ways]
-    return min(every, key=lambda way: (len(way.missing), len(_of_other_modes(recording, way))))
-
-
-def _of_other_modes(recording: Recording, way: Way) -> list[tuple[Expected, Expected]]:
-    """Return the edges that were recorded as described in other modes, each with the one of these modes."""
-    own, found = {edge.child: edge for edge in way.edges}, []
-    for series in recording.series.values():
-        edge, mine = series.edge, own.get(series.child)
-        if edge is None or mine is None or edge.parent != series.parent or series.wrong:
-            continue
-        if (edge.parent, edge.moving, edge.transform) != (mine.parent, mine.moving, mine.transform):
-            found.append((edge, mine))
-    return found
+    there, ways = set(recording.into) | {row.child for row in recording.rows}, []
+    fitting = [(one.edge, one.child) for one in recording.series.values() if one.has_parent and not one.wrong]
+    for modes, edges in recording.description.ways():
+        own, missing = {edge.child: edge for edge in edges}, [edge for edge in edges if edge.child not in there]
+        pairs = [(edge, own[child]) for edge, child in fitting if edge is not None and child in own]
+        others = [(edge, mine) for edge, mine in pairs if edge.value != mine.value]
+        text = " and ".join(f"{name} is {'on' if value else 'off'}" for name, value in modes.items())
+        ways.append(Way(modes, edges, missing, others, text))
+    return min(ways, key=lambda way: (len(way.missing), len(way.others)))
 
 
 def other_modes(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the edges of one combination of modes among those of another one."""
     way = best_way(recording)
-    for edge, own in _of_other_modes(recording, way):
+    for edge, own in way.others:
         message = f"{edge.name} is as described when {edge.when or 'no mode says otherwise'}, but the others are those "
         help = f"then {own.advice}: look which nodes run"
         yield problem("edge-of-other-mode", edge.name, f"{message}when {way.text}", help)

@@ -147,7 +147,7 @@ def result_of(recording: Recording, findings: Sequence[Diagnostic], source: str)
     from .judge import answer_outcome
     from .judge_edges import best_way
 
-    has_times = recording.timed and recording.start is not None
+    way, has_times = best_way(recording), recording.timed and recording.start is not None
     joints, states = recording.joints.ranges.items(), recording.joints.pace
     kind = "sensor_msgs/msg/JointState"
     sensors = [_copy(RecordedSensor, states, topic="/joint_states", type=kind, frame="-", early=0, lookups=[])]
@@ -170,8 +170,8 @@ def result_of(recording: Recording, findings: Sequence[Diagnostic], source: str)
         form=recording.form,
         messages=recording.messages,
         seconds=(recording.end - (recording.start or 0)) / 1e9 if has_times else None,
-        modes=dict(best_way(recording).modes),
-        edges=tuple(_edges(recording, {edge.child: edge for edge in best_way(recording).edges})),
+        modes=dict(way.modes),
+        edges=tuple(_edges(recording, {edge.child: edge for edge in way.edges})),
         joints=tuple(_copy(RecordedJoint, seen, name=name) for name, seen in joints),
         sensors=tuple(sensors),
         answers=tuple(answers),

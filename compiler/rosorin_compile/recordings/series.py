@@ -330,7 +330,7 @@ class Series:
         self.name, self.topic = f"{parent} -> {child}", "/tf_static" if static else "/tf"
         self.edge: Expected | None = None
         self.owner = self.by_owner = ""  # the node that should publish it, if known, and in brackets
-        self.constant, self.comparable = static, False  # whether the description determines its value
+        self.constant, self.has_parent, self.comparable = static, False, False  # by what the description says of it
         square = np.einsum("ij,ij->i", samples.quaternions, samples.quaternions)
         good = np.isfinite(samples.xyz).all(axis=1) & (np.abs(square - 1.0) <= _NORM_TOLERANCE)  # as tf2 accepts them
         self.bad = int(np.count_nonzero(~good))
@@ -375,7 +375,8 @@ class Series:
         if self.constant:
             self.other_values = int(np.count_nonzero(kinds < 0))
             self.switches = int(np.count_nonzero(np.diff(kinds)))
-        if edge is None or edge.transform is None or edge.parent != self.parent:
+        self.has_parent = edge is not None and edge.parent == self.parent  # as it is described
+        if edge is None or edge.transform is None or not self.has_parent:
             return
         self.comparable = not edge.moving or (edge.joint is not None and edge.joint.moves)
         if not self.comparable or not len(samples.stamps):

@@ -265,19 +265,21 @@ def tables(result: Simulated) -> str:
         return (name, f"broke {trial.broken.partition(':')[0]}") if trial.broken else (name, *cells)
 
     is_free = result.base == FREE
-    poses = [("pose", "largest error", "joint", "touches", *(("drift", "stands on") if is_free else ()))]
+    poses: list[tuple[str, ...]] = [
+        ("pose", "largest error", "joint", "touches", *(("drift", "stands on") if is_free else ()))
+    ]
     for held in result.poses:
         error = (f"{held.worst[1]:.4f} {result.units[held.worst[0]]}", held.worst[0]) if held.worst else ("-", "-")
         touches = listed([" - ".join(pair) for pair in held.touches], 2) or "-"
         floor = (f"{1000 * held.drift:.1f} mm", listed(held.stands_on, 2) or "-") if is_free else ()
         poses.append(row(held.pose, held, *error, touches, *floor))
-    drive = [("command", "commanded", "measured", "off", "cross", "ripple")]
+    drive: list[tuple[str, ...]] = [("command", "commanded", "measured", "off", "cross", "ripple")]
     for driven in result.drive:
         parts = zip(driven.commanded, driven.measured, ("m/s", "m/s", "rad/s"), strict=True)
         texts = [(f"{part:.3f} {unit}", f"{value:.3f} {unit}") for part, value, unit in parts if part]
         errors = (f"{driven.off:.1%}", f"{driven.cross:.3f}", f"{1000 * driven.ripple:.2f} mm")
         drive.append(row(driven.command, driven, *map(", ".join, zip(*texts, strict=True)), *errors))
-    ranges = [("joint", "lower", "error", "upper", "error", "touches")]
+    ranges: list[tuple[str, ...]] = [("joint", "lower", "error", "upper", "error", "touches")]
     for swept in result.ranges:
         unit = result.units[swept.joint]
         ends = [text for end in swept.ends for text in (f"{end.target:.3f}", f"{end.error:.4f}")]

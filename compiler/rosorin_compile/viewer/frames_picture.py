@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.formats.format import Asked, Format, xml_syntax
 from rosorin_compile.formats.unsupported import NODES, UNPUBLISHED
@@ -36,7 +36,7 @@ RULES = (
 )
 
 _SIZE = 12.0  # of letters, in pixels
-_ROW, _BOX, _INDENT, _PAD, _STEP = 27.0, 20.0, 32.0, 8.0, 22.0
+_ROW, _INDENT, _PAD, _STEP = 27.0, 32.0, 8.0, 22.0
 _MARGIN, _GAP, _HEAD = 22.0, 26.0, 56.0
 _COLUMNS = {"publisher": "published by", "topic": "topic", "joint": "joint", "when": "when"}
 
@@ -60,138 +60,132 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
     """Return the picture of all trees, one below the other."""
     from rosorin_compile.formats.templating import Templates
 
-    panels = [(tree.label, lines(tree.edges, robot.frames)) for tree in trees]
-    every = [line for _, tree in panels for line in tree]
+    panels = [_Panel(tree.label, lines(tree.edges, robot.frames)) for tree in trees]
+    every = [line for panel in panels for line in panel.lines]
     edges = [line.row for line in every if line.row is not None]
     whys = {why: at for at, why in enumerate(dict.fromkeys(row.why for row in edges if row.why), 1)}
     colour = colours(publishers(rows(robot)))
     title = f"{robot.name}: the tree of frames"
 
     # The columns next to the tree: where each begins, and where the last one ends.
-    begin = [max((_x(line) + _box(line) for line in every), default=_MARGIN) + _GAP]
-    cells = [_cells(row, whys) for row in edges]
+    begin = [max((line_x(line) + box_width(line) for line in every), default=_MARGIN) + _GAP]
+    cells = [cells_of(row, whys) for row in edges]
     for name, head in _COLUMNS.items():
         used = any(row[name] for row in cells)
-        width = max(_width(text) for text in (head, *(row[name] for row in cells))) + _GAP if used else 0.0
+        width = max(text_width(text) for text in (head, *(row[name] for row in cells))) + _GAP if used else 0.0
         begin.append(begin[-1] + width + (14.0 if used and name == "publisher" else 0.0))
-    columns = dict(zip(_COLUMNS, begin, strict=False))
-    columns_text = columns | {"publisher": begin[0] + 14}
 
     # The legend: publishers with their colours, as many in a row as there is room for, and the kinds of lines.
     keys = [name for name in colour if any(row.publisher == name for row in edges)]
     styles = [style for name, style in _STYLES.items() if name != NOBODY or any(not row.published for row in edges)]
     limit = max(
         begin[-1] - _GAP,
-        *(_count_x(label) + _width(_count(tree)) for label, tree in panels),
-        *(_MARGIN + _width(title, 16), *(_MARGIN + 30 + _width(name) for name in keys)),
-        _MARGIN + sum(58 + _width(style.about) for style in styles) - 20,
+        *(panel.count_x + text_width(panel.count) for panel in panels),
+        *(_MARGIN + text_width(title, 16), *(_MARGIN + 30 + text_width(name) for name in keys)),
+        _MARGIN + sum(58 + text_width(style.about) for style in styles) - 20,
     )
     x, y, placed_keys = _MARGIN, 58.0, []
     for name in keys:
-        if x > _MARGIN and x + 14 + _width(name) > limit:
+        if x > _MARGIN and x + 14 + text_width(name) > limit:
             x, y = _MARGIN, y + _STEP
         placed_keys.append((name, x, y))
-        x += 34 + _width(name)
+        x += 34 + text_width(name)
     y += _STEP if keys else 0.0
-    styles_x = [_MARGIN]
-    for style in styles:
-        styles_x.append(styles_x[-1] + 58 + _width(style.about))
 
-    top, drawn = y + 14, []
-    for label, tree in panels:
-        drawn.append(_panel(label, tree, top, columns_text, whys))
-        top += _HEAD + _ROW * len(tree)
-    bottom, notes = top + (24 if whys else 0), []
+    tops = [y + 14]
+    for panel in panels:
+        tops.append(tops[-1] + _HEAD + _ROW * len(panel.lines))
+    bottom, notes = tops[-1] + (24 if whys else 0), []
     for why, at in whys.items():
         notes.append((f"({at})", _MARGIN, bottom))
-        letters = max(1, int((limit - _MARGIN - 34) / _width("m" if why.isascii() else "\u6f22")))
+        letters = max(1, int((limit - _MARGIN - 34) / text_width("m" if why.isascii() else "\u6f22")))
         for words in wrap(f"nobody: {why}", letters, break_on_hyphens=False):
             notes.append((words, _MARGIN + 34, bottom))
             bottom += 18
+    functions = (line_x, box_width, name_of, cells_of, text_width, shortened)
     values = {
         "title": title,
         "width": limit + _MARGIN,
         "height": bottom + (6 if whys else 12),
+        "keys": placed_keys,
         "colours": colour,
         "grey": GREY,
-        "keys": placed_keys,
-        "styles": list(zip(styles, styles_x, strict=False)),
+        "styles": styles,
+        "styles_of": _STYLES,
         "styles_y": y,
-        "panels": drawn,
-        "cells_x": begin[0],
+        "heads": _COLUMNS,
+        "columns": dict(zip(_COLUMNS, begin, strict=False)),
+        "panels": list(zip(panels, tops, strict=False)),
+        "whys": whys,
         "notes": notes,
-        "n": _n,
     }
+    values |= {function.__name__: function for function in functions}
     return Templates.own("viewer/frames.svg.jinja", values)
 
 
-def _panel(
-    label: str, tree: Sequence[Line], top: float, columns: Mapping[str, float], whys: Mapping[str, int]
-) -> dict[str, Any]:
-    """Return one tree that begins at ``top``, as values of the template."""
-    middle = [top + _HEAD + _ROW * (at + 0.5) for at in range(len(tree))]
-    last = {line.on: at for at, line in enumerate(tree) if line.on >= 0}
-    used = {name for line in tree if line.row for name, cell in _cells(line.row, whys).items() if cell}
-    drawn = []
-    for line, y in zip(tree, middle, strict=True):
-        cells = {} if line.row is None else _cells(line.row, whys)
-        place = {"x": _x(line), "y": y, "right": _x(line) + _box(line), "name": _name(line)}
-        style = _STYLES[line.row.style if line.row else "static"]
-        placed = [(name, cell, columns[name]) for name, cell in cells.items() if cell]
-        drawn.append({"line": line, "style": style, "cells": placed, **place})
-    return {
-        "label": label,
-        "top": top,
-        "count": _count(tree),
-        "count_x": _count_x(label),
-        "heads": [(head, columns[name]) for name, head in _COLUMNS.items() if name in used],
-        "trunks": [(_x(tree[on]) + 10, middle[on] + _BOX / 2, middle[at]) for on, at in last.items()],
-        "lines": drawn,
-    }
+class _Panel(NamedTuple):
+    """One tree of the picture."""
+
+    label: str
+    lines: Sequence[Line]
+
+    @property
+    def count(self) -> str:
+        """The number of frames, and of edges of each kind."""
+        frames = len({line.frame for line in self.lines})
+        styles = Counter(line.row.style for line in self.lines if line.row is not None)
+        counts = [f"{frames} {plural('frame', frames)}"]
+        counts += [f"{styles[style]} {style}" for style in ("moving", "static") if styles[style]]
+        return ", ".join(counts + ([f"{styles[NOBODY]} published by nobody"] if styles[NOBODY] else []))
+
+    @property
+    def count_x(self) -> float:
+        """Where this number begins, next to the label."""
+        return _MARGIN + (text_width(self.label, 14) + 18 if self.label else 0.0)
+
+    def uses(self, column: str) -> bool:
+        """Return True if an edge of the tree has a cell in a column."""
+        return any(line.row is not None and cells_of(line.row)[column] for line in self.lines)
+
+    @property
+    def last(self) -> dict[int, int]:
+        """The index of the last line that hangs on each line."""
+        return {line.on: at for at, line in enumerate(self.lines) if line.on >= 0}
 
 
-def _count(tree: Sequence[Line]) -> str:
-    """Return the number of frames, and of edges of each kind."""
-    frames = len({line.frame for line in tree})
-    styles = Counter(line.row.style for line in tree if line.row is not None)
-    counts = [f"{frames} {plural('frame', frames)}"]
-    counts += [f"{styles[style]} {style}" for style in ("moving", "static") if styles[style]]
-    return ", ".join(counts + ([f"{styles[NOBODY]} published by nobody"] if styles[NOBODY] else []))
-
-
-def _count_x(label: str) -> float:
-    return _MARGIN + (_width(label, 14) + 18 if label else 0.0)
-
-
-def _x(line: Line) -> float:
+def line_x(line: Line) -> float:
+    """Return where the box of a frame begins."""
     return _MARGIN + _INDENT * line.depth
 
 
-def _box(line: Line) -> float:
-    return _width(_name(line)) + 2 * _PAD
+def box_width(line: Line) -> float:
+    """Return the width of the box of a frame."""
+    return text_width(name_of(line)) + 2 * _PAD
 
 
-def _name(line: Line) -> str:
+def name_of(line: Line) -> str:
+    """Return the name in the box of a frame."""
     return f"{line.frame} (again)" if line.again else line.frame
 
 
-def _cells(row: Row, whys: Mapping[str, int]) -> dict[str, str]:
+def cells_of(row: Row, whys: Mapping[str, int] = {}) -> dict[str, str]:
     """Return the cells of an edge by column."""
     return {
-        "publisher": f"{row.publisher} ({whys[row.why]})" if row.why else row.publisher,
+        "publisher": f"{row.publisher} ({whys[row.why]})" if row.why in whys else row.publisher,
         "topic": row.topic if row.published else "",
         "joint": f"{row.joint} ({row.kind})" if row.joint else "",
         "when": row.when,
     }
 
 
-def _n(value: float) -> str:
-    return f"{value:.1f}".removesuffix(".0")
-
-
-def _width(text: str, size: float = _SIZE) -> float:
+def text_width(text: str, size: float = _SIZE) -> float:
     """Return the width of a text (pixels). A letter of a monospace font is 0.6 of its size wide, others are wider."""
     return sum(0.61 if letter.isascii() else 1.1 for letter in text) * size
+
+
+def shortened(value: float) -> str:
+    """Return a number with one decimal place, or none where it is zero."""
+    return f"{value:.1f}".removesuffix(".0")
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001

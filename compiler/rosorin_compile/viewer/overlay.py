@@ -30,9 +30,9 @@ _LEAST = 1e-9  # m and rad
 class Overlay(NamedTuple):
     """The robot before, under the names of the one of now, and what became of its links.
 
-    ``how`` has the links that did not stay, by name; ``shapes`` the shapes of old links that are elsewhere or gone,
-    by link and purpose; ``at`` is the old root in the new one. ``frames`` are the frames at which something is to be seen,
-    by the name that a comparison has for it.
+    ``how`` has the links that did not stay, by name; ``shapes`` the shapes of old links that are elsewhere or gone, by
+    link and purpose; ``at`` is the old root in the new one. ``frames`` are the frames at which something is to be
+    seen, by the name that a comparison has for it.
     """
 
     old: Robot

@@ -101,12 +101,13 @@ def on_disk(shown: Shown, embedding: Embedding | None) -> Data:
     data = dict(shown.data)
     if embedding is not None:
         embedding.take(data, shown.robot, shown.meshes)
-    links = []
-    for number, link in enumerate(data["links"]):
-        Progress.step("explaining", number, len(data["links"]))
-        lines = shown.explained(link["name"]) if len(data["links"]) <= _EXPLAINED else []
-        links.append({**link, **({"said": lines} if lines else {})})
-    return nameless({**data, "links": links}, shown.files)
+    table: dict[str, int] = {}  # most lines are those of several links
+    links = list(data["links"])
+    for number, link in enumerate(links if len(links) <= _EXPLAINED else ()):
+        Progress.step("explaining", number, len(links))
+        indices = [table.setdefault(line, len(table)) for line in shown.explained(link["name"])]
+        links[number] = {**link, **({"said": indices} if indices else {})}
+    return nameless({**data, "links": links, **({"lines": list(table)} if table else {})}, shown.files)
 
 
 def nameless(data: Data, named: Iterable[Path] = ()) -> Data:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from textwrap import wrap
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats.format import Asked, Format, xml_syntax
 from rosorin_compile.formats.unsupported import NODES, UNPUBLISHED
@@ -60,27 +60,34 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
     """Return the picture of all trees, one below the other."""
     from rosorin_compile.formats.templating import Templates
 
-    panels = [_Panel(tree.label, lines(tree.edges, robot.frames)) for tree in trees]
-    every = [line for panel in panels for line in panel.lines]
-    edges = [line.row for line in every if line.row is not None]
+    panels: list[dict[str, Any]] = []
+    for tree in trees:
+        drawn = lines(tree.edges, robot.frames)
+        panel: dict[str, Any] = {"label": tree.label, "lines": drawn, "count": _count(drawn)}
+        panel["count_x"] = _MARGIN + (text_width(tree.label, 14) + 18 if tree.label else 0.0)
+        panel["last"] = {line.on: at for at, line in enumerate(drawn) if line.on >= 0}
+        panel["used"] = {name for row in _rows(drawn) for name, cell in cells_of(row, {}).items() if cell}
+        panels.append(panel)
+    every = [line for panel in panels for line in panel["lines"]]
+    edges = _rows(every)
     whys = {why: at for at, why in enumerate(dict.fromkeys(row.why for row in edges if row.why), 1)}
     colour = colours(publishers(rows(robot)))
     title = f"{robot.name}: the tree of frames"
 
     # The columns next to the tree: where each begins, and where the last one ends.
-    begin = [max((line_x(line) + box_width(line) for line in every), default=_MARGIN) + _GAP]
-    cells = [cells_of(row, whys) for row in edges]
+    columns, end = {}, max(map(right_of, every), default=_MARGIN) + _GAP
     for name, head in _COLUMNS.items():
-        used = any(row[name] for row in cells)
-        width = max(text_width(text) for text in (head, *(row[name] for row in cells))) + _GAP if used else 0.0
-        begin.append(begin[-1] + width + (14.0 if used and name == "publisher" else 0.0))
+        columns[name] = end
+        texts = [text for row in edges if (text := cells_of(row, whys)[name])]
+        if texts:
+            end += max(map(text_width, (head, *texts))) + _GAP + (14.0 if name == "publisher" else 0.0)
 
     # The legend: publishers with their colours, as many in a row as there is room for, and the kinds of lines.
     keys = [name for name in colour if any(row.publisher == name for row in edges)]
     styles = [style for name, style in _STYLES.items() if name != NOBODY or any(not row.published for row in edges)]
     limit = max(
-        begin[-1] - _GAP,
-        *(panel.count_x + text_width(panel.count) for panel in panels),
+        end - _GAP,
+        *(panel["count_x"] + text_width(panel["count"]) for panel in panels),
         *(_MARGIN + text_width(title, 16), *(_MARGIN + 30 + text_width(name) for name in keys)),
         _MARGIN + sum(58 + text_width(style.about) for style in styles) - 20,
     )
@@ -90,88 +97,48 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
             x, y = _MARGIN, y + _STEP
         placed_keys.append((name, x, y))
         x += 34 + text_width(name)
-    y += _STEP if keys else 0.0
+    styles_y = y + (_STEP if keys else 0.0)
 
-    tops = [y + 14]
+    top = styles_y + 14
     for panel in panels:
-        tops.append(tops[-1] + _HEAD + _ROW * len(panel.lines))
-    bottom, notes = tops[-1] + (24 if whys else 0), []
+        panel["top"] = top
+        top += _HEAD + _ROW * len(panel["lines"])
+    bottom, notes = top + (24 if whys else 0), []
     for why, at in whys.items():
         notes.append((f"({at})", _MARGIN, bottom))
         letters = max(1, int((limit - _MARGIN - 34) / text_width("m" if why.isascii() else "\u6f22")))
         for words in wrap(f"nobody: {why}", letters, break_on_hyphens=False):
             notes.append((words, _MARGIN + 34, bottom))
             bottom += 18
-    functions = (line_x, box_width, name_of, cells_of, text_width, shortened)
-    values = {
-        "title": title,
-        "width": limit + _MARGIN,
-        "height": bottom + (6 if whys else 12),
-        "keys": placed_keys,
-        "colours": colour,
-        "grey": GREY,
-        "styles": styles,
-        "styles_of": _STYLES,
-        "styles_y": y,
-        "heads": _COLUMNS,
-        "columns": dict(zip(_COLUMNS, begin, strict=False)),
-        "panels": list(zip(panels, tops, strict=False)),
-        "whys": whys,
-        "notes": notes,
-    }
-    values |= {function.__name__: function for function in functions}
-    return Templates.own("viewer/frames.svg.jinja", values)
+    size = {"width": limit + _MARGIN, "height": bottom + (6 if whys else 12)}
+    legend = {"title": title, "keys": placed_keys, "styles": styles, "styles_y": styles_y, "notes": notes}
+    looks = {"colours": colour, "grey": GREY, "styles_of": _STYLES, "heads": _COLUMNS, "columns": columns, "whys": whys}
+    functions = {function.__name__: function for function in (right_of, cells_of, text_width, shortened)}
+    return Templates.own("viewer/frames.svg.jinja", {**size, **legend, **looks, **functions, "panels": panels})
 
 
-class _Panel(NamedTuple):
-    """One tree of the picture."""
-
-    label: str
-    lines: Sequence[Line]
-
-    @property
-    def count(self) -> str:
-        """The number of frames, and of edges of each kind."""
-        frames = len({line.frame for line in self.lines})
-        styles = Counter(line.row.style for line in self.lines if line.row is not None)
-        counts = [f"{frames} {plural('frame', frames)}"]
-        counts += [f"{styles[style]} {style}" for style in ("moving", "static") if styles[style]]
-        return ", ".join(counts + ([f"{styles[NOBODY]} published by nobody"] if styles[NOBODY] else []))
-
-    @property
-    def count_x(self) -> float:
-        """Where this number begins, next to the label."""
-        return _MARGIN + (text_width(self.label, 14) + 18 if self.label else 0.0)
-
-    def uses(self, column: str) -> bool:
-        """Return True if an edge of the tree has a cell in a column."""
-        return any(line.row is not None and cells_of(line.row)[column] for line in self.lines)
-
-    @property
-    def last(self) -> dict[int, int]:
-        """The index of the last line that hangs on each line."""
-        return {line.on: at for at, line in enumerate(self.lines) if line.on >= 0}
+def _rows(drawn: Sequence[Line]) -> list[Row]:
+    return [line.row for line in drawn if line.row is not None]
 
 
-def line_x(line: Line) -> float:
-    """Return where the box of a frame begins."""
-    return _MARGIN + _INDENT * line.depth
+def _count(drawn: Sequence[Line]) -> str:
+    """Return the number of frames, and of edges of each kind."""
+    frames, styles = len({line.frame for line in drawn}), Counter(row.style for row in _rows(drawn))
+    counts = [f"{frames} {plural('frame', frames)}"]
+    counts += [f"{styles[style]} {style}" for style in ("moving", "static") if styles[style]]
+    return ", ".join(counts + ([f"{styles[NOBODY]} published by nobody"] if styles[NOBODY] else []))
 
 
-def box_width(line: Line) -> float:
-    """Return the width of the box of a frame."""
-    return text_width(name_of(line)) + 2 * _PAD
+def right_of(line: Line) -> float:
+    """Return where the box of a frame ends."""
+    name = f"{line.frame} (again)" if line.again else line.frame
+    return _MARGIN + _INDENT * line.depth + text_width(name) + 2 * _PAD
 
 
-def name_of(line: Line) -> str:
-    """Return the name in the box of a frame."""
-    return f"{line.frame} (again)" if line.again else line.frame
-
-
-def cells_of(row: Row, whys: Mapping[str, int] = {}) -> dict[str, str]:
-    """Return the cells of an edge by column."""
+def cells_of(row: Row, whys: Mapping[str, int]) -> dict[str, str]:
+    """Return the cells of an edge by column; ``whys`` are the numbers of the notes."""
     return {
-        "publisher": f"{row.publisher} ({whys[row.why]})" if row.why in whys else row.publisher,
+        "publisher": f"{row.publisher} ({whys.get(row.why)})" if row.why else row.publisher,
         "topic": row.topic if row.published else "",
         "joint": f"{row.joint} ({row.kind})" if row.joint else "",
         "when": row.when,

@@ -20,7 +20,7 @@ from .before import robot_before
 from .overlay import Overlay, moves, of_two
 from .page import MAX_MEGABYTES, data_of, html, left_out
 from .page.data import Data, before_data
-from .page.images import Embedding
+from .page.images import Embedding, tables
 from .showing import Shown, look, nameless, on_disk
 
 if TYPE_CHECKING:
@@ -142,8 +142,7 @@ class Pictures:
             return entry
         before = before_data(one.before.old, one.before.shapes, one.before.at)
         if self.embedding:
-            self.embedding.take(before, one.before.drawn(), one.files)
-            before = nameless(before)
+            before = nameless(before | tables(one.before.drawn(), one.files, self.embedding))
             before["meshes"] = {n: mesh for n, mesh in before["meshes"].items() if mesh != data["meshes"].get(n)}
         return {**entry, "before": before, "moved": dict(one.before.how)}
 

@@ -24,7 +24,7 @@ from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .data import Data, robot_data
-from .images import MESHES, Embedding
+from .images import MESHES, Embedding, tables
 
 RULES = (
     Rule(
@@ -54,7 +54,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     data = robot_data(robot)
     embedding = Embedding(int(output.options.get("max_megabytes", MAX_MEGABYTES) * 1_000_000))
     if output.options.get("meshes", True):
-        embedding.take(data, robot, robot.mesh_files)
+        data.update(tables(robot, robot.mesh_files, embedding))
     if not embedding.left:
         return html({"robot": data}), []
     help = "meshes: false leaves out all; max_megabytes: NUMBER allows more"

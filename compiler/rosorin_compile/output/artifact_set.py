@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from rosorin_compile.source import system
-from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.cache import top_folder
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.load import json_of
 from rosorin_compile.source.wording import printable
 
 from .single_file import OutputError, is_generated, kept_name

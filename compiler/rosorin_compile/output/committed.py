@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from difflib import unified_diff
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple
@@ -16,16 +17,15 @@ from rosorin_compile.compare.pairs import Pair, pair_of, with_new_names
 from rosorin_compile.compare.precision import POSE_NOISE as _NEAR
 from rosorin_compile.compare.precision import printed
 from rosorin_compile.compare.walk import Address, Leaves, compare_leaves, leaves
-from rosorin_compile.formats import FORMATS, Artifact, Format
+from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.model import Mesh, Robot
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, error
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, error
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import WRITING, declare
 from rosorin_compile.source.wording import counted, listed, printable
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compiled import Compiled
-    from rosorin_compile.formats.format import Refusal
     from rosorin_compile.rules.case import Case
 
 RULES = declare(
@@ -169,8 +169,18 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
     texts += [(TextDifference(file, EXTRA, _EXTRA), None, "") for file in extra]
     changes = tuple(find_changes(robot, pairs)) if pairs else ()
     explained = {output for change in changes for output in change.artifacts}
-    remarked = sorted(_remarked(text, artifact, old, explained) for text, artifact, old in texts)
-    return Comparison(changes, tuple(remarked), not remarked, tuple(pairs))
+    remarked = []
+    for text, compiled, old in texts:
+        remark, format = text.remark, FORMATS[compiled.backend] if compiled is not None else None
+        if compiled is not None and format is not None and not remark and compiled.output not in explained:
+            remark = format.differ(old, compiled.text) if format.differ is not None else ""
+            if not remark and format.read is not None:
+                same = False  # but for white space, comments and the spelling of numbers
+                with suppress(ValueError, SyntaxError):
+                    same = format.syntax is not None and bool(format.syntax(old) == format.syntax(compiled.text))
+                remark = _SAME_MEANING if same else _with_values(_NOTHING_COMPARED, old, compiled.text)
+        remarked.append(text._replace(remark=remark))
+    return Comparison(changes, tuple(sorted(remarked)), not remarked, tuple(pairs))
 
 
 def lines(comparison: Comparison, full: bool = False) -> list[str]:
@@ -186,26 +196,6 @@ def lines(comparison: Comparison, full: bool = False) -> list[str]:
         if text.lines and (full or text.shown):
             lines += ["", *(text.lines if full else shorten(text.lines))]
     return [*lines, "", _IF_MEANT] if any(text.kind == CHANGED for text in texts) else lines
-
-
-def _remarked(text: TextDifference, artifact: Artifact | None, old: str, explained: set[str]) -> TextDifference:
-    """Return a text difference with the remark that no change of meaning goes with it, where that is so."""
-    if artifact is None or text.remark or artifact.output in explained:
-        return text
-    format = FORMATS[artifact.backend]
-    remark = format.differ(old, artifact.text) if format.differ is not None else ""
-    if not remark and format.read is not None:
-        same = _same_syntax(format, old, artifact.text)
-        remark = _SAME_MEANING if same else _with_values(_NOTHING_COMPARED, old, artifact.text)
-    return text._replace(remark=remark)
-
-
-def _same_syntax(format: Format, old: str, new: str) -> bool:
-    """Return True if two texts of a format differ in white space, comments and the spelling of numbers alone."""
-    try:
-        return format.syntax is not None and bool(format.syntax(old) == format.syntax(new))
-    except (ValueError, SyntaxError):
-        return False
 
 
 class Committed(NamedTuple):
@@ -320,28 +310,23 @@ def judged(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case 
         if found is not None and found.missing:
             missing.setdefault(found.missing, []).append(artifact.file)
         elif found is not None and found.reason:
-            diagnostics += _refusal(artifact, found, load)
+            message = f"MuJoCo cannot load {artifact.file}: {found.reason}"
+            case = None if found.outdated else load()
+            if case is None:
+                severity = WARNING if found.outdated else ERROR
+                diagnostics.append(Diagnostic("engine-refuses", severity, message))
+                continue
+            help = "correct the file, or name another one; it is looked for from the folder of the artifact"
+            at_meshes = [
+                case.problem("engine-refuses", message, case.link(link.name, purpose, index, "mesh", "file"), help)
+                for link in case.robot.links
+                for purpose in ("collision", "visual")
+                for index, shape in enumerate(getattr(link, purpose))
+                if isinstance(shape.geometry, Mesh) and PurePosixPath(shape.geometry.file).name in found.reason
+            ]
+            output = case.tree.locate(("outputs", artifact.output), key=True)
+            diagnostics += at_meshes or [error("engine-refuses", message, output.span, "correct what it names")]
     for name, files in missing.items():
         message = f"{name} not installed: {listed(files)} {'was' if len(files) == 1 else 'were'} not loaded"
         diagnostics.append(Diagnostic("engine-missing", NOTE, message))
     return diagnostics
-
-
-def _refusal(artifact: Artifact, found: Refusal, load: Callable[[], Case | None]) -> list[Diagnostic]:
-    """Return why an engine does not load an artifact, at the meshes that it names, or else at the output."""
-    message = f"MuJoCo cannot load {artifact.file}: {found.reason}"
-    if found.outdated:
-        return [Diagnostic("engine-refuses", WARNING, message)]
-    case = load()
-    if case is None:
-        return [error("engine-refuses", message, None)]
-    help = "correct the file, or name another one; it is looked for from the folder of the artifact"
-    at_meshes = [
-        case.problem("engine-refuses", message, case.link(link.name, purpose, index, "mesh", "file"), help)
-        for link in case.robot.links
-        for purpose in ("collision", "visual")
-        for index, shape in enumerate(getattr(link, purpose))
-        if isinstance(shape.geometry, Mesh) and PurePosixPath(shape.geometry.file).name in found.reason
-    ]
-    output = case.tree.locate(("outputs", artifact.output), key=True)
-    return at_meshes or [error("engine-refuses", message, output.span, "correct what it names")]

@@ -20,9 +20,8 @@ from rosorin_compile.cli.command import (
     robots_argument,
 )
 from rosorin_compile.cli.run import Run, for_each
-from rosorin_compile.formats.format import Artifact, Asked, Format, Opened, Refusal
+from rosorin_compile.formats.format import Artifact, Asked, Format, Opened, Refusal, Unsupported
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.formats.unsupported import Unsupported
 from rosorin_compile.language.expression.functions import function
 from rosorin_compile.model.sections import Section
 from rosorin_compile.request import Request

@@ -12,8 +12,8 @@ from functools import cache
 from typing import Any
 
 from rosorin_compile.formats import FORMATS, Format
-from rosorin_compile.formats.gazebo_elements import Context, Key, context_of, meanings, spelt
-from rosorin_compile.formats.unsupported import lacks
+from rosorin_compile.formats.format import lacks
+from rosorin_compile.formats.gazebo_elements import Key, followers_of, meanings, spelt
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.model.joint import Dynamics
@@ -326,13 +326,13 @@ def _scalar(value: Any) -> float | str | None:
 def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None:
     """Add the elements for URDF that one of two robots has, without those that outputs make of other words."""
     a, b = robots
-    context = context_of(a, a.asks_for_humble or b.asks_for_humble)
-    made = [_made(robot, context) for robot in robots]
+    followers = followers_of(a, a.asks_for_humble or b.asks_for_humble)
+    made = [_made(robot, followers) for robot in robots]
     places: list[tuple[str, Any, Any]] = [("the robot", a, b)]
     places += [(name, a.link[name], b.link[name]) for name in a.link if name in b.link]
     places += [(name, a.joint[name], b.joint[name]) for name in a.joint if name in b.joint]
     for name, *both in places:
-        has = [frozenset(meanings(one.urdf_elements, context)) for one in both]
+        has = [frozenset(meanings(one.urdf_elements, followers)) for one in both]
         for at, side in enumerate((old, new)):
             alone = has[at] - has[1 - at]
             if name == "the robot":
@@ -342,6 +342,6 @@ def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None
             side[f"URDF elements of {name}", name] = {"": frozenset(map(spelt, alone))}
 
 
-def _made(robot: Robot, context: Context) -> list[frozenset[Key]]:
+def _made(robot: Robot, followers: frozenset[str]) -> list[frozenset[Key]]:
     known = [(FORMATS[output.backend], output) for output in robot.outputs if output.backend in FORMATS]
-    return [frozenset(meanings(one.brings(robot, output), context)) for one, output in known if one.brings]
+    return [frozenset(meanings(one.brings(robot, output), followers)) for one, output in known if one.brings]

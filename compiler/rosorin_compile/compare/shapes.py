@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from rosorin_compile.formats import FORMATS, Format
-from rosorin_compile.formats.unsupported import lacks
+from rosorin_compile.formats.format import lacks
 from rosorin_compile.model import Box, Capsule, Ellipsoid, HeightMap, Mesh, Shape, Transform
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.looks import is_own

@@ -26,24 +26,16 @@ if TYPE_CHECKING:
 __all__ = ["FORMATS", "Artifact", "Format", "Formats", "Opened", "plugged_diagnostics", "schema_names", "schema_text"]
 
 # The module of each format; its record is ``FORMAT`` there. It is imported when the format is first used.
-_MODULES = {
-    "urdf": "rosorin_compile.formats.urdf",
-    "frames": "rosorin_compile.formats.frames",
-    "robot_model": "rosorin_compile.formats.robot_model",
-    "static_tf": "rosorin_compile.formats.static_tf",
-    "static_tf_json": "rosorin_compile.formats.static_tf",
-    "template": "rosorin_compile.formats.templating",
-    "xacro": "rosorin_compile.importing.xacro",
-    "mjcf": "rosorin_compile.mujoco.mjcf",
-    "scene": "rosorin_compile.mujoco.scene",
-    "controllers": "rosorin_compile.ros.controllers",
-    "nav2": "rosorin_compile.ros.nav2",
-    "robot_localization": "rosorin_compile.ros.robot_localization",
-    "srdf": "rosorin_compile.ros.srdf",
-    "sdf": "rosorin_compile.sdf",
-    "frames_picture": "rosorin_compile.viewer.frames_picture",
-    "page": "rosorin_compile.viewer.page",
+_PACKAGES = {
+    "formats": ("urdf", "frames", "robot_model", "static_tf"),
+    "importing": ("xacro",),
+    "mujoco": ("mjcf", "scene"),
+    "ros": ("controllers", "nav2", "robot_localization", "srdf"),
+    "viewer": ("frames_picture", "page"),
 }
+_MODULES = {name: f"rosorin_compile.{package}.{name}" for package, names in _PACKAGES.items() for name in names}
+_MODULES |= {"sdf": "rosorin_compile.sdf", "template": "rosorin_compile.formats.templating"}
+_MODULES |= {"static_tf_json": _MODULES["static_tf"]}
 # The schemas that are not of a format, and their subjects.
 _SCHEMAS = {
     "authoring": "a description as written, with expressions, parts and loops (default)",
@@ -70,11 +62,9 @@ class Formats(Mapping[str, Format]):
         return len(_names())
 
     def is_own(self, name: str) -> bool:
-        """Return True if a format is one of this program, and not of a plug-in."""
         return name in _MODULES
 
     def feeding(self, robot: Robot, publisher: str) -> list[Output]:
-        """Return the outputs of a robot that publishers of a kind read, by their format."""
         return feeding(robot, publisher, self)
 
     def feeds(self, artifact: Artifact, publisher: str) -> bool:
@@ -117,14 +107,7 @@ def _plugged() -> tuple[Mapping[str, Format], tuple[Diagnostic, ...]]:
         return {}, ()
     from .plugged import plugged
 
-    return plugged(frozenset(_MODULES), _known_files)
-
-
-@cache
-def _known_files() -> frozenset[str]:
-    """Return what identifies files of robots in built-in formats: endings, and <root> elements."""
-    readable = [one for one in filter(None, map(_built_in, _MODULES)) if one.load is not None]
-    return frozenset(mark for one in readable for mark in (*one.endings, *(f"<{root}>" for root in one.roots)))
+    return plugged(tuple(filter(None, map(_built_in, _MODULES))))
 
 
 def plugged_diagnostics() -> tuple[Diagnostic, ...]:
@@ -141,8 +124,5 @@ def schema_text(name: str) -> str:
     """Return a JSON Schema as text; those of descriptions contain the sections of plug-ins."""
     if name == "description":
         return json.dumps(schema(), indent=2, ensure_ascii=False) + "\n"
-    return (
-        authoring_schema()
-        if name == "authoring"
-        else (data_folder("schemas") / f"{name}.schema.json").read_text("utf-8")
-    )
+    path = data_folder("schemas") / f"{name}.schema.json"
+    return authoring_schema() if name == "authoring" else path.read_text("utf-8")

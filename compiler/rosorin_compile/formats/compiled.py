@@ -18,6 +18,8 @@ from rosorin_compile.language.suppressions import Entry, settled, unknown, unuse
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.rules import check as rules
+from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.magnitudes import collect
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, error, has_errors
 from rosorin_compile.source.files import read_text, recording, shown
 from rosorin_compile.source.messages import arrange
@@ -29,14 +31,13 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import counted
 
 from . import FORMATS, Artifact, plugged_diagnostics
+from .format import notes as unsupported_notes
 from .imported import Imported, ReadOptions, as_tree
 from .reading import outputs_of, read_robot
 from .templating import TemplateProblem, Templates
-from .unsupported import notes as unsupported_notes
 
 if TYPE_CHECKING:
     from rosorin_compile.language.expand.included_robots import Tell
-    from rosorin_compile.rules.case import Case
     from rosorin_compile.source.project import Resolved
 
     from .mesh_files import Searched
@@ -60,9 +61,6 @@ class Understood(NamedTuple):
     @property
     def case(self) -> Case | None:
         """The robot with the positions of all its values, or None with errors."""
-        from rosorin_compile.rules.case import Case
-        from rosorin_compile.rules.magnitudes import collect
-
         robot, tree, lowered = self.robot, self.expanded.tree, self.lowered
         return Case(robot, tree, lowered.places, collect(tree)) if robot and tree is not None and lowered else None
 
@@ -96,17 +94,14 @@ class Compiled:
 
     @property
     def mesh_files(self) -> Mapping[str, bytes]:
-        """The mesh files that belong to the artifacts, bytes by name."""
         return self.meshes.files if self.meshes else {}
 
     @property
     def packages(self) -> dict[str, Path]:
-        """The folders of the ROS packages that were found, by name."""
         return {found.name: found.folder for found in self.resolved if found.kind == ROS_PACKAGE}
 
     @property
     def python_packages(self) -> list[Path]:
-        """The folders of the Python packages that were found."""
         return [found.folder for found in self.resolved if found.kind == PYTHON_PACKAGE]
 
     def __repr__(self) -> str:
@@ -180,10 +175,9 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
             diagnostics += rules.check(lowered.robot, tree, lowered.places, FORMATS, scope, requested)
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
-    if has_errors(diagnostics):
-        diagnostics = rules.merge_misspelt(diagnostics, tree, lowered.places)
-    else:  # an argument whose use is an error would be reported as unused
-        diagnostics += expanded.unused
+    is_wrong = has_errors(diagnostics)  # then an argument whose use is an error would be reported as unused
+    merged = rules.merge_misspelt(diagnostics, tree, lowered.places) if is_wrong else diagnostics
+    diagnostics = [*merged, *(() if is_wrong else expanded.unused)]
     found = settled(tree, diagnostics, rules.acceptable())
     diagnostics = found.diagnostics
     if scope and scope.expansion.disabled and any(one.severity != NOTE for one in diagnostics):
@@ -202,16 +196,13 @@ def understand_foreign(path: Path, options: ReadOptions) -> Understood:
     return Understood(expanded, lowered, diagnostics, imported=imported)
 
 
-def judge_foreign(
-    path: Path, options: ReadOptions, requested: Sequence[str] = (), optional: bool = False
-) -> Understood:
+def judge_foreign(path: Path, how: ReadOptions, requested: Sequence[str] = (), optional: bool = False) -> Understood:
     """Load a robot in another format as the description that ``import`` would write, and check the rules."""
     names = [format.name for format in FORMATS.values() if optional or not format.optional]
-    return judge(_with_outputs(read_robot(path, options), [*names, *requested]), requested)
+    return judge(_with_outputs(read_robot(path, how), [*names, *requested]), requested)
 
 
 def _with_outputs(imported: Imported, names: Sequence[str]) -> Expanded:
-    """Return an imported robot with those outputs of its description that have one of the names."""
     tree = imported.tree
     if tree is not None:
         entries = {name: entry for name, entry in outputs_of(imported).entries.items() if name in names}

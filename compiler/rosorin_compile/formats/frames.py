@@ -6,7 +6,6 @@ import math
 import re
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,13 +15,12 @@ from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.rules.publishers import MAX_MODES, combinations, holds, modes_in
 from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.numbers import NumberFormat, fixed, number_format, vector
+from rosorin_compile.source.numbers import fixed, number_format, vector
 from rosorin_compile.source.wording import first_of, listed
 from rosorin_compile.source.xml.elements import number_of, numbers_of
 
-from .format import NUMBER_FORMAT, Asked, Format
-from .static_tf import describe
-from .unsupported import PLACES
+from .format import NUMBER_FORMAT, PLACES, Asked, Format, describe
+from .static_tf import FrameTable
 
 if TYPE_CHECKING:
     from .templating import Templates
@@ -31,7 +29,6 @@ if TYPE_CHECKING:
 _FRAME_COLUMNS = {"parent": 18, "child": 18, "published by": 22, "motion": 6, "topic": 10, "x y z (m)": 35}
 _FRAME_COLUMNS |= {"roll pitch yaw (rad)": 35, "roll pitch yaw (deg)": 29, "when": 8}
 _POSE_COLUMNS = {"pose": 12, "joint": 18, "position": 26, "in degrees": 10, "pulse": 6}
-_MANY = 1_000  # size of a cache: a frame is the parent of the next one
 # Characters with a meaning in Markdown; an underscore only at the start or end of a word.
 _MARKS = re.compile(r"[\\`*\[\]<>|~&#!]|(?<!\w)_|_(?!\w)")
 _CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")
@@ -46,7 +43,17 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     for name, why in robot.simulated_frames.items():
         simulated.setdefault(why, []).append(name)
     reasons = [f"{first_of(names, 3)} ({' '.join(why.split())})" for why, names in simulated.items()]
-    poses = []
+    rows, poses = list[list[str]](), list[list[str]]()
+    for frame in frames:
+        who, topic, when = _publishing(frame)
+        unknown = "not known" if frame.publisher.kind == UNPUBLISHED else f"known to {_escape(who)} alone"
+        cells = [_escape(frame.parent), _escape(frame.child), _escape(who), "moving" if frame.moving else "static"]
+        cells += [topic] if frame.pose else [topic, unknown, "", ""]
+        xyz, rpy = (frame.pose.xyz, frame.pose.rpy) if frame.pose else ((), ())
+        columns = ((xyz, number, 11), (rpy, number, 11), (tuple(map(math.degrees, rpy)), partial(fixed, digits=4), 9))
+        for values, form, width in columns if frame.pose else ():
+            cells.append(" ".join(text.ljust(width) for text in vector(values, form).split()).rstrip())
+        rows.append([*cells, _escape(" ".join(when.split()))])
     for pose in robot.poses:
         for name, position in pose.positions.items():
             slides = name in robot.joint and robot.joint[name].type == "prismatic"
@@ -54,24 +61,16 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
             place = f"{number(position)} {'m' if slides else 'rad'}"
             poses.append([_escape(pose.name), _escape(name), place, degrees, str(pose.pulses.get(name, ""))])
     publishers = dict.fromkeys(frame.publisher for frame in frames)
-    values: dict[str, Any] = {
-        "robot": robot,
-        "frames": _table(_FRAME_COLUMNS, [_frame_row(frame, number) for frame in frames]),
-        "nodes": [node for node in publishers if node.kind != UNPUBLISHED and (node.package or node.about)],
-        "simulated": _wrapped(f"Only simulations have {listed(reasons)}.") if reasons else "",
-        "stand_ins": _stand_ins(robot),
-        "proof": _wrapped(publishing(robot).in_words()),
-        "stamps": [(name, frames) for name, frames in stamps if frames],
-        "poses": _table(_POSE_COLUMNS, poses),
-        "modes": _escape(", ".join(robot.modes)),
-        "source": describe,
-        "escape": _escape,
-    }
-    return templates.own("core/frames.md.jinja", values), []
+    named: dict[str, Any] = {"robot": robot, "source": describe, "escape": _escape, "stand_ins": _stand_ins(robot)}
+    named |= {"frames": _table(_FRAME_COLUMNS, rows), "poses": _table(_POSE_COLUMNS, poses)}
+    named["nodes"] = [node for node in publishers if node.kind != UNPUBLISHED and (node.package or node.about)]
+    named["simulated"] = _wrapped(f"Only simulations have {listed(reasons)}.") if reasons else ""
+    named["proof"], named["modes"] = _wrapped(publishing(robot).in_words()), _escape(", ".join(robot.modes))
+    named["stamps"] = [(name, frames) for name, frames in stamps if frames]
+    return templates.own("core/frames.md.jinja", named), []
 
 
 def _frames(robot: Robot) -> list[Edge]:
-    """Return the joints in the order of the description, then the transforms of other nodes."""
     frames: list[Edge] = []
     for joint in robot.joints_down():
         if joint.child in robot.simulated_frames:
@@ -83,21 +82,7 @@ def _frames(robot: Robot) -> list[Edge]:
     return frames + [edge for edge in robot.edges if not edge.joint]
 
 
-def _frame_row(frame: Edge, number: NumberFormat) -> list[str]:
-    who, topic, when = _publishing(frame)
-    unknown = "not known" if frame.publisher.kind == UNPUBLISHED else f"known to {_escape(who)} alone"
-    numbers = [] if frame.pose else [unknown, "", ""]
-    if frame.pose:
-        degrees = tuple(map(math.degrees, frame.pose.rpy))
-        columns = ((frame.pose.xyz, number, 11), (frame.pose.rpy, number, 11), (degrees, partial(fixed, digits=4), 9))
-        for values, form, width in columns:
-            numbers.append(" ".join(text.ljust(width) for text in vector(values, form).split()).rstrip())
-    cells = [_escape(frame.parent), _escape(frame.child), _escape(who), "moving" if frame.moving else "static"]
-    return [*cells, topic, *numbers, _escape(" ".join(when.split()))]
-
-
 def _publishing(frame: Edge) -> tuple[str, str, str]:
-    """Return who publishes a frame, on which topic, and when."""
     publisher = frame.publisher
     if publisher.kind == UNPUBLISHED:
         return f"nobody: {publisher.about}" if publisher.about else "nobody", "none", frame.when or "never"
@@ -106,7 +91,6 @@ def _publishing(frame: Edge) -> tuple[str, str, str]:
 
 
 def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
-    """Return the reasons of stand-ins, each with the things that it is about."""
     found: list[tuple[str, str]] = []
     kinds: dict[str, Sequence[Any]] = {"robot": [robot], "link": robot.links, "joint": robot.joints}
     kinds |= {"sensor": robot.sensors, "servos": robot.servos, "pose": robot.poses, "transform": robot.edges}
@@ -122,7 +106,7 @@ def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
     return [(reason, ", ".join(dict.fromkeys(name for why, name in found if why == reason))) for reason in reasons]
 
 
-@lru_cache(maxsize=_MANY)
+@lru_cache(maxsize=1_000)  # a frame is the parent of the next one
 def _escape(text: str) -> str:
     """Return a text on one line that Markdown shows as it is, in a cell of a table too; blanks in names count."""
     return _MARKS.sub(r"\\\g<0>", " ".join(map(str.strip, text.splitlines())))
@@ -133,17 +117,8 @@ def _wrapped(text: str) -> str:
 
 
 def _table(columns: Mapping[str, int], rows: list[list[str]]) -> str:
-    """Return a table whose columns have at least the given widths; empty without rows."""
     lines = (columns, ["-" * width for width in columns.values()], *rows) if rows else ()
     return "\n".join("| " + " | ".join(map(str.ljust, cells, columns.values())) + " |" for cells in lines)
-
-
-@dataclass(frozen=True)
-class FrameTable:
-    """What the tables contain: transforms, and where poses put joints."""
-
-    frames: tuple[Edge, ...]
-    poses: tuple[JointPose, ...]
 
 
 def view(robot: Robot, output: Output) -> FrameTable:  # noqa: ARG001
@@ -195,17 +170,6 @@ def _parse(text: str, headers: Iterable[str]) -> Iterator[dict[str, str]]:
             yield dict(zip(headers, (re.sub(r"\\(.)", r"\1", cell) for cell in cells), strict=True))
 
 
-def _words(text: str) -> list[float | str]:
-    """Return the words of a text, numbers as numbers; dashes that draw the lines of a table do not count."""
-    words: list[float | str] = []
-    for word in text.split():
-        try:
-            words += [] if set(word) == {"-"} else [word if "_" in word else float(word)]
-        except ValueError:
-            words.append(word)
-    return words
-
-
 FORMAT = Format(
     name="frames",
     word="table of frames",
@@ -223,7 +187,7 @@ FORMAT = Format(
     view=view,
     read=read,
     asked=lambda *source: Asked({"file": "frames.md"}),  # noqa: ARG005
-    syntax=_words,
+    syntax=lambda text: [word for word in text.split() if word.strip("-")],
     folder="doc",
 )
 

@@ -34,18 +34,13 @@ from rosorin_compile.source.wording import first_of
 
 from . import FORMATS as RECORDS
 
-_NOT_FOUND = (
-    "A mesh or a texture is not found: an error if the MJCF needs it, a warning if the MJCF leaves it out, a note"
-    " if the URDF alone names it: its readers may find it on their machine."
-)
+_NOT_FOUND = "A mesh or texture is not found: an error or warning with an MJCF, a note if the URDF alone names it."
 _FIND = "Correct the name, put the file there, or say where the package is: `--package NAME=FOLDER`."
 _NO_ELEMENT_FILE = "An element of `mjcf` names a file that is not found: MuJoCo would not load the MJCF."
 _AMBIGUOUS = "Two files that differ would be one beside the artifacts. A warning if the URDF alone names them."
 RULES = (
     Rule("mesh-not-found", _NOT_FOUND, _FIND, FORMATS, accept="robot", imported="always", asked="meshes"),
-    Rule(
-        "element-file-not-found", _NO_ELEMENT_FILE, "Put the file there, or correct the name.", FORMATS, asked="meshes"
-    ),
+    Rule("element-file-not-found", _NO_ELEMENT_FILE, "Put it there, or correct the name.", FORMATS, asked="meshes"),
     Rule("mesh-not-a-file", "A mesh or a texture is no regular file.", "Name a file.", FORMATS, asked="meshes"),
     Rule("mesh-ambiguous", _AMBIGUOUS, "Give one of them another name.", FORMATS, asked="meshes"),
 )
@@ -77,7 +72,6 @@ class NamedFile(NamedTuple):
 
     @property
     def folders(self) -> list[Path]:
-        """The folders of the files that name it."""
         return list(dict.fromkeys(Path(span.source.path).parent for span in self.spans))
 
 
@@ -118,19 +112,16 @@ class Places(NamedTuple):
     packages: Mapping[str, Path]
     environment: Mapping[str, str]
 
-    def meshes(self, tree: Map, outputs: Sequence[Output] = ()) -> Mapping[str, Path]:
-        """Return the files of all meshes that are found, by their names, whether or not an artifact has any."""
-        return _Search(self, outputs, tree).run(named_files(tree, MESH)).by_name
-
-    def textures(self, tree: Map) -> Mapping[str, Path]:
-        return _Search(self, (), tree).run(named_files(tree, TEXTURE)).by_name
+    def meshes(self, tree: Map, outputs: Sequence[Output] = (), kind: str = MESH) -> Mapping[str, Path]:
+        """Return the files of all meshes, or textures, that are found, by their names."""
+        return _Search(self, outputs, tree).run(named_files(tree, kind)).by_name
 
     def named(self, tree: Map, relative: bool = True) -> Searched:
         """Search the meshes and textures of a foreign robot, as its file names them; ``relative`` names on request."""
         named = [*named_files(tree, MESH), *named_files(tree, TEXTURE)]
-        searched = _Search(self, (), None).run([one for one in named if relative or not is_relative(one.name)])
-        diagnostics = [d if d.severity == ERROR else replace(d, severity=WARNING) for d in searched.diagnostics]
-        return searched._replace(diagnostics=diagnostics)
+        found = _Search(self, (), None).run([one for one in named if relative or not is_relative(one.name)])
+        diagnostics = [d if d.severity == ERROR else replace(d, severity=WARNING) for d in found.diagnostics]
+        return found._replace(diagnostics=diagnostics)
 
     def awaited(self, tree: Map, found: Container[str]) -> Iterator[Path]:
         """Yield the paths of meshes that were not ``found``, for a program that waits for them."""
@@ -150,8 +141,15 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     for texture in named_files(tree, TEXTURE) if opening else ():  # one that only names textures opens none
         is_named = naming and is_relative(urdf_file_name(texture.name))
         named += [texture] if is_named or any(opened_by(output, texture.name) for output in opening) else []
-    searched = _Search(places, outputs, tree).run([*named, *(_named_in_elements(tree) if opening else ())])
-    images = places.textures(tree) if embeds else {}
+    elements: dict[str, dict[Span, None]] = {}  # the files that elements of MJCF name
+    links = [link for link in (tree.get("links") or {}).values() if isinstance(link, Map)]
+    for texts in (tree.get("mjcf"), *(link.get("mjcf_elements") for link in links)) if opening else ():
+        for text, span in zip(texts, texts.value_spans, strict=True) if isinstance(texts, Seq) else ():
+            for name in files_in(text) if isinstance(text, str) else ():
+                elements.setdefault(name, {})[span] = None
+    named += [NamedFile(name, list(spans), OF_ELEMENT) for name, spans in elements.items()]
+    searched = _Search(places, outputs, tree).run(named)
+    images = places.meshes(tree, kind=TEXTURE) if embeds else {}
     return searched._replace(by_name={**images, **searched.by_name})
 
 
@@ -190,17 +188,6 @@ def named_files(tree: Map, kind: str) -> list[NamedFile]:
         elif isinstance(node, Seq):
             waiting += [(value, collides) for value in node][::-1]
     return [NamedFile(name, list(spans), kind, name in colliding) for name, spans in found.items()]
-
-
-def _named_in_elements(tree: Map) -> list[NamedFile]:
-    """Return the files that elements of MJCF name, each name once."""
-    found: dict[str, dict[Span, None]] = {}
-    links = [link for link in (tree.get("links") or {}).values() if isinstance(link, Map)]
-    for texts in (tree.get("mjcf"), *(link.get("mjcf_elements") for link in links)):
-        for text, span in zip(texts, texts.value_spans, strict=True) if isinstance(texts, Seq) else ():
-            for name in files_in(text) if isinstance(text, str) else ():
-                found.setdefault(name, {})[span] = None
-    return [NamedFile(name, list(spans), OF_ELEMENT) for name, spans in found.items()]
 
 
 def references(mesh: Path) -> list[str]:
@@ -254,7 +241,15 @@ def files_diagnostic(rule: str, what: str, help: str, severity: str, many: Seque
 class _Search:
     def __init__(self, places: Places, outputs: Sequence[Output], tree: Map | None) -> None:
         self.places, self.main = places, places.description.parent
-        self.sources = _source_folders(tree) if tree is not None else {}
+        self.sources: dict[Path, tuple[list[Path], dict[str, Path]]] = {}  # of meshes, of packages; by that of the file
+        for entry in (tree, *(tree.get("links") or {}).values()) if tree is not None else ():
+            source = entry.get("source") if isinstance(entry, Map) else None
+            if isinstance(source, Map) and ("folder" in source or "packages" in source):
+                by = Path(source.span.source.path).parent
+                folders, packages = self.sources.setdefault(by, ([], {}))
+                folders += [by / str(source["folder"])] if "folder" in source else []
+                for name, place in (source.get("packages") or {}).items():
+                    packages.setdefault(name, by / str(place))
         self.opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
         self.naming = [output for output in outputs if RECORDS[output.backend].meshes]
         self.has_outputs = bool(self.opening or self.naming) or any(RECORDS[one.backend].measures for one in outputs)
@@ -298,10 +293,9 @@ class _Search:
         else:
             # A copy beside the artifacts may be outdated. What artifacts name outside of their folder is not copied:
             # there they have to find it themselves.
-            near: list[Path] = []
-            if not (_leads_out(one.name) and self.opening):
-                sources = [place for folder in folders for place in self._source(folder)[0]]
-                near = [folder / one.name for folder in (*folders, *sources, *_folders_above(one))]
+            sources = [place for folder in folders for place in self._source(folder)[0]]
+            near = [folder / one.name for folder in (*folders, *sources, *_folders_above(one))]
+            near = [] if self._leads_out(one) else near
             artifacts = [_relative_to(output.file, one.name) for output in (*self.opening, *self.naming)]
             candidates = [*near, *(self.places.outputs / name for name in artifacts), *copies]
         irregular = None
@@ -318,16 +312,12 @@ class _Search:
 
     def _report_missing(self, one: NamedFile, scheme: str, rest: str) -> None:
         severity = WARNING if self.opening or scheme == "model" else NOTE  # readers of a URDF know packages alone
-        is_outside = _leads_out(one.name)
-        place = (
-            "there" if (is_outside or not self.has_outputs) and one.kind != OF_ELEMENT else "next to the description"
-        )
-        help = f"put the file {place}, or correct the name"
+        help, folders = "put the file next to the description, or correct the name", [*one.folders, self.main]
         if one.kind == OF_ELEMENT:
             what, severity = "not there: MuJoCo does not load the MJCF without it", ERROR
         elif scheme in _PACKAGES:
             name, _, path = rest.partition("/")
-            packages = (place for folder in (*one.folders, self.main) for place in self._package(folder, name))
+            packages = (place for folder in folders for place in self._package(folder, name))
             exists = bool(name) and any(files.is_folder(place) for place in packages)
             what = f"not found: there is no package {name} here" if name else "in no package"
             what, severity = (f"not in the package {name}", WARNING) if exists else (what, severity)
@@ -338,13 +328,11 @@ class _Search:
         elif scheme or one.name.startswith("/"):
             what, help = f"not on this machine{self.left_out}", "correct the name"
         else:
-            what, severity = "not there, neither as seen from the artifacts nor beside the description", WARNING
-            if not self.has_outputs:
-                what = f"not there, as seen from {self.places.description.name}"
-            elif is_outside and self.opening:
-                what = "not there, as seen from the artifacts"
+            what, severity = f"not there, as seen from {self.places.description.name}", WARNING
+            if self.has_outputs:
+                what = "not there, neither as seen from the artifacts nor beside the description"
             # Without a texture it is the robot all the same; that import found a mesh nowhere was reported by import.
-            if one.kind == TEXTURE or any(self._source(folder)[0] for folder in (*one.folders, self.main)):
+            if one.kind == TEXTURE or any(self._source(folder)[0] for folder in folders):
                 what += self.left_out
             elif self.opening:
                 help, severity = f"{help}, or take mjcf out of outputs", ERROR
@@ -384,8 +372,7 @@ class _Search:
     def _check_other_folders(self, one: NamedFile, file: Path) -> None:
         """Report a name that means one file in one folder of the description and another file in another one."""
         scheme, rest = one.address
-        is_fixed = one.name.startswith("/") or (scheme and scheme not in _PACKAGES)
-        is_fixed = is_fixed or (_leads_out(one.name) and self.opening)
+        is_fixed = one.name.startswith("/") or (scheme and scheme not in _PACKAGES) or self._leads_out(one)
         for folder in () if len(one.folders) == 1 or is_fixed else one.folders:
             within = [folder, self.main]
             seen = self._in_packages(within, rest) if scheme else (place / one.name for place in within)
@@ -399,15 +386,17 @@ class _Search:
                 return
 
     def _ambiguous(self, message: str, span: Span, first: NamedFile) -> None:
-        severity, help = ERROR if self.opening else WARNING, "give one of the two files another name"
-        related = (Related("and here", first.spans[0]),)
-        self.diagnostics.append(Diagnostic("mesh-ambiguous", severity, message, span, related, help))
+        related, help = [Related("and here", first.spans[0])], "give one of the two files another name"
+        severity = ERROR if self.opening else WARNING
+        self.diagnostics.append(Diagnostic("mesh-ambiguous", severity, message, span, tuple(related), help))
+
+    def _leads_out(self, one: NamedFile) -> bool:
+        return bool(self.opening) and posixpath.normpath(one.name).startswith("../")
 
     def _source(self, folder: Path) -> tuple[list[Path], dict[str, Path]]:
         return self.sources.get(folder) or self.sources.get(self.main) or ([], {})
 
     def _package(self, folder: Path, name: str) -> Iterator[Path]:
-        """Yield the folders of a package as seen from a folder of the description: by its source, and as in ROS."""
         at_source, by = self._source(folder)[1].get(name), folder / "robot.yaml"
         if at_source is not None and name not in self.places.packages:
             yield at_source
@@ -425,20 +414,6 @@ class _Search:
             yield from (package / path for folder in folders for package in self._package(folder, name))
 
 
-def _source_folders(tree: Map) -> dict[Path, tuple[list[Path], dict[str, Path]]]:
-    """Return the folders of meshes and of packages in the sources of a file, by the folder of that file."""
-    found: dict[Path, tuple[list[Path], dict[str, Path]]] = {}
-    for entry in (tree, *(tree.get("links") or {}).values()):
-        source = entry.get("source") if isinstance(entry, Map) else None
-        if isinstance(source, Map) and ("folder" in source or "packages" in source):
-            by = Path(source.span.source.path).parent
-            folders, packages = found.setdefault(by, ([], {}))
-            folders += [by / str(source["folder"])] if "folder" in source else []
-            for name, place in (source.get("packages") or {}).items():
-                packages.setdefault(name, by / str(place))
-    return found
-
-
 def _folders_above(one: NamedFile) -> Iterator[Path]:
     """Yield the folders above a foreign robot that names a file: a path with ".." may begin in one of them."""
     for span in one.spans:
@@ -454,10 +429,6 @@ def _relative_to(place: str, name: str) -> str:
 
 def _is_inside(name: str) -> bool:
     return not (name.startswith(("/", "../")) or name == "..")
-
-
-def _leads_out(name: str) -> bool:
-    return posixpath.normpath(name).startswith("../")
 
 
 def _plain(path: Path) -> Path:

@@ -9,8 +9,10 @@ import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import fields, is_dataclass, replace
 from functools import cache, partial
-from typing import Any, NamedTuple
+from typing import Any
 
+from rosorin_compile.language.schema import schema
+from rosorin_compile.language.validator import check_schema
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.files import exists
 from rosorin_compile.source.plugins import Plugin, PluginFailed, aside, diagnostic_of, failed, load
@@ -23,30 +25,23 @@ from .imported import Imported, converted
 from .templating import TemplateProblem
 
 
-class Plugged(NamedTuple):
-    """The formats that plug-ins add, by name, and what is wrong with plug-ins of this kind."""
-
-    formats: dict[str, Format]
-    diagnostics: tuple[Diagnostic, ...]
-
-
 @cache
-def plugged(built_in: Collection[str], files: Callable[[], Collection[str]]) -> Plugged:
-    """Return the formats of plug-ins; ``built_in`` are names, and ``files`` endings, that they must not have."""
+def plugged(built_in: tuple[Format, ...]) -> tuple[dict[str, Format], tuple[Diagnostic, ...]]:
+    """Return the formats of plug-ins, without names and files of those that are built in, and diagnostics."""
+    readable = [one for one in built_in if one.load is not None]
+    files = {mark for one in readable for mark in (*one.endings, *(f"<{root}>" for root in one.roots))}
+    names = {one.name for one in built_in}
 
     def is_taken(name: str) -> bool:
-        return name in built_in or name in ENDINGS or name in files() or ("-" in name and bool(find([name])))
+        return name in {*names, *ENDINGS, *files} or ("-" in name and bool(find([name])))
 
-    loaded, diagnostics = load("formats", Format, partial(_unique_names, built_in), is_taken)
+    loaded, diagnostics = load("formats", Format, partial(_unique_names, names), is_taken)
     OF_PLUGINS.update((rule.id, rule) for _, format in loaded for rule in format.rules)
-    return Plugged({format.name: _guarded(plugin, format) for plugin, format in loaded}, diagnostics)
+    return {format.name: _guarded(plugin, format) for plugin, format in loaded}, diagnostics
 
 
 def _unique_names(built_in: Collection[str], format: Format) -> list[str]:
     """Return what no other format may have. Raises ValueError or TypeError for an invalid record."""
-    from rosorin_compile.language.schema import schema
-    from rosorin_compile.language.validator import check_schema
-
     for field in fields(format):
         value, default = getattr(format, field.name), field.default
         if field.name in ("options", "unsupported"):
@@ -104,7 +99,6 @@ def _guarded(plugin: Plugin, format: Format) -> Format:
 
 
 def _converted(format: Format, name: str, result: Any, arguments: tuple[Any, ...]) -> Any:
-    """Convert the result of a function of a format. Raises TypeError if it has another type."""
     if name == "load":
         return converted(result, *arguments)
     if name == "check":

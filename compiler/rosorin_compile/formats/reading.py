@@ -67,16 +67,14 @@ def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | Non
         format, opened, notes = _open(path, options or ReadOptions(), asked)
         more = ()
         read = converted(format.load(opened) if format.load is not None else {}, opened)
-    except MarkupError as problem:
+    except (MarkupError, PluginFailed) as problem:
+        more = () if isinstance(problem, PluginFailed) else more
         return Imported(None, [*notes, problem.diagnostic, *more], files=(path,))
-    except PluginFailed as problem:
-        return Imported(None, [*notes, problem.diagnostic], files=(path,))
     if not read.checked and read.tree is not None and opened.options.checked:
         tree, diagnostics = accept(read.tree, opened.options.lenient)
         read = read._replace(tree=tree, diagnostics=[*read.diagnostics, *diagnostics], checked=True)
-    diagnostics, takes_arguments = worded([*notes, *read.diagnostics]), format.takes_arguments and not read.unexpanded
-    name = format.becomes or format.name
-    return read._replace(diagnostics=diagnostics, format=name, takes_arguments=takes_arguments)
+    read = read._replace(diagnostics=worded([*notes, *read.diagnostics]), format=format.becomes or format.name)
+    return read._replace(takes_arguments=format.takes_arguments and not read.unexpanded)
 
 
 def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format, Opened, list[Diagnostic]]:
@@ -94,9 +92,9 @@ def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format,
         message = f"this is {other.named}, which belongs to a robot and has none itself"
         help = f"name the robot; import ROBOT --{other.name} {document.source.path} reads both"
         raise MarkupError(error("wrong-format", message, document.root.span, help))
-    readable = sorted(_readable(), key=lambda one: not FORMATS.is_own(one.name))  # those of plug-ins come last
-    recognised = (one for one in readable if one.recognises is not None and one.recognises(document, path))
-    format = next(recognised, None) or next((one for one in readable if document.root.tag in one.roots), None)
+    recognised = [one for one in _readable() if one.recognises is not None and one.recognises(document, path)]
+    matching = [*recognised, *(one for one in _readable() if document.root.tag in one.roots)]
+    format = min(matching, key=lambda one: not FORMATS.is_own(one.name), default=None)  # plug-ins come last
     if format is None:
         raise MarkupError(_wrong_root(document))
     if stdin_of(path) is not None and format is not FORMATS.published():
@@ -136,9 +134,8 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
             made, found = accept(made, options.lenient)
             here = document.source
             diagnostics += [d for d in found if d.severity == ERROR or d.span is None or d.span.source is here]
-    return imported._replace(
-        tree=made, diagnostics=[*imported.diagnostics, *diagnostics], files=(*imported.files, path)
-    )
+    diagnostics = [*imported.diagnostics, *diagnostics]
+    return imported._replace(tree=made, diagnostics=diagnostics, files=(*imported.files, path))
 
 
 def known_formats() -> str:
@@ -179,7 +176,6 @@ def _parsed(path: Path, options: ReadOptions, asked: Span | None = None) -> tupl
 
 
 def _mending(source: Source, document: Document) -> list[Diagnostic]:
-    """Return a note if the text of a file was changed before it could be parsed."""
     if document.source.text == source.text:
         return []
     what = "this is no XML to the letter, and is read all the same"
@@ -219,8 +215,14 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
     names: dict[tuple[str, str], Span] = {}  # the place of the first violation of a rule by each entry
     for _ in range(3):  # what lowering refuses hides violations of the rules
         for one in problems:
-            if one.of and one.severity == ERROR and _is_acceptable(tree, one, lenient):
-                names.setdefault((one.rule, _name(one)), one.span or tree.span)
+            if not one.of or one.severity != ERROR or one.rule not in rules:
+                continue
+            name, imported = one.of[-1 if rules[one.rule].accept == "link" else 0], rules[one.rule].imported
+            may = imported == "always" or (lenient and imported == "lenient")
+            if one.rule == "mass-not-positive":
+                may = lenient or tree["links"][name]["inertial"]["mass"] == 0
+            if may:  # a link is the last of the names, the child of a joint
+                names.setdefault((one.rule, name), one.span or tree.span)
         if len(names) == count:
             break
         count, entries = len(names), list[Placed]()
@@ -231,7 +233,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
         tree.put("accept", as_tree(entries, tree.span, ["accept"]), tree.span, tree.span)
         problems = violations(tree)
     found = [one for one in settled(tree, problems, rules).diagnostics if one.severity == ERROR or one.rule in rules]
-    for index, one in enumerate(found):  # all others are about descriptions
+    for index, one in enumerate(map(Diagnostic.worded, [*found])):  # all others are about descriptions
         is_of_lenient = one.severity == ERROR and one.rule in rules and rules[one.rule].imported == "lenient"
         if is_of_lenient and one.of and not lenient:
             found[index] = replace(one, help="; ".join(filter(None, (one.help, "--lenient takes it as it is"))))
@@ -248,18 +250,6 @@ def violations(tree: Map) -> list[Diagnostic]:
     if lowered.robot is None:
         return list(lowered.diagnostics)
     return [*lowered.diagnostics, *check(lowered.robot, tree, lowered.places, FORMATS)]
-
-
-def _is_acceptable(tree: Map, diagnostic: Diagnostic, lenient: bool) -> bool:
-    rule = acceptable().get(diagnostic.rule)
-    if rule is not None and rule.id == "mass-not-positive":
-        return lenient or tree["links"][_name(diagnostic)]["inertial"]["mass"] == 0
-    return rule is not None and (rule.imported == "always" or (lenient and rule.imported == "lenient"))
-
-
-def _name(diagnostic: Diagnostic) -> str:
-    """Return the name that an entry of ``accept`` gives a diagnostic: the joint, or the link that is its child."""
-    return diagnostic.of[-1] if acceptable()[diagnostic.rule].accept == "link" else diagnostic.of[0]
 
 
 def lower_artifact(tree: Map, diagnostics: Iterable[Diagnostic]) -> Robot:

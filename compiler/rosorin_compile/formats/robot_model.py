@@ -20,8 +20,7 @@ from rosorin_compile.source.load import json_of
 from rosorin_compile.source.rule_registry import FORMATS, READING, Rule
 from rosorin_compile.source.wording import masked
 
-from .format import Format, Opened
-from .unsupported import PLACES
+from .format import PLACES, Format, Opened
 
 if TYPE_CHECKING:
     from .imported import Imported
@@ -48,7 +47,6 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def _model(robot: Robot, output: Output) -> tuple[dict[str, Any], list[Diagnostic]]:
-    """Return the driver's model as a value of JSON, and diagnostics."""
     options, diagnostics, groups = output.options, list[Diagnostic](), {group.name: group for group in robot.servos}
 
     def cannot_say(message: str, help: str) -> None:
@@ -157,7 +155,6 @@ def read(text: str) -> Robot:
 
 
 def _finite_json(text: str) -> Any:
-    """Parse JSON, in which all numbers are finite. Raises ValueError."""
     model = json_of(text)
     try:
         json.dumps(model, allow_nan=False)
@@ -204,7 +201,6 @@ def _load(opened: Opened) -> Imported:
 
 
 def _description(model: Mapping[str, Any], note: str, robot: str = "robot") -> dict[str, Any]:
-    """Return the sections of a description."""
     links: dict[str, dict[str, Any]] = {}
     joints: dict[str, dict[str, Any]] = {}
     for name, entry in model["joints"].items():
@@ -245,7 +241,6 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 
 def _leaves_out(robot: Robot, link: str) -> bool:
-    """Return True if no requested joint has a link."""
     output = FORMAT.output(robot)
     return output is None or not any(link in (one.parent, one.child) for one in _requested(robot, output))
 

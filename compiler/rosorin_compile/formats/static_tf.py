@@ -2,16 +2,19 @@
 
 Each static edge is one ``static_transform_publisher`` with named flags (``ros2/geometry2@{humble,jazzy}:
 tf2_ros/src/static_transform_broadcaster_program.cpp``); its Euler angles are fixed-axis, as those of URDF. The rest of
-the frames is published by robot_state_publisher from the URDF.
+the frames is published by robot_state_publisher from the URDF. Conditions over modes have the three forms of launch
+files; launch's own ``and``, ``or`` and ``not`` take two arguments (one) on Humble and Jazzy alike
+(``ros2/launch@{humble,jazzy}: launch/launch/substitutions/boolean_substitution.py``).
 """
 
 from __future__ import annotations
 
+import ast
 import json
 import posixpath
 import re
 import textwrap
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,20 +22,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Output, Pose, Robot
 from rosorin_compile.model.joint import Publisher
 from rosorin_compile.model.link import Source
+from rosorin_compile.model.robot import JointPose
 from rosorin_compile.rules.case import first_fed
-from rosorin_compile.rules.publishers import modes_in
+from rosorin_compile.rules.publishers import combinations, holds, modes_in
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
 from rosorin_compile.source.load import json_of, python_of
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal, fixed
 from rosorin_compile.source.rule_registry import FORMATS, OUTPUTS, Rule
-from rosorin_compile.source.wording import masked
 from rosorin_compile.source.xml.elements import number_of
 
 from . import format
-from .format import Format
-from .launch_conditions import STATES, condition, if_condition, import_substitutions, mode_arguments
-from .unsupported import NODES, PLACES
+from .format import NODES, PLACES, Format, describe
 
 if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case
@@ -45,6 +46,17 @@ RULES = (
     Rule("number-format", _SIX, "`exact`, or leave it out.", OUTPUTS),
     Rule("static-tf-no-urdf", _NO_URDF, "Add an output with the backend `urdf`.", FORMATS),
 )
+
+# What a mode may be set to. A condition of launch reads 1 and no on; its and, or, not read on and no 1.
+STATES = ("true", "false", "True", "False")
+
+MODE, NOT, AND, OR, _IF = "mode", "not", "and", "or", "if"
+_WIDTH = 99  # columns, as ament_flake8 requires
+_PYTHON = {NOT: "NotSubstitution", AND: "AndSubstitution", OR: "OrSubstitution", _IF: "IfCondition"}
+
+# (MODE, name), (NOT, condition), (AND, condition, condition), (OR, condition, condition), ALWAYS, NEVER
+Condition = tuple[Any, ...]
+ALWAYS, NEVER = ("true",), ("false",)
 
 _XYZ, _RPY = ("--x", "--y", "--z"), ("--roll", "--pitch", "--yaw")
 _FRAMES = _PARENT, _CHILD = "--frame-id", "--child-frame-id"
@@ -87,50 +99,39 @@ class StaticTransform(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Transforms:
-    """The contents of a file of static transforms."""
+class FrameTable:
+    """The contents of a file of transforms, and where poses put joints."""
 
     frames: tuple[Edge, ...]
+    poses: tuple[JointPose, ...] = ()
 
 
-class StaticTransforms(NamedTuple):
-    """The transforms of static_transform_publisher nodes: those that always hold, and those of some modes."""
-
-    always: list[StaticTransform]
-    in_modes: list[StaticTransform]
-    diagnostics: list[Diagnostic]  # about joints that none of these nodes can publish
+StaticTransforms = tuple[list[StaticTransform], list[StaticTransform], list[Diagnostic]]
 
 
 def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTransforms:
-    """Return the edges that static_transform_publisher nodes publish: joints in their order, then edges in turns."""
-    is_exact, found = any(one.options.get("number_format") == "exact" for one in outputs), StaticTransforms([], [], [])
+    """Return what static_transform_publishers publish: always and in some modes, joints first; and diagnostics."""
+    is_exact = any(output.options.get("number_format") == "exact" for output in outputs)
+    always, in_modes, diagnostics = list[StaticTransform](), list[StaticTransform](), list[Diagnostic]()
     edges: list[tuple[Joint, Joint | Edge, str]] = []
     for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER):
-        if joint.type == "fixed":
-            edges.append((joint, joint, ""))
-            continue
-        message = f"joint {joint.name} is {joint.type}, but a static_transform_publisher can only say what never moves"
-        found.diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
+        edges += [(joint, joint, "")] if joint.type == "fixed" else []
+        if joint.type != "fixed":
+            message = f"joint {joint.name} is {joint.type}, but static_transform_publisher only says what never moves"
+            diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
     turns = (edge for edge in robot.edges if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER)
     edges += ((robot.joint[edge.joint], edge, edge.when) for edge in turns)
     for joint, published, when in edges:
         arguments: list[str] = []
-        axes = (_XYZ, joint.origin.xyz, METRE_DIGITS), (_RPY, joint.origin.rpy, RADIAN_DIGITS)
-        for flags, values, digits in axes:
-            for flag, value in zip(flags, values, strict=True):
-                arguments += [flag, decimal(value) if is_exact else fixed(value, digits)]
+        numbers = zip((*_XYZ, *_RPY), (*joint.origin.xyz, *joint.origin.rpy), strict=True)
+        for flag, value in numbers:
+            digits = METRE_DIGITS if flag in _XYZ else RADIAN_DIGITS
+            arguments += [flag, decimal(value) if is_exact else fixed(value, digits)]
         arguments += [_PARENT, joint.parent, _CHILD, joint.child]
-        ends = published.parent, published.child
-        one = StaticTransform(published.publisher.name, *ends, tuple(arguments), published.source, when)
-        (found.in_modes if modes_in(robot, [when]) else found.always).append(one)
-    return found
-
-
-def describe(source: Source) -> str:
-    """Return where a value comes from as one line of printable text; empty if the description does not say."""
-    head = ", ".join(part for part in (source.status.replace("_", "-"), source.measured) if part)
-    text = ": ".join(part for part in (head, source.note) if part)
-    return masked(" ".join(text.split()))
+        name, ends = published.publisher.name, (published.parent, published.child)
+        one = StaticTransform(name, *ends, tuple(arguments), published.source, when)
+        (in_modes if modes_in(robot, [when]) else always).append(one)
+    return always, in_modes, diagnostics
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
@@ -156,33 +157,24 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     declared += [(name, "'false'", f"the robot is run in the mode {mode}", STATES) for mode, name in modes.items()]
     wrap = textwrap.TextWrapper(84, expand_tabs=False, replace_whitespace=False, break_long_words=False)
     wrap.break_on_hyphens = False
-    values: dict[str, Any] = {
-        "robot": robot,
-        "urdf": urdf,
-        "statics": statics,
-        "declared": declared,
-        "modes": modes,
-        "conditions": {when: if_condition(one, modes, 12) for when, one in conditions.items()},
-        "imports": import_substitutions(conditions.values(), "LaunchConfiguration"),
-        "publisher": moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER,
-        "literal": repr,
-        "source": lambda source: wrap.wrap(describe(source)),
-        "pairs": StaticTransform.in_python,
-    }
+    values: dict[str, Any] = {"robot": robot, "urdf": urdf, "statics": statics, "declared": declared, "modes": modes}
+    values |= {"literal": repr, "pairs": StaticTransform.in_python}
+    values["source"] = lambda source: wrap.wrap(describe(source))
+    values["conditions"] = {when: if_condition(one, modes, 12) for when, one in conditions.items()}
+    values["imports"] = import_substitutions(conditions.values(), "LaunchConfiguration")
+    values["publisher"] = moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER
     return templates.own("core/static_tf.launch.py.jinja", values), diagnostics
 
 
-def view(robot: Robot, output: Output) -> Transforms:
+def view(robot: Robot, output: Output) -> FrameTable:
     """Return what a file of static transforms must contain; conditions are not read back from Python."""
     always, in_modes, _ = static_transforms(robot, [output])
     has_conditions = output.backend == LIST.name
-    return Transforms(tuple(replace(one.edge, when=one.when if has_conditions else "") for one in (*always, *in_modes)))
+    return FrameTable(tuple(replace(one.edge, when=one.when if has_conditions else "") for one in (*always, *in_modes)))
 
 
-def read(text: str) -> Transforms:
+def read(text: str) -> FrameTable:
     """Return the transforms of a launch file, which is parsed, never run. Raises ValueError for a damaged one."""
-    import ast
-
     default = re.search(rf"'{FRAME_PREFIX}',\s+default_value=(.*),", text)
     is_declared = default is not None and f"{FRAME_PREFIX} = LaunchConfiguration('{FRAME_PREFIX}')" in text
     nodes, edges = _NODE.findall(text), list[Edge]()
@@ -197,18 +189,16 @@ def read(text: str) -> Transforms:
             edges.append(read_arguments(ast.literal_eval(name), words))
     except (TypeError, SyntaxError) as problem:
         raise ValueError(f"not Python with plain values: {problem}") from None
-    return Transforms(tuple(edges))
+    return FrameTable(tuple(edges))
 
 
 def read_arguments(name: object, arguments: object) -> Edge:
     """Return the transform of one static_transform_publisher. Raises ValueError for other than our arguments."""
     if not isinstance(name, str) or not isinstance(arguments, list) or not all(isinstance(a, str) for a in arguments):
         raise ValueError("a static_transform_publisher has a name that is no text or arguments that are no texts")
-    if len(arguments) % 2:
-        raise ValueError(f"the arguments of {name} are not flags with one text each")
-    given = dict(zip(arguments[::2], arguments[1::2], strict=True))
-    if given.keys() != {*_XYZ, *_RPY, _PARENT, _CHILD}:
-        raise ValueError(f"the flags of {name} are {', '.join(given)}")
+    given = dict(zip(arguments[::2], arguments[1::2], strict=False))
+    if given.keys() != {*_XYZ, *_RPY, _PARENT, _CHILD} or len(arguments) != 2 * len(given):
+        raise ValueError(f"{name} has the arguments {' '.join(arguments)}")
     x, y, z, roll, pitch, yaw = (number_of(given[flag]) for flag in (*_XYZ, *_RPY))
     publisher = Publisher(STATIC_TRANSFORM_PUBLISHER, name)
     return Edge(given[_PARENT], given[_CHILD], publisher, moving=False, pose=Pose((x, y, z), (roll, pitch, yaw)))
@@ -220,12 +210,6 @@ def check_numbers(case: Case, output: Output) -> Iterator[Diagnostic]:
         message = f'the backend "{output.backend}" does not print numbers as {output.options["number_format"]}'
         help = "write exact, or leave it out: 7 decimals of metres, 8 of radians"
         yield case.problem("number-format", message, ("outputs", output.name, "number_format"), help)
-
-
-def _syntax(text: str) -> str:
-    import ast
-
-    return ast.dump(python_of(text))
 
 
 _DIGITS = "exact: to the last digit; left out: 7 decimals of metres and 8 of radians."
@@ -245,7 +229,7 @@ FORMAT = Format(
     read=read,
     rounding=ROUNDING,
     located=True,
-    syntax=_syntax,
+    syntax=lambda text: ast.dump(python_of(text)),
     feeds=(STATIC_TRANSFORM_PUBLISHER,),
     folder="launch",
     deploys=True,
@@ -264,7 +248,7 @@ def write_list(robot: Robot, output: Output, templates: Templates) -> tuple[str,
     return json.dumps({"robot": robot.name, "static_transform_publisher": nodes}, indent=2) + "\n", diagnostics
 
 
-def read_list(text: str) -> Transforms:
+def read_list(text: str) -> FrameTable:
     """Return the transforms of a list. Raises ValueError if the text is not such a file."""
     edges = []
     try:
@@ -276,7 +260,7 @@ def read_list(text: str) -> Transforms:
             edges.append(edge)
     except (KeyError, TypeError, AttributeError) as problem:
         raise ValueError(f"not a list of static transforms: {problem!r}") from None
-    return Transforms(tuple(edges))
+    return FrameTable(tuple(edges))
 
 
 def robot_of(path: Path) -> str:
@@ -306,3 +290,83 @@ LIST = replace(
     folder="config",
     robot_of=robot_of,
 )
+
+
+def free_names(names: Iterable[str], taken: Iterable[str], before: str) -> dict[str, str]:
+    """Return a launch argument for each name: itself, or one that begins with ``before`` where the name is taken."""
+    names, taken = list(names), set(taken)
+    free = {name: name for name in names if name not in taken}
+    for name in names:
+        argument = name
+        while name not in free and argument in {*taken, *free.values()}:
+            argument = f"{before}{argument}"
+        free.setdefault(name, argument)
+    return {name: free[name] for name in names}
+
+
+def mode_arguments(robot: Robot, conditions: Iterable[str], taken: Iterable[str]) -> dict[str, str]:
+    """Return the launch arguments of the modes in conditions; ``taken`` are names of other launch arguments."""
+    return free_names(modes_in(robot, list(conditions)), taken, "mode_")
+
+
+def condition(robot: Robot, when: str) -> Condition:
+    """Return a condition over modes, decided one mode after the other (Shannon's expansion)."""
+    modes = modes_in(robot, [when])
+    table = {tuple(states.values()): holds(when, states) for states in combinations(modes)}
+
+    def decide(states: tuple[bool, ...]) -> Condition:
+        if len(states) == len(modes):
+            return ALWAYS if table[states] else NEVER
+        mode: Condition = (MODE, modes[len(states)])
+        off, on, inverse = decide((*states, False)), decide((*states, True)), (NOT, mode)
+        if off == on:
+            return off
+        if {off, on} == {ALWAYS, NEVER}:
+            return mode if on == ALWAYS else inverse
+        if on in (ALWAYS, NEVER):
+            return (OR, mode, off) if on == ALWAYS else (AND, inverse, off)
+        if off in (ALWAYS, NEVER):
+            return (OR, inverse, on) if off == ALWAYS else (AND, mode, on)
+        return (OR, (AND, mode, on), (AND, inverse, off))
+
+    return decide(())
+
+
+def in_frontends(condition: Condition, arguments: Mapping[str, str]) -> str:
+    """Return a condition for XML and YAML launch files, such as "$(and $(var slam) $(not $(var rviz)))"."""
+    word, *operands = condition
+    if word == MODE:
+        return f"$(var {arguments[operands[0]]})"
+    words = " ".join(in_frontends(operand, arguments) for operand in operands)
+    return f"$({word} {words})" if operands else str(word)
+
+
+def in_python(condition: Condition, arguments: Mapping[str, str], indent: int, before: int = 0) -> str:
+    """Return a condition for Python launch files, behind ``before`` columns of a line that is indented."""
+    word, *operands = condition
+    if word == MODE or not operands:
+        return f"LaunchConfiguration({arguments[operands[0]]!r})" if operands else repr(word)
+    line = f"{_PYTHON[word]}({', '.join(in_python(operand, arguments, 0) for operand in operands)})"
+    if "\n" not in line and indent + before + len(line) < _WIDTH:
+        return line
+    comma = "" if word == _IF else ","
+    lines = [f"{' ' * (indent + 4)}{in_python(operand, arguments, indent + 4)}{comma}" for operand in operands]
+    return "\n".join([f"{_PYTHON[word]}(", *lines, f"{' ' * indent})"])
+
+
+def if_condition(condition: Condition, arguments: Mapping[str, str], indent: int) -> str:
+    """Return the value of the ``condition`` of a node; ``indent`` is the column of the word ``condition``."""
+    return in_python((_IF, condition), arguments, indent, len("condition="))
+
+
+def import_substitutions(conditions: Iterable[Condition], *more: str) -> str:
+    """Return the import of the names that conditions take from ``launch.substitutions``, and of ``more``."""
+    names, waiting = set(more), list(conditions)
+    while waiting:
+        word, *operands = waiting.pop()
+        names |= {_PYTHON[word]} if word in _PYTHON else set()
+        waiting += operands if word in _PYTHON else []
+    line = f"from launch.substitutions import {', '.join(sorted(names))}"
+    if len(line) <= _WIDTH:
+        return line
+    return "\n".join(["from launch.substitutions import (", *(f"    {name}," for name in sorted(names)), ")"])

@@ -11,7 +11,7 @@ from rosorin_compile.compare.describe import Describer
 from rosorin_compile.compare.precision import NOISE, Precision
 from rosorin_compile.compare.walk import compare_leaves, leaves
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.unsupported import lacks
+from rosorin_compile.formats.format import lacks
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Ellipsoid, Joint, Link, Robot, Shape
 from rosorin_compile.model.joint import ROBOT_STATE_PUBLISHER, Dynamics, Publisher

@@ -14,7 +14,7 @@ from rosorin_compile.output.committed import compare
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.wording import and_more, counted, did_you_mean, first_of, listed, nearest
+from rosorin_compile.source.wording import and_more, counted, first_of, listed, nearest
 
 from .findings import YEAR, difference, ordered, pose_text, problem, rate_text, seconds, share, value_rule
 from .judge_edges import dropped, edges, late, leaps_text, missing, other_modes, prefixed, row, stale
@@ -188,7 +188,7 @@ def _answers(recording: Recording) -> Iterator[Diagnostic]:
     for question in {one.name: one for one in recording.refused if one.name not in answered}.values():
         frames = [frame for frame in (question.source, question.target) if f'"{frame}"' in question.why]
         owners = [edge for frame in frames for edge in recording.description.by_child.get(frame, ())]
-        help = owners[0].advice if owners else did_you_mean(question.target, recording.description.frames)
+        help = owners[0].advice if owners else Suggestion(question.target, recording.description.frames)
         message = f"tf2_echo got no answer for {question.name}: {question.why}"
         yield problem("edge-missing", question.name, message, help, [f"line {question.line}"])
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
-from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.wording import and_more, counted, did_you_mean, first_of, listed
+from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, nearest
+from rosorin_compile.source.wording import and_more, counted, first_of, listed
 
 from .expected import EXACT, Expected
 from .findings import YEAR, difference, pose_text, problem, rate_text, seconds, share, value_rule
@@ -121,8 +121,8 @@ def _topic(name: str, static: bool, edge: Expected, rate: float) -> Iterator[Dia
 
 
 def _undescribed(recording: Recording, name: str, child: str) -> Diagnostic:
-    guess = did_you_mean(child, recording.description.frames)
-    help = guess if guess.startswith("did you mean") else ""
+    frames = recording.description.frames
+    help = Suggestion(child, frames) if nearest(child, frames) else ""
     return problem("edge-not-described", name, f"{name} was published, but no such edge is described", help)
 
 

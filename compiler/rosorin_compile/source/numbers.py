@@ -100,7 +100,7 @@ def numbers(values: Iterable[float], number: NumberFormat) -> str:
     return " ".join(map(number, values))
 
 
-def vector(values: Iterable[float], number: NumberFormat) -> str:
+def vector(values: Iterable[float], number: NumberFormat = short) -> str:
     """Return the entries of a vector separated by single spaces, the only separator that urdfdom takes inside one."""
     return numbers(rounded_vector(values), exact) if number is short else numbers(values, number)
 

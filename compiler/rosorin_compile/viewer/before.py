@@ -15,7 +15,6 @@ from rosorin_compile.compare.solids import Solid, match
 from rosorin_compile.compare.walk import Address, Difference, Leaves, Shapes, compare_leaves
 from rosorin_compile.model import HeightMap, Joint, Link, Pose, Robot, Shape
 from rosorin_compile.model.joint import Mimic
-from rosorin_compile.model.shape import MERGED, ROWS
 
 _GRID = frozenset(field.name for field in fields(HeightMap))
 
@@ -43,15 +42,13 @@ class _Before:
         self.start = robot
         self.links = {link.name: link for link in robot.links}
         self.joints = {joint.child: joint for joint in robot.joints}
-        self.materials = {material.name: material for material in robot.materials}
         # Not every format has the names of all joints.
         entries = [(thing, entry) for side in sides for thing, entry in side.items()]
         self.names = {str(of["child"]): name for (kind, name), of in entries if kind == "joint" and "child" in of}
 
     def robot(self) -> Robot:
         joints = [joint for child, joint in self.joints.items() if {child, joint.parent} <= self.links.keys()]
-        materials = tuple(self.materials.values())
-        made = replace(self.start, links=tuple(self.links.values()), joints=tuple(joints), materials=materials)
+        made = replace(self.start, links=tuple(self.links.values()), joints=tuple(joints))
         return made if made.is_tree else self.start
 
     def undo(self, difference: Difference, old: Leaves) -> None:
@@ -72,8 +69,6 @@ class _Before:
         elif kind == "joint":
             for moved in [joint for joint in self.joints.values() if joint.name == name]:
                 self.joints[moved.child] = _joint(moved, quantity, was, old.get(("joint", name), {}))
-        elif kind == "material" and name in self.materials and quantity in ("rgba", "texture"):
-            self.materials[name] = replace(self.materials[name], **{quantity: was})
         elif kind == "height map" and link is not None and quantity in _GRID and was is not None:
             grids = (
                 replace(shape, geometry=replace(shape.geometry, **{quantity: was}))
@@ -120,25 +115,20 @@ def _joint(joint: Joint, quantity: str, value: Any, entry: Mapping[str, Any]) ->
 
 def _shapes(now: Sequence[Shape], old: Shapes, new: Shapes) -> tuple[Shape, ...]:
     """Return the shapes of a link as they were; those of other frames, which an artifact may have there, are not."""
-    olds, news = [*map(_bare, old.solids())], [*map(_bare, new.solids())]
-    rest = match(olds, news)
-    added = [news[at] for at in rest.new]
-    # An artifact has height maps as boxes, cut in one of two ways, and perhaps capsules as cylinders.
-    pieces: list[Shape] = []
-    own: set[int] = set()
-    for form in (ROWS, MERGED):
-        cut = [piece for shape in now for piece in shape.solids(form)]
-        solids = [_bare(solid) for piece in cut for solid in Shapes((piece,)).solids()]
-        found = {at for at, _ in match(solids, added).pairs}
-        found = found or {at for at, _ in match([solid.as_cylinder for solid in solids], added).pairs}
-        if not pieces or len(found) > len(own):
-            pieces, own = cut, found
-    if rest.old and rest.new and not own:
-        return tuple(now)  # they are of another frame, which has a difference of its own
-    if not own:
-        pieces = [*now]
-    removed = [piece for shape in old.shapes for piece in shape.solids()]
-    return (*(piece for at, piece in enumerate(pieces) if at not in own), *(removed[at] for at in rest.old))
+    before, after = ([_bare(solid) for solid in side.solids()] for side in (old, new))
+    rest = match(before, after)
+    added = [after[at] for at in rest.new]
+    solids = [_bare(solid) for solid in Shapes(tuple(now)).solids()]
+    own = {at for at, _ in match(solids, added).pairs}
+    own = own or {at for at, _ in match([solid.as_cylinder for solid in solids], added).pairs}
+    if not own:  # with both, they are of another frame, which has a difference of its own
+        return tuple(now) if rest.old and rest.new else (*now, *(_pieces(old)[at] for at in rest.old))
+    kept = (piece for at, piece in enumerate(_pieces(Shapes(tuple(now)))) if at not in own)
+    return (*kept, *(_pieces(old)[at] for at in rest.old))
+
+
+def _pieces(side: Shapes) -> list[Shape]:
+    return [piece for shape in side.shapes for piece in shape.solids()]
 
 
 def _bare(solid: Solid) -> Solid:

@@ -16,11 +16,11 @@ from rosorin_compile.output import write_file
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import counted
 
-from .overlay import Overlay, of_two
-from .overlay import before as before_of
+from .before import robot_before
+from .overlay import Overlay, moves, of_two
 from .page import MAX_MEGABYTES, data_of, html, left_out
 from .page.data import Data, before_data
-from .page.images import Embedding
+from .page.images import Embedding, tables
 from .showing import Shown, look, nameless, on_disk
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ class Pictures:
         if not committed:
             self.taken.append(Picture(shown, None, {}, [], [], "nothing is committed to compare with", inputs))
             return
-        before = before_of(shown.robot, comparison.pairs)
+        before = moves(robot_before(shown.robot, comparison.pairs), shown.robot)
         changes = [change_data(change, [shown.robot, before.old]) for change in comparison.changes]
         notes = [f"{text.file}: {text.remark}" for text in comparison.texts if text.remark]
         if not changes:
@@ -140,13 +140,11 @@ class Pictures:
         entry: Data = {"robot": data, "changes": one.changes, "notes": one.notes, "said": one.summary}
         if one.before is None:
             return entry
-        moves = one.before.moves
-        before = before_data(one.before.old, moves.shapes, moves.at)
+        before = before_data(one.before.old, one.before.shapes, one.before.at)
         if self.embedding:
-            self.embedding.take(before, one.before.drawn(), one.files)
-            before = nameless(before)
+            before = nameless(before | tables(one.before.drawn(), one.files, self.embedding))
             before["meshes"] = {n: mesh for n, mesh in before["meshes"].items() if mesh != data["meshes"].get(n)}
-        return {**entry, "before": before, "moved": dict(moves.how)}
+        return {**entry, "before": before, "moved": dict(one.before.how)}
 
 
 def _removed(page: Path) -> bool:

@@ -11,8 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.formats.format import Asked, Format, xml_syntax
-from rosorin_compile.formats.unsupported import NODES, UNPUBLISHED
+from rosorin_compile.formats.format import NODES, UNPUBLISHED, Asked, Format, xml_syntax
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, publishers, rows
 from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, error
@@ -36,7 +35,7 @@ RULES = (
 )
 
 _SIZE = 12.0  # of letters, in pixels
-_ROW, _BOX, _INDENT, _PAD, _STEP = 27.0, 20.0, 32.0, 8.0, 22.0
+_ROW, _INDENT, _PAD, _STEP = 27.0, 32.0, 8.0, 22.0
 _MARGIN, _GAP, _HEAD = 22.0, 26.0, 56.0
 _COLUMNS = {"publisher": "published by", "topic": "topic", "joint": "joint", "when": "when"}
 
@@ -60,138 +59,99 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
     """Return the picture of all trees, one below the other."""
     from rosorin_compile.formats.templating import Templates
 
-    panels = [(tree.label, lines(tree.edges, robot.frames)) for tree in trees]
-    every = [line for _, tree in panels for line in tree]
-    edges = [line.row for line in every if line.row is not None]
+    panels: list[dict[str, Any]] = []
+    for tree in trees:
+        drawn = lines(tree.edges, robot.frames)
+        panel: dict[str, Any] = {"label": tree.label, "lines": drawn, "count": _count(drawn)}
+        panel["count_x"] = _MARGIN + (text_width(tree.label, 14) + 18 if tree.label else 0.0)
+        panel["last"] = {line.on: at for at, line in enumerate(drawn) if line.on >= 0}
+        panel["used"] = {name for row in _rows(drawn) for name, cell in cells_of(row, {}).items() if cell}
+        panels.append(panel)
+    every = [line for panel in panels for line in panel["lines"]]
+    edges = _rows(every)
     whys = {why: at for at, why in enumerate(dict.fromkeys(row.why for row in edges if row.why), 1)}
     colour = colours(publishers(rows(robot)))
     title = f"{robot.name}: the tree of frames"
 
     # The columns next to the tree: where each begins, and where the last one ends.
-    begin = [max((_x(line) + _box(line) for line in every), default=_MARGIN) + _GAP]
-    cells = [_cells(row, whys) for row in edges]
+    columns, end = {}, max(map(right_of, every), default=_MARGIN) + _GAP
     for name, head in _COLUMNS.items():
-        used = any(row[name] for row in cells)
-        width = max(_width(text) for text in (head, *(row[name] for row in cells))) + _GAP if used else 0.0
-        begin.append(begin[-1] + width + (14.0 if used and name == "publisher" else 0.0))
-    columns = dict(zip(_COLUMNS, begin, strict=False))
-    columns_text = columns | {"publisher": begin[0] + 14}
+        columns[name] = end
+        texts = [text for row in edges if (text := cells_of(row, whys)[name])]
+        if texts:
+            end += max(map(text_width, (head, *texts))) + _GAP + (14.0 if name == "publisher" else 0.0)
 
     # The legend: publishers with their colours, as many in a row as there is room for, and the kinds of lines.
     keys = [name for name in colour if any(row.publisher == name for row in edges)]
     styles = [style for name, style in _STYLES.items() if name != NOBODY or any(not row.published for row in edges)]
     limit = max(
-        begin[-1] - _GAP,
-        *(_count_x(label) + _width(_count(tree)) for label, tree in panels),
-        *(_MARGIN + _width(title, 16), *(_MARGIN + 30 + _width(name) for name in keys)),
-        _MARGIN + sum(58 + _width(style.about) for style in styles) - 20,
+        end - _GAP,
+        *(panel["count_x"] + text_width(panel["count"]) for panel in panels),
+        *(_MARGIN + text_width(title, 16), *(_MARGIN + 30 + text_width(name) for name in keys)),
+        _MARGIN + sum(58 + text_width(style.about) for style in styles) - 20,
     )
     x, y, placed_keys = _MARGIN, 58.0, []
     for name in keys:
-        if x > _MARGIN and x + 14 + _width(name) > limit:
+        if x > _MARGIN and x + 14 + text_width(name) > limit:
             x, y = _MARGIN, y + _STEP
         placed_keys.append((name, x, y))
-        x += 34 + _width(name)
-    y += _STEP if keys else 0.0
-    styles_x = [_MARGIN]
-    for style in styles:
-        styles_x.append(styles_x[-1] + 58 + _width(style.about))
+        x += 34 + text_width(name)
+    styles_y = y + (_STEP if keys else 0.0)
 
-    top, drawn = y + 14, []
-    for label, tree in panels:
-        drawn.append(_panel(label, tree, top, columns_text, whys))
-        top += _HEAD + _ROW * len(tree)
+    top = styles_y + 14
+    for panel in panels:
+        panel["top"] = top
+        top += _HEAD + _ROW * len(panel["lines"])
     bottom, notes = top + (24 if whys else 0), []
     for why, at in whys.items():
         notes.append((f"({at})", _MARGIN, bottom))
-        letters = max(1, int((limit - _MARGIN - 34) / _width("m" if why.isascii() else "\u6f22")))
+        letters = max(1, int((limit - _MARGIN - 34) / text_width("m" if why.isascii() else "\u6f22")))
         for words in wrap(f"nobody: {why}", letters, break_on_hyphens=False):
             notes.append((words, _MARGIN + 34, bottom))
             bottom += 18
-    values = {
-        "title": title,
-        "width": limit + _MARGIN,
-        "height": bottom + (6 if whys else 12),
-        "colours": colour,
-        "grey": GREY,
-        "keys": placed_keys,
-        "styles": list(zip(styles, styles_x, strict=False)),
-        "styles_y": y,
-        "panels": drawn,
-        "cells_x": begin[0],
-        "notes": notes,
-        "n": _n,
-    }
-    return Templates.own("viewer/frames.svg.jinja", values)
+    size = {"width": limit + _MARGIN, "height": bottom + (6 if whys else 12)}
+    legend = {"title": title, "keys": placed_keys, "styles": styles, "styles_y": styles_y, "notes": notes}
+    looks = {"colours": colour, "grey": GREY, "styles_of": _STYLES, "heads": _COLUMNS, "columns": columns, "whys": whys}
+    functions = {function.__name__: function for function in (right_of, cells_of, text_width, shortened)}
+    return Templates.own("viewer/frames.svg.jinja", {**size, **legend, **looks, **functions, "panels": panels})
 
 
-def _panel(
-    label: str, tree: Sequence[Line], top: float, columns: Mapping[str, float], whys: Mapping[str, int]
-) -> dict[str, Any]:
-    """Return one tree that begins at ``top``, as values of the template."""
-    middle = [top + _HEAD + _ROW * (at + 0.5) for at in range(len(tree))]
-    last = {line.on: at for at, line in enumerate(tree) if line.on >= 0}
-    used = {name for line in tree if line.row for name, cell in _cells(line.row, whys).items() if cell}
-    drawn = []
-    for line, y in zip(tree, middle, strict=True):
-        cells = {} if line.row is None else _cells(line.row, whys)
-        place = {"x": _x(line), "y": y, "right": _x(line) + _box(line), "name": _name(line)}
-        style = _STYLES[line.row.style if line.row else "static"]
-        placed = [(name, cell, columns[name]) for name, cell in cells.items() if cell]
-        drawn.append({"line": line, "style": style, "cells": placed, **place})
-    return {
-        "label": label,
-        "top": top,
-        "count": _count(tree),
-        "count_x": _count_x(label),
-        "heads": [(head, columns[name]) for name, head in _COLUMNS.items() if name in used],
-        "trunks": [(_x(tree[on]) + 10, middle[on] + _BOX / 2, middle[at]) for on, at in last.items()],
-        "lines": drawn,
-    }
+def _rows(drawn: Sequence[Line]) -> list[Row]:
+    return [line.row for line in drawn if line.row is not None]
 
 
-def _count(tree: Sequence[Line]) -> str:
+def _count(drawn: Sequence[Line]) -> str:
     """Return the number of frames, and of edges of each kind."""
-    frames = len({line.frame for line in tree})
-    styles = Counter(line.row.style for line in tree if line.row is not None)
+    frames, styles = len({line.frame for line in drawn}), Counter(row.style for row in _rows(drawn))
     counts = [f"{frames} {plural('frame', frames)}"]
     counts += [f"{styles[style]} {style}" for style in ("moving", "static") if styles[style]]
     return ", ".join(counts + ([f"{styles[NOBODY]} published by nobody"] if styles[NOBODY] else []))
 
 
-def _count_x(label: str) -> float:
-    return _MARGIN + (_width(label, 14) + 18 if label else 0.0)
+def right_of(line: Line) -> float:
+    """Return where the box of a frame ends."""
+    name = f"{line.frame} (again)" if line.again else line.frame
+    return _MARGIN + _INDENT * line.depth + text_width(name) + 2 * _PAD
 
 
-def _x(line: Line) -> float:
-    return _MARGIN + _INDENT * line.depth
-
-
-def _box(line: Line) -> float:
-    return _width(_name(line)) + 2 * _PAD
-
-
-def _name(line: Line) -> str:
-    return f"{line.frame} (again)" if line.again else line.frame
-
-
-def _cells(row: Row, whys: Mapping[str, int]) -> dict[str, str]:
-    """Return the cells of an edge by column."""
+def cells_of(row: Row, whys: Mapping[str, int]) -> dict[str, str]:
+    """Return the cells of an edge by column; ``whys`` are the numbers of the notes."""
     return {
-        "publisher": f"{row.publisher} ({whys[row.why]})" if row.why else row.publisher,
+        "publisher": f"{row.publisher} ({whys.get(row.why)})" if row.why else row.publisher,
         "topic": row.topic if row.published else "",
         "joint": f"{row.joint} ({row.kind})" if row.joint else "",
         "when": row.when,
     }
 
 
-def _n(value: float) -> str:
-    return f"{value:.1f}".removesuffix(".0")
-
-
-def _width(text: str, size: float = _SIZE) -> float:
+def text_width(text: str, size: float = _SIZE) -> float:
     """Return the width of a text (pixels). A letter of a monospace font is 0.6 of its size wide, others are wider."""
     return sum(0.61 if letter.isascii() else 1.1 for letter in text) * size
+
+
+def shortened(value: float) -> str:
+    """Return a number with one decimal place, or none where it is zero."""
+    return f"{value:.1f}".removesuffix(".0")
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001

@@ -15,14 +15,11 @@ from rosorin_compile.compare.bodies import Bodies, same_motion
 from rosorin_compile.compare.diff import not_carried, pair_sides
 from rosorin_compile.compare.difference import Difference
 from rosorin_compile.compare.names import renamed_robot
-from rosorin_compile.compare.pairs import Pair
 from rosorin_compile.compare.precision import Precision, exact
 from rosorin_compile.compare.shapes import pieces_of
 from rosorin_compile.compare.solids import Solid, match
 from rosorin_compile.model import Link, Mesh, Pose, Robot, Shape
 from rosorin_compile.model.geometry import pose_of
-
-from .before import robot_before
 
 # What became of a link. One that was carried is attached to one that moved.
 MOVED, CARRIED, SHAPED, NEW, REMOVED = "moved", "carried", "shaped", "new", "removed"
@@ -30,50 +27,36 @@ PURPOSES = ("visual", "collision")
 _LEAST = 1e-9  # m and rad
 
 
-class Moves(NamedTuple):
-    """What became of links, by name, without those that stayed; and how the old robot is drawn.
-
-    ``shapes`` are those of old links that are not where they were, by link and purpose. ``at`` is the old root in the
-    new one.
-    """
-
-    how: Mapping[str, str]
-    shapes: Mapping[tuple[str, str], tuple[Shape, ...]]
-    at: Pose
-
-
 class Overlay(NamedTuple):
     """The robot before, under the names of the one of now, and what became of its links.
 
-    ``frames`` are the frames at which something is to be seen, by the name that a comparison has for it.
+    ``how`` has the links that did not stay, by name; ``shapes`` the shapes of old links that are elsewhere or gone, by
+    link and purpose; ``at`` is the old root in the new one. ``frames`` are the frames at which something is to be
+    seen, by the name that a comparison has for it.
     """
 
     old: Robot
-    moves: Moves
+    how: Mapping[str, str]
+    shapes: Mapping[tuple[str, str], tuple[Shape, ...]]
+    at: Pose
     frames: Mapping[str, str] = {}
 
     def with_meshes(self, changed: Collection[str]) -> Overlay:
         """Return it with the links, too, whose mesh files are others: ``changed``, as the description names them."""
-        how, shapes = dict(self.moves.how), dict(self.moves.shapes)
+        how, shapes = dict(self.how), dict(self.shapes)
         for link, purpose in product(self.old.links, PURPOSES):
             others = [s for s in getattr(link, purpose) if isinstance(s.geometry, Mesh) and s.geometry.file in changed]
             if others and how.setdefault(link.name, SHAPED) == SHAPED:
                 shapes[link.name, purpose] = (*dict.fromkeys((*shapes.get((link.name, purpose), ()), *others)),)
-        return self._replace(moves=self.moves._replace(how=how, shapes=shapes))
+        return self._replace(how=how, shapes=shapes)
 
     def drawn(self) -> Robot:
         """Return the robot before with the shapes alone that are drawn of it."""
         links = (
-            Link(link.name, **{purpose: self.moves.shapes.get((link.name, purpose), ()) for purpose in PURPOSES})
+            Link(link.name, **{purpose: self.shapes.get((link.name, purpose), ()) for purpose in PURPOSES})
             for link in self.old.links
         )
         return replace(self.old, links=tuple(links))
-
-
-def before(robot: Robot, pairs: Sequence[Pair]) -> Overlay:
-    """Return what a robot was under what it is; ``pairs`` are the artifacts that differ, before and after."""
-    old = robot_before(robot, pairs)
-    return Overlay(old, moves(old, robot))
 
 
 def of_two(difference: Difference, prefix: str | None) -> Overlay:
@@ -93,7 +76,8 @@ def of_two(difference: Difference, prefix: str | None) -> Overlay:
         frames |= {name: names[name] for name in robot.link}
     old = renamed_robot(first, old_links, old_joints)
     unknown = {links.get(name, old_links.get(name, name)) for name in not_carried(pairing, a, b)[0]}
-    return Overlay(old, moves(old, b.robot, difference.tolerance, (a.printing, b.printing), unknown), frames)
+    found = moves(old, b.robot, difference.tolerance, (a.printing, b.printing), unknown)
+    return found._replace(frames=frames)
 
 
 def _apart(names: Sequence[str], shared: Mapping[str, str]) -> dict[str, str]:
@@ -108,7 +92,7 @@ def moves(
     tolerance: float = _LEAST,
     precisions: tuple[Precision, Precision] = (exact, exact),
     unknown: Collection[str] = (),
-) -> Moves:
+) -> Overlay:
     """Return what became of each link of two robots that call the same links by the same names.
 
     ``tolerance`` (m, rad) is no difference, besides what ``precisions`` leave open; ``unknown`` are links that the
@@ -151,7 +135,7 @@ def moves(
     if anchor:
         here, there = (side.relative(side.robot.root, anchor).transform for side in (a, b))
         at = pose_of(there.then(here.inverse()))
-    return Moves({name: what for name, what in how.items() if name not in unknown}, shapes, at)
+    return Overlay(old, {name: what for name, what in how.items() if name not in unknown}, shapes, at)
 
 
 def _same_place(a: Bodies, b: Bodies, above: str, name: str, tolerance: float) -> bool:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.mesh_files import Places
+from rosorin_compile.formats.mesh_files import TEXTURE, Places
 from rosorin_compile.language.explain import NotThere, explain
 from rosorin_compile.language.explain_text import lines
 from rosorin_compile.output import OutputError, write_file
@@ -18,7 +18,7 @@ from rosorin_compile.source.progress import Progress
 
 from .page import MAX_MEGABYTES, html, left_out
 from .page.data import Data, robot_data
-from .page.images import Embedding, companions
+from .page.images import Embedding, companions, tables
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compiled import Understood
@@ -71,7 +71,7 @@ def look(request: Request) -> Looked:
     if case is None:
         return Looked(None, diagnostics, own_files)
     places = Places(description.path, description.outputs, request.packages, os.environ)
-    found = {**places.textures(case.tree), **places.meshes(case.tree)}
+    found = {**places.meshes(case.tree, kind=TEXTURE), **places.meshes(case.tree)}
     data = robot_data(case.robot)
     for link in data["links"]:
         path = case.places.get(("link", link["name"]))
@@ -100,13 +100,14 @@ def on_disk(shown: Shown, embedding: Embedding | None) -> Data:
     """Return the data of a page that is sent, without an absolute path; ``embedding`` takes its meshes, if any."""
     data = dict(shown.data)
     if embedding is not None:
-        embedding.take(data, shown.robot, shown.meshes)
-    links = []
-    for number, link in enumerate(data["links"]):
-        Progress.step("explaining", number, len(data["links"]))
-        lines = shown.explained(link["name"]) if len(data["links"]) <= _EXPLAINED else []
-        links.append({**link, **({"said": lines} if lines else {})})
-    return nameless({**data, "links": links}, shown.files)
+        data.update(tables(shown.robot, shown.meshes, embedding))
+    table: dict[str, int] = {}  # most lines are those of several links
+    links = list(data["links"])
+    for number, link in enumerate(links if len(links) <= _EXPLAINED else ()):
+        Progress.step("explaining", number, len(links))
+        indices = [table.setdefault(line, len(table)) for line in shown.explained(link["name"])]
+        links[number] = {**link, **({"said": indices} if indices else {})}
+    return nameless({**data, "links": links, **({"lines": list(table)} if table else {})}, shown.files)
 
 
 def nameless(data: Data, named: Iterable[Path] = ()) -> Data:

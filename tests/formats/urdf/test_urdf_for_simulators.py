@@ -21,7 +21,7 @@ import rosorin_compile
 from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
-from rosorin_compile.formats.urdf.content import inertials_at
+from rosorin_compile.formats.urdf.write import inertials_at
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     Box,

@@ -17,8 +17,7 @@ from rosorin_compile.model import Cylinder, HeightMap, Joint, Limit, Link, Mesh,
 from rosorin_compile.model.robot import JointPose  # noqa: E402
 from rosorin_compile.model.simulation import Contact  # noqa: E402
 from rosorin_compile.mujoco.mjcf.compare_models import may_touch  # noqa: E402
-from rosorin_compile.mujoco.mjcf.contacts import MOST, contacts  # noqa: E402
-from rosorin_compile.mujoco.mjcf.mjx import CANNOT, refused  # noqa: E402
+from rosorin_compile.mujoco.mjcf.contacts import CANNOT, MOST, contacts, refused  # noqa: E402  # noqa: E402
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf  # noqa: E402
 from rosorin_compile.mujoco.mjcf.write import write  # noqa: E402
 from support.machines import BODY, overlapping, robot_of  # noqa: E402

@@ -1,42 +1,43 @@
 """URDF: what robot_state_publisher, MoveIt and most other readers take.
 
-``content`` decides what a URDF contains of a robot, ``gazebo`` adds blocks for Gazebo, ``write`` writes it. ``read``
-reads URDFs, with ``reading``, which readers of other XML formats share.
+``write`` decides what a URDF contains and writes it, with blocks of ``gazebo``. ``read`` reads URDFs, with ``reading``,
+which readers of other XML formats share.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
-from ..format import BOXES_OF_HEIGHT_MAPS, DISTRIBUTIONS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Format, xml_syntax
-from ..gazebo_drives import unsupported_drives
-from ..unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
+from ..format import (
+    BOXES_OF_HEIGHT_MAPS,
+    DISTRIBUTIONS,
+    FORMS_OF_BOXES,
+    MODEL_KEYS,
+    NUMBER_FORMAT,
+    OF_MUJOCO,
+    OF_PUBLISHERS,
+    Asked,
+    Format,
+    Unsupported,
+    xml_syntax,
+)
+from ..gazebo_elements import unsupported_drives
 from . import write
-from .content import check, frames_of, links_of
+from .write import Content, check, frames_of, links_of
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
     from rosorin_compile.source.tree import Map
 
-    from ..format import Opened
-    from ..imported import Imported
-
 __all__ = ["FORMAT"]
 
 
-def _load(opened: Opened) -> Imported:
-    from .read import read_urdf
-
-    return read_urdf(opened.xml, opened.path, opened.options)
-
-
-def _read(text: str) -> Robot:
-    from .read import read
-
-    return read(text)
+def _reader() -> Any:
+    return import_module(f"{__name__}.read")  # few runs need it
 
 
 def _leaves_out(robot: Robot, link: str) -> bool:
@@ -56,7 +57,6 @@ def _asked(tree: Map, version: str, name: str) -> Asked:
 
 
 def _unsupported(output: Output) -> Mapping[str, Unsupported | None]:
-    """Return what a URDF has no word for."""
     table = {
         **OF_MUJOCO,
         **OF_PUBLISHERS,
@@ -109,13 +109,13 @@ FORMAT = Format(
     roots=("robot",),
     check=check,
     write=write.write,
-    view=write.view,
-    read=_read,
-    load=_load,
+    view=lambda robot, output: Content(robot, output).view,
+    read=lambda text: _reader().read(text),
+    load=lambda opened: _reader().read_urdf(opened.xml, opened.path, opened.options),
     asked=_asked,
     links=links_of,
     leaves_out=_leaves_out,
-    brings=write.added_elements,
+    brings=lambda robot, output: Content(robot, output).blocks,
     why="a URDF has only what robot_state_publisher publishes",
     meshes=True,
     syntax=xml_syntax,

@@ -25,7 +25,7 @@ from ..templating import attributes
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from .content import Content
+    from .write import Content
 
 _CANNOT_SEE = "A warning: a sensor is not written for Gazebo, or is on a link that Gazebo drops, which has no mass."
 _GIVE_MASS = "Give the link an `inertial`, and keep it in `elements`; or leave the sensor out: `gazebo: []`."
@@ -48,7 +48,6 @@ def gazebo_blocks(content: Content) -> tuple[list[str], list[Diagnostic]]:
 
 
 def _blocks_in(elements: Iterable[str]) -> Iterator[Element]:
-    """Yield the <gazebo> elements that a description has in its own words."""
     for text in elements:
         if "<gazebo" in text:
             yield from tree_of(f"<all>{text}</all>").iter("gazebo")
@@ -98,7 +97,6 @@ class _Merged:
                 self.below.setdefault(joint.parent, []).append(joint.child)
 
     def top(self, link: str) -> str:
-        """Return the link of Gazebo that a link becomes a piece of."""
         while link in self.merging:
             link = self.above[link].parent
         return link
@@ -151,7 +149,6 @@ class _SensorWriter:
         self.unseen: dict[tuple[str, str], list[str]] = {}
 
     def sensor(self, sensor: Sensor, one: GazeboSensor) -> str:
-        """Return the block of a sensor, or "" after noting why Gazebo cannot have it."""
         link, pose, names, lost, reason = one.link, IDENTITY, list[str](), "", ("", "")
         if one.at_joint:
             lost = "" if one.link in self.measured else sensor.frame
@@ -183,7 +180,6 @@ class _SensorWriter:
         return "\n".join([*lines, "  </gazebo>"])
 
     def _carrier(self, link: str, pose: Pose) -> tuple[str, Pose]:
-        """Return the link of the URDF that carries a frame, empty if no fixed joint leads there, and the pose in it."""
         transform = pose.transform()
         while link not in self.content.carried:
             above = self.robot.joint_to.get(link)

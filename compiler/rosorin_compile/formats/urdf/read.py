@@ -77,10 +77,8 @@ NUMBERS: Mapping[str, Mapping[str, tuple[int, str]]] = {
     "mimic": {"multiplier": _PLAIN, "offset": _POSITION},
     "dynamics": {"damping": _PLAIN, "friction": _PLAIN},
     "calibration": dict.fromkeys(("rising", "falling", "reference_position"), _POSITION),
-    "safety_controller": {
-        **dict.fromkeys(("soft_lower_limit", "soft_upper_limit"), _POSITION),
-        **dict.fromkeys(("k_position", "k_velocity"), _PLAIN),
-    },
+    "safety_controller": dict.fromkeys(("soft_lower_limit", "soft_upper_limit"), _POSITION)
+    | dict.fromkeys(("k_position", "k_velocity"), _PLAIN),
 }
 
 _PUBLISHER = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
@@ -99,7 +97,7 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
     diagnostics = reader.all_diagnostics()
     if tree is not None and not has_errors(diagnostics) and options.checked:
         tree, problems = accept(tree, options.lenient)
-        for one in problems:
+        for one in map(Diagnostic.worded, problems):
             help = f"{one.help}; --lenient leaves the mimic out" if one.rule == "mimic-unknown" else one.help
             diagnostics.append(replace(one, help=help))
     if tree is None or has_errors(diagnostics):
@@ -158,9 +156,14 @@ class _Reader(Reading):
         self._section(root, "joint", self._joint, tree)
         self._rename_materials(tree)
         self.check_element(root, tree)
-        for block in root.children if springs and "joints" in tree else ():
-            if block.tag == "gazebo" and block.get("reference") in tree["joints"]:
-                _add_spring(tree["joints"][block.get("reference")], block)
+        for block in root.children if springs else ():  # other simulators know springs as well
+            joint = (tree.get("joints") or {}).get(block.get("reference")) if block.tag == "gazebo" else None
+            for element in block.children if joint is not None else ():
+                with suppress(ValueError):
+                    value = float(element.get("value") or element.text)
+                    if element.tag in _SPRING and math.isfinite(value):
+                        joint.setdefault_at("dynamics", Map(element.span), element.span)
+                        put(joint["dynamics"], _SPRING[element.tag], value, element)
         version = root.attributes.get("version")
         if version is not None and version.value.strip() not in ("1", "1.0", "1.1", "1.2"):
             self.cannot_carry(f'the version "{version.value}" of <robot>', version.span, "URDF has 1.0, 1.1 and 1.2")
@@ -196,7 +199,6 @@ class _Reader(Reading):
                 entry.put(keys[name] if keys else name, made if count > 1 else made[0], attribute.name_span, span)
 
     def _put_text(self, entry: Map, key: str, element: Element, name: str) -> str | None:
-        """Set a key to a required attribute and return it."""
         value = self.attribute(element, name)
         if value is not None:
             attribute, help = element.attributes[name], f"name a {name.removesuffix('name')}"
@@ -206,7 +208,6 @@ class _Reader(Reading):
         return value
 
     def _check_name(self, element: Element) -> str | None:
-        """Return the name of an element, after an error if no entry of a description can have it."""
         name = self.attribute(element, "name")
         if name is None or NAME.match(name):
             return name
@@ -228,12 +229,12 @@ class _Reader(Reading):
             self.paths[id(element)] = path = (f"{tag}s", name or "")
             entry = read(element, path)
             self.check_element(element, entry)
+            span = element.attributes["name"].span if name is not None else element.span
             if name in section:
-                related = [Related("first defined here", section.key_spans[name])]
-                message, span = f'the {tag} "{name}" is defined twice', element.attributes["name"].span
-                self.error("duplicate-name", message, span, "rename or remove one", related)
+                related, message = [Related("first defined here", section.key_spans[name])], f'the {tag} "{name}"'
+                self.error("duplicate-name", f"{message} is defined twice", span, "rename or remove one", related)
             elif name is not None:
-                section.put(name, entry, element.attributes["name"].span, element.span)
+                section.put(name, entry, span, element.span)
 
     # Links
 
@@ -329,17 +330,15 @@ class _Reader(Reading):
         self.check_element(origin, None, (*path, "xyz" if "xyz" in origin.attributes else "rpy"))
         attribute = origin.attributes.get("quat_xyzw")
         self.put_numbers(entry, origin, keys={"xyz": "xyz", **({} if attribute else {"rpy": "rpy"})})
-        if attribute is None:
-            return
-        if "rpy" in origin.attributes:
+        if attribute is not None and "rpy" in origin.attributes:
             message = f"{named(origin)} has rpy and quat_xyzw; readers differ in which of them they take"
             self.error("duplicate-element", message, attribute.name_span, "remove one")
             return
         quaternion = numbers(origin, "quat_xyzw", 4, PLAIN, self)
-        if quaternion is not None and not any(quaternion):
+        if attribute is not None and quaternion is not None and not any(quaternion):
             message = f"quat_xyzw of {named(origin)} is zero: no rotation"
             self.error("zero-quaternion", message, attribute.span, "correct it")
-        elif quaternion is not None:
+        elif attribute is not None and quaternion is not None:
             x, y, z, w = quaternion
             made = Seq(attribute.span)
             for angle in Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z)).rpy():
@@ -383,7 +382,6 @@ class _Reader(Reading):
         return entry
 
     def _joint_part(self, element: Element, joint: Map, position: str) -> None:
-        """Set the key of a joint for one of its elements; ``position`` is the unit of the joint's position."""
         tag, entry = element.tag, Map(element.span)
         if tag == "axis":
             self.need(element, "xyz")
@@ -391,13 +389,12 @@ class _Reader(Reading):
             if "axis" in joint:
                 joint.key_spans["axis"] = element.span
             return
-        if tag == "mimic":
-            leader = element.get("joint")
-            if leader and leader not in self.joints and self.options.lenient:
-                self.cannot_carry(named(element), element.span, "the joint that it follows is not there")
-                return
-            if self._put_text(entry, "joint", element, "joint") is None:
-                return
+        leader = element.get("joint")
+        if tag == "mimic" and leader and leader not in self.joints and self.options.lenient:
+            self.cannot_carry(named(element), element.span, "the joint that it follows is not there")
+            return
+        if tag == "mimic" and self._put_text(entry, "joint", element, "joint") is None:
+            return
         for name in ("lower", "upper") if position and tag == "limit" else ():
             if name not in element.attributes:
                 put(entry, name, 0, element)  # as readers of URDF do
@@ -441,7 +438,6 @@ class _Reader(Reading):
                 self.error("duplicate-name", message, element.span, help, related)
 
     def _material_name(self, element: Element) -> str | None:
-        """Return the name of a material, as a description can have it; None after an error."""
         name = self.attribute(element, "name")
         clean = None if name is None else " ".join(_NOT_IN_MATERIALS.sub("_", name).split())
         if clean != name:
@@ -458,10 +454,10 @@ class _Reader(Reading):
             self.spoilt(color, "the colour", before)
         if texture is not None:
             self.check_element(texture)
-            if texture.get("filename"):
-                self._put_text(entry, "texture", texture, "filename")
-            else:  # exporters write an empty <texture/>
-                self.ignored("a texture without a file name has no effect", texture.span)
+        if texture is not None and texture.get("filename"):
+            self._put_text(entry, "texture", texture, "filename")
+        elif texture is not None:  # exporters write an empty <texture/>
+            self.ignored("a texture without a file name has no effect", texture.span)
         self.check_element(element)
 
     def _rename_materials(self, tree: Map) -> None:
@@ -483,13 +479,3 @@ class _Reader(Reading):
             message = f"{others[0][0]} looks otherwise than the first of that name, which ROS takes for all: it keeps"
             message += f" its look and loses the name{f',{and_more(len(others) - 1)}' if len(others) > 1 else ''}"
             self.note("import-changed", message, others[0][1])
-
-
-def _add_spring(joint: Map, block: Element) -> None:
-    """Give a joint the spring of a <gazebo> element, which other simulators know as well."""
-    for element in block.children:
-        with suppress(ValueError):
-            value = float(element.get("value") or element.text)
-            if element.tag in _SPRING and math.isfinite(value):
-                joint.setdefault_at("dynamics", Map(element.span), element.span)
-                put(joint["dynamics"], _SPRING[element.tag], value, element)

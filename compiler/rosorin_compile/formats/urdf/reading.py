@@ -47,11 +47,11 @@ _GATHERED = ("import-cannot-carry", "import-ignored")
 
 
 class _Size(NamedTuple):
-    """An angle or a length of the file: its amount (rad or m), the tag of its element, and its description."""
+    """An angle or a length of the file."""
 
-    value: float
-    tag: str
-    what: str
+    value: float  # rad or m
+    tag: str  # of its element
+    what: str  # its description
     span: Span
 
 
@@ -126,7 +126,6 @@ class Reading:
         return children[0] if children else None
 
     def attribute(self, element: Element, name: str) -> str | None:
-        """Return a required attribute, or None after an error."""
         self.need(element, name)
         return element.attributes[name].value if name in element.attributes else None
 
@@ -157,7 +156,6 @@ class Reading:
                 self.keep(child, keep)
 
     def check_attributes(self, element: Element, attributes: Collection[str]) -> None:
-        """Report unknown attributes of an element, as ``check``."""
         for attribute in element.attributes.values():
             if attribute.name in attributes or attribute.name.startswith("xmlns"):
                 continue
@@ -176,7 +174,6 @@ class Reading:
             self.error("misspelt", message, span, f"did you mean {near}? --lenient leaves it out")
 
     def keep(self, element: Element, entry: Map) -> None:
-        """Keep an element as it is, in ``urdf_elements`` of an entry."""
         entry.setdefault_at("urdf_elements", Seq(element.span), element.span)
         above = self.paths.get(id(element.parent), ())
         inside = () if above == ("robot",) else above
@@ -188,14 +185,13 @@ class Reading:
     def numbers(
         self, words: Sequence[Word], what: str, span: Span, count: int, unit: str = "", tag: str = ""
     ) -> list[Placed] | None:
-        """Return the numbers of an attribute or a text, or None after an error; see ``number``."""
         # A comma between numbers makes a word that is no number, which is the better message.
         if len(words) != count and (count == 1 or all(NUMBER.match(word.text) for word in words)):
             have = "is empty" if not words else f"has {counted(len(words), 'number')}"
             message = f"{what} {have}; it takes {'one' if count == 1 else count}"
             self.error("wrong-count", message, span, f"give {'one number' if count == 1 else count}")
             return None
-        made = []
+        made = list[Placed]()
         for word in words:
             value = self.number(word, what, unit, tag)
             if value is None:
@@ -248,7 +244,6 @@ class Reading:
 
 
 def _is_degrees(size: _Size) -> bool:
-    """Return True for round angles of origins, and for limits that are not a number of turns (rad)."""
 
     def is_multiple(step: float) -> bool:
         return abs(size.value - round(size.value / step) * step) < 0.06  # 89.95 is 1.57 rad
@@ -273,12 +268,6 @@ def _advice(text: str) -> str:
     return "write a number such as 0.5 or 1e-3"
 
 
-def number_of(word: Word, unit: str, element: Element, name: str, reading: Reading) -> float | None:
-    """Return the number that a word of an attribute is, or None after an error."""
-    tag = element.tag if element.tag in ("origin", "limit") else "size"
-    return reading.number(word, f"{name} of {named(element)}", unit, tag)
-
-
 def lacks(element: Element, names: Sequence[str]) -> str:
     """Return the message about attributes that an element lacks."""
     return f"{named(element)} lacks the {plural('attribute', len(names))} {quoted(names)}"
@@ -296,12 +285,10 @@ def numbers(element: Element, name: str, count: int, unit: str, reading: Reading
         reading.note("wrong-count", f"scale of {named(element)} has {taken}", attribute.span)
         words = (words * count)[:count]
     found = reading.numbers(words, f"{name} of {named(element)}", attribute.span, count, unit, tag)
-    if found is None:
-        return None
     made = Seq(attribute.span)
-    for one in found:
+    for one in found or ():
         made.put(one.value, one.span)
-    return made
+    return None if found is None else made
 
 
 def put(entry: Map, key: str, value: Any, element: Element) -> None:

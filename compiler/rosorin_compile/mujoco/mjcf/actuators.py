@@ -105,7 +105,6 @@ def _fill(
     element: Element,
     index: int | None,
 ) -> None:
-    """Set the kind of an actuator, its gains and its limits."""
     kind, gains, more = _kind(attributes)
     if kind != "position":
         put(entry, "type", kind)

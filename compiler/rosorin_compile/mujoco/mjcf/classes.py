@@ -18,8 +18,19 @@ from markupsafe import Markup
 
 from rosorin_compile.formats.templating import attribute, attributes
 
-from .bodies import COLLISION, COLLISION_GROUP, FRAME, FRAME_GROUP, SHOWN, SHOWN_WHEEL, VISUAL, VISUAL_GROUP, WHEEL
-from .masks import BESIDE_WHEELS, ROLLS
+from .bodies import (
+    BESIDE_WHEELS,
+    COLLISION,
+    COLLISION_GROUP,
+    FRAME,
+    FRAME_GROUP,
+    ROLLS,
+    SHOWN,
+    SHOWN_WHEEL,
+    VISUAL,
+    VISUAL_GROUP,
+    WHEEL,
+)
 
 # What each joint has for itself, and what many have in common that move otherwise.
 _OWN = ("name", "class", "type")
@@ -143,7 +154,6 @@ class Classes:
             yield from parts if apart or shorter else [whole]
 
     def _alike(self, places: Iterable[int], without: Sequence[str]) -> list[list[int]]:
-        """Return groups of elements of a kind that are alike but for their names and some attributes."""
         groups: dict[object, list[int]] = {}
         for place in places:
             tag, values = self._elements[place].tag, self._elements[place].values

@@ -80,7 +80,7 @@ _DERIVED = re.compile(
 )
 _BY_METHODS = re.compile(
     r"body_(parentid|pos|quat|mass|ipos|iquat|inertia|mocapid)|jnt_(bodyid|pos|axis)|(geom|site|cam|light)_bodyid"
-    r"|(geom|site|cam|mesh)_(pos|quat)|light_(pos|dir)|geom_(size|group|rgba|matid)|key_(q|c|a|m).*|wrap_prm"
+    r"|(geom|site|cam|mesh)_(pos|quat)|light_(pos|dir)|geom_(group|rgba|matid)|key_(q|c|a|m).*|wrap_prm"
 )
 # Fields that have no effect unless another one is set.
 _GATED = re.compile(r"(jnt|tendon|actuator)_(solref|solimp|margin|range|actfrcrange|ctrlrange|forcerange|actrange)")
@@ -96,8 +96,8 @@ _OF_KEYS = (
 _MATTER = ("body", "joint", "geom", "pair", "equality", "tendon", "actuator", "sensor", "key", "flex", "skin")
 
 SLIDE, BALL, FREE = 2, 1, 0  # mjtJoint
-_HFIELD, _MESH, _SDF = 1, 7, 8  # mjtGeom
-_SIZES = {2: 1, 3: 2, 5: 2}  # numbers of geom_size that mean something: of spheres, capsules, cylinders
+_MESH, _SDF = 7, 8  # mjtGeom
+_SIZES = {2: 1, 3: 2, 5: 2, 1: 0, 7: 0, 8: 0}  # numbers of sizes that mean something: of spheres, capsules, cylinders
 _WELD, _JOINED = 1, 1  # mjEQ_WELD, mjWRAP_JOINT
 _FILTER_PARENT = 1 << 10  # mjDSBL_FILTERPARENT
 _VIEWER = ("global_", "headlight", "map", "quality", "rgba", "scale")  # groups of mjVisual
@@ -466,6 +466,9 @@ class Comparison:
 
     def _value(self, kind: str, array: str, extent: str, one: int, other: int) -> None:
         theirs, own = self.source.value(array, extent, one), self.ours.value(array, extent, other)
+        if array in ("geom_size", "site_size"):
+            count = _SIZES.get(int(getattr(self.source.mj, f"{kind}_type")[one]), 3)
+            theirs, own = theirs[:count], own[:count]
         if array.endswith("_user"):
             size = max(len(theirs), len(own))
             theirs, own = np.pad(theirs, (0, size - len(theirs))), np.pad(own, (0, size - len(own)))
@@ -585,9 +588,6 @@ class Comparison:
             kind, collides = int(theirs.geom_type[one]), self.source.collides(one)
             if kind != own.geom_type[other]:
                 continue
-            if kind not in (_MESH, _SDF, _HFIELD):
-                count = _SIZES.get(kind, 3)
-                self.values("geom", one, "size", theirs.geom_size[one][:count], own.geom_size[other][:count])
             groups = theirs.geom_group[one], own.geom_group[other]
             if groups[1] not in (groups[0], *((0, 3) if collides else (1, 2))):
                 self.values("geom", one, "group", *groups)
@@ -623,7 +623,6 @@ class Comparison:
                 self.found.append(Difference("order", kind, f"the {kind}s are in another order in ours"))
 
     def _touching(self) -> None:
-        """Compare which bodies may touch."""
         source, geoms = self.source, list(self.maps["geom"])
         theirs, own = may_touch(source.mj, geoms), may_touch(self.ours.mj, list(self.maps["geom"].values()))
         texts = set()
@@ -635,7 +634,6 @@ class Comparison:
 
 
 def _place(model: Model, kind: str, index: int) -> Any:
-    """Return where something is at the first pose, and its sizes; empty for what has no place."""
     if kind not in ("geom", "site", "camera", "light"):
         return np.zeros(0)
     sizes = model.mj.geom_size[index] if kind == "geom" else ()
@@ -644,14 +642,11 @@ def _place(model: Model, kind: str, index: int) -> Any:
 
 def rotation(quaternion: Any) -> Any:
     """Return the rotation matrix of a quaternion (w, x, y, z)."""
-    w, x, y, z = np.asarray(quaternion, dtype=float) / (np.linalg.norm(quaternion) or 1.0)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
+    made = np.zeros(9)
+    import_module("mujoco").mju_quat2Mat(
+        made, np.asarray(quaternion, dtype=float) / (np.linalg.norm(quaternion) or 1.0)
     )
+    return made.reshape(3, 3)
 
 
 def _numbers_of(struct: Any) -> list[str]:

@@ -15,6 +15,10 @@ Where the bits of shapes (``masks``) keep links apart, there is nothing to exclu
 
 Pairs and excludes are said for every base, fixed or free: a robot is attached to other things. Pairs are the robot's
 own, while the flag that turns MuJoCo's filter off is one of the whole scene, where other robots rely on it.
+
+MJX, MuJoCo on accelerators, loads no model of which two shapes may touch that it cannot collide (``refused``). What it
+lacks (mujoco-mjx 3.17, JAX): cylinders and ellipsoids against boxes, meshes and height fields, and fields against each
+other. The floor of a scene, a plane, meets all shapes.
 """
 
 from __future__ import annotations
@@ -22,18 +26,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from functools import cache
+from itertools import combinations, product
 from typing import NamedTuple
 
-from rosorin_compile.model import Joint, Link, Mesh, Robot, Transform
+from rosorin_compile.model import HeightMap, Joint, Link, Mesh, Output, Robot, Shape, Transform
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import dot, norm, plane_axes, unit
 from rosorin_compile.model.joint import motion
 from rosorin_compile.model.shape import MERGED
+from rosorin_compile.rules.case import Case
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic
+from rosorin_compile.source.rule_registry import FORMATS, Rule
 
-from .bodies import body_name, weld_groups
-from .height_fields import solids
-from .masks import Masks
-from .omissions import has_volume, position_range
+from .bodies import Mask, Masks, body_name, weld_groups
+from .height_fields import HFIELD, form_of, solids
+from .omissions import has_volume, is_written, position_range
 from .proximity import NEAR, Solid, Touching, solid_of
 
 # Each pair is looked at in each step; of two links that are made of hundreds of shapes it would be all that is done.
@@ -113,7 +120,6 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
 
 
 def _geoms(link: Link, form: str) -> list[Geom]:
-    """Return the collision shapes of a link that become geoms and have a known size."""
     shapes = (solid for shape in link.collision for solid in solids(shape, form))
     every = ((number, solid_of(shape)) for number, shape in enumerate(shapes, start=1) if has_volume(shape.geometry))
     return [Geom(link.name, number, solid) for number, solid in every if solid is not None]
@@ -180,3 +186,71 @@ def _always_touch(
     base = one.inverse().then(places[joint.parent]).then(joint.origin.transform())
     ways = (motion(joint.type, joint.axis, at) for at in dict.fromkeys(positions))
     return all(touching.at(base.then(way).then(other)) for way in ways)
+
+
+RULES = (Rule("not-in-mjx", "A note: MJX does not collide two shapes that may touch.", "Make one a capsule.", FORMATS),)
+
+_ROUND = ("cylinder", "ellipsoid")
+CANNOT = {
+    *(frozenset((one, other)) for one in _ROUND for other in ("box", "mesh", HFIELD)),
+    frozenset((HFIELD,)),
+}
+
+
+def refused(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, str], tuple[str, int], tuple[str, int]]]:
+    """Yield two kinds of shapes that MJX does not collide and MuJoCo does, with link and number of the first of each.
+
+    Each two kinds come once.
+    """
+    implied = output.options.get("contacts", "implied") == "implied"
+    masks, form, touching = Masks(robot, implied), form_of(output), contacts(robot, form_of(output), implied)
+    # The first shape of each kind and mask of a link, with its number.
+    looks: dict[str, dict[tuple[str, Mask], int]] = {}
+    for link in robot.links:
+        for number, shape in enumerate(link.collision):
+            kind = _kind(robot, shape, form)
+            if kind:
+                looks.setdefault(link.name, {}).setdefault((kind, masks.of(link.name, shape)), number)
+    paired = {frozenset((geom.link, _kind(robot, geom.solid.shape, form)) for geom in pair) for pair in touching.pairs}
+    excluded = set(map(frozenset, touching.excluded))
+    top_of = {name: top for top, names in weld_groups(robot).items() for name in names}
+    above = {top: top_of[robot.joint_to[top].parent] for top in set(top_of.values()) if top in robot.joint_to}
+    world = "" if robot.has_free_base(output) else robot.root  # the top of what is welded to the world
+    found: set[frozenset[str]] = set()
+    for one, other in combinations(looks, 2):
+        tops = top_of[one], top_of[other]
+        is_filtered = tops[0] == tops[1] or (world not in tops and bool({above.get(top) for top in tops} & set(tops)))
+        is_excluded = frozenset((body_name(robot, one), body_name(robot, other))) in excluded
+        for ((kind, mask), number), ((other_kind, other_mask), other_number) in product(
+            looks[one].items(), looks[other].items()
+        ):
+            kinds = frozenset((kind, other_kind))
+            if kinds not in CANNOT or kinds in found or not mask.meets(other_mask):
+                continue
+            if frozenset(((one, kind), (other, other_kind))) in paired or not (is_filtered or is_excluded):
+                found.add(kinds)
+                first, second = (kind, (one, number)), (other_kind, (other, other_number))
+                if other_kind in _ROUND:
+                    first, second = second, first
+                yield (first[0], second[0]), first[1], second[1]
+
+
+def _kind(robot: Robot, shape: Shape, form: str) -> str:
+    geometry = shape.geometry
+    if not has_volume(geometry) or (isinstance(geometry, Mesh) and not is_written(robot, geometry)):
+        return ""
+    if isinstance(geometry, HeightMap):
+        return HFIELD if form == HFIELD else "box" if solids(shape, form) else ""
+    return type(geometry).__name__.lower()
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Yield a note for each two kinds of shapes that may touch and that MJX does not collide: on the first of them."""
+    if not case.robot.is_tree:  # reported by the rules about joints
+        return
+    for kinds, (link, number), (other, _) in refused(case.robot, output):
+        message = f"MJX does not collide a {kinds[0]} with a {kinds[1]}, which may touch:"
+        message += f' links "{link}" and "{other}"; it does not load the MJCF'
+        help = "make one of them a capsule, or keep them apart: by the bits of their contact, or wheels by a drive"
+        path = case.link(link, "collision", number)
+        yield case.problem("not-in-mjx", message, path, help, severity=NOTE)

@@ -100,13 +100,14 @@ def load(mujoco: Any, text: str, folder: str) -> tuple[str, bool]:
 
 def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
     """Return why MuJoCo refuses a model, and whether it is too old to know what MuJoCo 4 does."""
-    text, version = str(problem), mujoco.__version__
-    is_new = int(version.partition(".")[0]) >= _WRITTEN_FOR
-    if is_new and "unrecognized" not in text and "composite" in text:
-        return f"MuJoCo {version} no longer reads <composite>: {text}", False
-    if is_new or not (isinstance(problem, AttributeError) or "unrecognized" in text):
-        return text, False
-    return f"MuJoCo {version} is too old for it, MuJoCo {_WRITTEN_FOR} may know it: {text}", True
+    why, version = str(problem), mujoco.__version__
+    is_new, is_unknown = int(version.partition(".")[0]) >= _WRITTEN_FOR, "unrecognized" in why
+    if is_new:
+        is_gone = is_unknown and "composite" in why
+        return (f"MuJoCo {version} no longer reads <composite>, MuJoCo 3 does: {why}" if is_gone else why), False
+    if not (isinstance(problem, AttributeError) or is_unknown):
+        return why, False
+    return f"MuJoCo {version} is too old for it, MuJoCo {_WRITTEN_FOR} may know it: {why}", True
 
 
 def _proof(mujoco: Any, asked: dict[str, Any], here: Path) -> dict[str, Any]:
@@ -237,7 +238,6 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
 
 
 def _folder(asset: Any, spec: Any, word: str) -> str:
-    """Return the folder that files of a kind are looked for in, relative to the main file."""
     return (getattr(asset.compiler, word, "") or getattr(spec.compiler, word, "") or "").replace("\\", "/")
 
 
@@ -310,7 +310,6 @@ def _elements(root: Any) -> dict[str, Any]:
 
 
 def _node(element: Any, attributes: Mapping[str, str]) -> dict[str, Any]:
-    """Return an element as plain values; what is in it is as it is written."""
     own = {key: value for key, value in attributes.items() if key != "name" or not value.startswith(_NO_NAME)}
     own = {key: value for key, value in own.items() if key != "name" or value}
     return {"tag": element.tag, "attributes": own, "inner": [_node(child, child.attrib) for child in element]}

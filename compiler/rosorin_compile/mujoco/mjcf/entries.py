@@ -217,7 +217,6 @@ def _is_mimic(reading: Reading, fact: Mapping[str, Any]) -> bool:
 
 
 def _mimic(reading: Reading, fact: Mapping[str, Any], element: Element, first: float, second: float) -> Map:
-    """Return the entry of a joint that follows another."""
     mimic, leader = Map(element.span), element.attributes.get("joint2")
     put(mimic, "joint", reading.joint_of[fact["obj2id"]], leader.span if leader else None)
     factor = tidy(fact["data"][1])
@@ -236,7 +235,6 @@ def _mimic(reading: Reading, fact: Mapping[str, Any], element: Element, first: f
 def _add_constraint(
     reading: Reading, constraints: Map, index: int, node: Node, element: Element, first: float, second: float
 ) -> None:
-    """Add an equality that is no joint following another."""
     attributes, entry = node["attributes"], Map(element.span)
     of = next((attributes[word] for word in ("body1", "site1", "joint1", "tendon1") if word in attributes), "robot")
     name = reading.name("constraint", attributes.get("name", ""), f"{of}_{node['tag']}", index)
@@ -305,7 +303,6 @@ def add_contacts(reading: Reading) -> None:
 
 
 def _excludes(reading: Reading) -> Iterator[tuple[list[str], Element]]:
-    """Yield the links that the file excludes from contact with each other."""
     written = {frozenset((e.get("body1"), e.get("body2"))): e for e in reading.markup.listed("contact", "exclude")}
     for signature in reading.facts["exclude_signature"]:
         bodies = (signature >> 16, signature & 0xFFFF)  # which MuJoCo has sorted
@@ -376,7 +373,6 @@ def add_kept(reading: Reading) -> None:
 
 
 def _with_files(reading: Reading, node: Node) -> Node:
-    """Return an element with its files as seen from the main file."""
     attributes = dict(node["attributes"])
     if "file" in attributes and node["tag"] == "skin":
         file = posixpath.join(reading.facts["folders"]["skin"][""], attributes["file"])

@@ -31,7 +31,7 @@ from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.xml.markup import Element
 
 from .actuators import Drive
-from .masses import LEAST, LEAST_EIGENVALUE
+from .omissions import LEAST, LEAST_EIGENVALUE
 from .reading import BALL, FREE, HINGE, SLIDE, Reading
 from .values import (
     NO_POSE,
@@ -128,7 +128,6 @@ def _together(held: Sequence[Mapping[str, Any]], reading: Reading) -> tuple[str,
 
 
 def _is_special(reading: Reading, joint: Mapping[str, Any]) -> bool:
-    """Return True if a joint has what a planar or floating joint has no word for."""
     facts, dof = reading.facts, joint["dofadr"]
     shifted = joint["type"] != BALL and facts["qpos0"][joint["qposadr"]] != 0
     held = any(facts[word][dof] for word in ("dof_damping", "dof_frictionloss", "dof_armature"))
@@ -295,7 +294,6 @@ def _add_chain(
     drives: Mapping[int, Drive],
     stand_ins: dict[str, list[tuple[str, float, Span]]],
 ) -> None:
-    """Add the joints of a body, one behind the other, and the links between them."""
     body, element = reading.link_of[index], reading.places.body(index)
     above = reading.link_of[reading.facts["bodies"][index]["parentid"]]
     at = _ORIGIN  # where in the body, not turned, the link is that the chain has reached
@@ -333,7 +331,6 @@ def _put_details(
     stand_ins: dict[str, list[tuple[str, float, Span]]],
     ref: float,
 ) -> None:
-    """Set limit, dynamics and actuator of a joint, and what it has for a simulation alone."""
     joint = reading.facts["joints"][which]
     attributes, kind = joint["element"]["attributes"], joint["type"]
     if kind != BALL:

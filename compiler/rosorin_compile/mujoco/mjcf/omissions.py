@@ -1,4 +1,7 @@
-"""What MuJoCo does not load and what MJCF has no word for, told before the artifact is."""
+"""What MuJoCo does not load and what MJCF has no word for, reported before the artifact is written.
+
+Masses and inertias are in the terms of MuJoCo.
+"""
 
 from __future__ import annotations
 
@@ -6,34 +9,24 @@ import posixpath
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
-from rosorin_compile.model import Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Sphere
+from rosorin_compile.model import Box, Ellipsoid, Geometry, HeightMap, Inertial, Joint, Mesh, Robot, Sphere
+from rosorin_compile.model.cached import of_robot
+from rosorin_compile.model.mass import Inertia, along_link
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.model.simulation import SENSOR_ELEMENT
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, and_more, first_of
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import FORMATS, Rule
 
-from .bodies import WORLD, body_name, is_free
-from .masses import masses
+from .bodies import WORLD, body_name, is_free, weld_groups
 
 RULES = (
     Rule(
-        "mjcf-cannot-say",
-        "A warning or a note: MJCF has no word for a range without width, and MuJoCo opens no such mesh or texture.",
-        "As the message says.",
-        Heading.FORMATS,
+        "mjcf-cannot-say", "MJCF cannot express something, or MuJoCo reads it otherwise.", "See the message.", FORMATS
     ),
-    Rule(
-        "mjcf-left-out",
-        "A contact pair, a sensor or a tendon names a shape that is left out of the MJCF: MuJoCo would not load that.",
-        "Put the file of its mesh there, or take out what names it.",
-        Heading.FORMATS,
-    ),
-    Rule(
-        "mjcf-reserved-name",
-        "A sensor brings a site that is called like a link, whose own site has that name.",
-        "Give the element of its type another name.",
-        Heading.FORMATS,
-    ),
+    Rule("mjcf-left-out", "Something names a shape that the MJCF leaves out.", "Add the file of its mesh.", FORMATS),
+    Rule("mjcf-reserved-name", "A sensor has a site with the name of a link.", "Rename its element.", FORMATS),
+    Rule("mjcf-refused-inertia", "MuJoCo does not load an inertia.", "Correct it, or remove the output.", FORMATS),
+    Rule("mjcf-needs-mass", "MuJoCo does not load a moving body without mass.", "Give it an inertial.", FORMATS),
 )
 
 # What names a geom: <pair geom1>, <geom geom> of a tendon, <framepos objtype="geom" objname>.
@@ -65,6 +58,11 @@ def texture_path(file: str) -> str:
     ('meshes/house/wood.png', '')
     """
     return _path(file, "") if file and posixpath.splitext(file)[1].lower() == _IMAGE_FORMAT else ""
+
+
+def file_path(file: str) -> str:
+    """Return the file of a mesh or an image as MuJoCo opens it, or "" if it cannot."""
+    return mesh_path(file) or texture_path(file)
 
 
 def _path(file: str, more: str) -> str:
@@ -195,3 +193,89 @@ def unpaired(links: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
         message = f"links with hundreds of shapes that a joint brings together: {which}"
         message += "; MuJoCo lets them collide only where one is fixed to the world"
         yield Diagnostic("mjcf-cannot-say", NOTE, message, help="fewer shapes: a height map of larger cells or steps")
+
+
+# What MuJoCo 4.0.0 loads, found by trying: the least mass and moment of what moves, the least moment of fullinertia.
+LEAST = 1e-15
+LEAST_EIGENVALUE = 1e-14
+
+
+def has_mass(inertial: Inertial) -> bool:
+    """Say whether an inertial says anything: neither mass nor inertia is what a link without one has."""
+    i = inertial
+    return bool(i.mass) or any((i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz))
+
+
+def has_products(inertial: Inertial) -> bool:
+    """Say whether an inertia has products in its own frame, whose axes are no principal ones then."""
+    return any((inertial.ixy, inertial.ixz, inertial.iyz))
+
+
+def along_link_of(inertial: Inertial) -> Inertia:
+    """Return the inertia of an inertial along the axes of its link: xx yy zz xy xz yz."""
+    six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
+    return along_link(six, inertial.pose.transform())
+
+
+@of_robot
+def weightless(robot: Robot, free: bool) -> list[str]:
+    """Return the links without any mass that a joint moves, and that carry mass by further joints.
+
+    A body of MJCF with two joints comes as such a link: it has no mass, what hangs on it has. MuJoCo loads no moving
+    body without mass, so in the MJCF these have the least that it takes, which changes no motion: what hangs on them is
+    some 10^12 times heavier.
+    """
+    groups = weld_groups(robot)
+    top_of = {name: top for top, names in groups.items() for name in names}
+    massive = {top_of[link.name] for link in robot.links if link.inertial is not None and has_mass(link.inertial)}
+    heavy: set[str] = set()
+    without = []
+    for top in reversed(groups):
+        joint = robot.joint_to.get(top)
+        if top in heavy and top not in massive and (free or top != robot.root):  # the root is moved by no joint
+            without.append(top)
+        if joint is not None and (top in heavy or any(map(_is_body, _inertials(robot, groups[top])))):
+            heavy.add(top_of[joint.parent])
+    return without[::-1]
+
+
+def _inertials(robot: Robot, names: Sequence[str]) -> list[Inertial]:
+    return [inertial for name in names if (inertial := robot.link[name].inertial) is not None]
+
+
+def _is_body(inertial: Inertial) -> bool:
+    return inertial.mass >= LEAST and inertial.principal_moments[0] >= LEAST
+
+
+def masses(robot: Robot, free: bool) -> Iterator[Diagnostic]:
+    """Yield what MuJoCo does not load, and what it takes for something else; ``free``: the base floats."""
+    carried = weightless(robot, free)
+    if carried:
+        what = f'link "{carried[0]}"{and_more(len(carried) - 1)}'
+        message = f"MuJoCo loads no moving body without mass: {what}, whose mass hangs on further joints,"
+        message += f" {'has' if len(carried) == 1 else 'have'} {LEAST:g} kg in the MJCF"
+        yield Diagnostic("mjcf-cannot-say", NOTE, message)
+    for top, names in weld_groups(robot).items():
+        joint, inertials = robot.joint_to.get(top), _inertials(robot, names)
+        if top in carried or (joint is None and not free) or any(map(_is_body, inertials)):
+            continue
+        what = f'joint "{joint.name}" moves link "{top}"' if joint else f'"base: free" lets link "{top}" move'
+        lacks = "mass and inertia above zero" if inertials else "a mass"
+        message = f"{what}, but neither it nor a link fixed to it has {lacks}: MuJoCo does not load that"
+        way_out = "make the joint fixed" if joint else 'say "base: fixed"'
+        given = "another inertial" if inertials else "an inertial"
+        yield Diagnostic("mjcf-needs-mass", ERROR, message, help=f'give "{top}" {given}, or {way_out}')
+    for link in robot.links:
+        if link.inertial is None or not has_mass(link.inertial):
+            continue
+        low, middle, high = link.inertial.principal_moments
+        products = has_products(link.inertial) and any(along_link_of(link.inertial)[3:])
+        if link.inertial.mass < 0 or (low < 0 and not products):
+            message = f'MuJoCo takes the negative mass or moments of link "{link.name}" for zero'
+            yield Diagnostic("mjcf-cannot-say", WARNING, message, help="correct them")
+        why = "it has products, and a principal moment of zero" if low < LEAST_EIGENVALUE and products else ""
+        if (low if products else max(low, 0.0)) + middle < high:
+            why = "the largest of its principal moments is more than the sum of the others"
+        if why:
+            message = f'MuJoCo does not load the inertia of link "{link.name}": {why}'
+            yield Diagnostic("mjcf-refused-inertia", ERROR, message, help="correct it, or take mjcf out of outputs")

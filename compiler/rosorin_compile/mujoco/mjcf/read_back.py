@@ -30,10 +30,9 @@ from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
 from .bodies import COLLISION, FLOATING, PLANAR, TOUCHES, VISUAL, WORLD, is_free
 from .height_fields import colliding
-from .masses import LEAST
-from .omissions import position_range
+from .omissions import LEAST, position_range
 from .servos import is_clamped
-from .write_joints import base_name
+from .write import base_name
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -180,7 +179,6 @@ class _Reader:
             entry[f"{path} {key}"] = found[0] if len(found) == 1 else found or text
 
     def _section(self, kind: str, element: Element) -> None:
-        """Add an entry of a section for simulation, and the elements in it."""
         name = element.get("name") or " ".join(value for key, value in element.items() if key.startswith("geom"))
         self._put(kind, name, element.tag, element)
         for number, inner in enumerate(element, 1):
@@ -341,7 +339,6 @@ def _reference(joint: Element | None) -> float:
 
 
 def _inertial(inertial: Element) -> Inertial | None:
-    """Return an inertial; None for what a link without mass has."""
     mass = number_of(_text(inertial, "mass"))
     if mass <= LEAST:
         return None

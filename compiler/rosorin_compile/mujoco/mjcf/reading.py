@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.format import cannot_carry
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span
 from rosorin_compile.source.messages import and_here
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Element
 
@@ -17,23 +17,10 @@ from .source import Markup, Places
 from .values import Attributes, Node, Rename, legal, put, put_words
 
 RULES = (
-    Rule(
-        "import-changed",
-        "A note: something is carried over, but not as the file has it: under another name, counted from another zero.",
-        topic=Heading.READING,
-    ),
-    Rule(
-        "import-verbatim",
-        "A note: the language has no word for something of an MJCF; the description has it as it is in the file.",
-        topic=Heading.READING,
-    ),
-    Rule(
-        "import-stand-in",
-        "A note: a limit that the source does not have, and that readers of URDF ask for; a number stands in for it.",
-        "Put in what the robot has, and take it out of the `stand_ins` of that limit.",
-        Heading.READING,
-    ),
-    Rule("mjcf-warning", "A warning of MuJoCo's own about the file.", "As MuJoCo says.", Heading.READING),
+    Rule("import-changed", "A note: the description has something of an MJCF in another form.", topic=READING),
+    Rule("import-verbatim", "A note: something of an MJCF is kept as XML.", topic=READING),
+    Rule("import-stand-in", "A note: a number stands in for a limit.", "Put in what the robot has.", READING),
+    Rule("mjcf-warning", "A warning of MuJoCo's own about the file.", "As MuJoCo says.", READING),
 )
 
 FREE, BALL, SLIDE, HINGE = range(4)

@@ -16,7 +16,7 @@ from rosorin_compile.mujoco.rest_pose import HOME
 from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.xml.markup import Element, MarkupError
@@ -29,9 +29,7 @@ from .settings import SETTINGS
 from .source import Markup, Places, before, place, refusal
 from .values import legal, listing, numbers, put, put_number, put_pose, tidy, tidy_position, transform, value_of
 
-RULES = (
-    Rule("mjcf-no-body", "An MJCF is a scene without a robot.", "Name the file that has the robot.", Heading.READING),
-)
+RULES = (Rule("mjcf-no-body", "An MJCF is a scene without a robot.", "Name the file of the robot.", READING),)
 
 _UNNAMED = "MuJoCo Model"
 _SIZES = {FREE: 7, BALL: 4}  # positions of a joint
@@ -83,7 +81,6 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
 
 
 def _no_body(markup: Markup) -> Diagnostic:
-    """Return the error about a file of which MuJoCo makes no body."""
     outside = [element for element in markup.everything() if element.tag == "body"]
     if not outside:
         message = "the file has no body: it is a scene without a robot"
@@ -95,7 +92,6 @@ def _no_body(markup: Markup) -> Diagnostic:
 
 
 def _read(reading: Reading, path: Path) -> None:
-    """Fill the tree, in the order in which a person would read it."""
     tree, root = reading.tree, reading.markup.root
     name, model = legal(reading.facts["name"]), root.attributes.get("model")
     put(tree, "robot", path.stem if name in ("", _UNNAMED) else name, model.span if model else None)
@@ -120,7 +116,6 @@ def _read(reading: Reading, path: Path) -> None:
 
 
 def _outputs(reading: Reading) -> Map:
-    """Return how the robot stands in the world, and with which settings it is simulated."""
     outputs, mjcf, groups = (Map(reading.tree.span) for _ in range(3))
     put(mjcf, "file", "robot.xml")
     if reading.free_base:
@@ -208,7 +203,6 @@ def _add_poses(reading: Reading) -> None:
 
 
 def _positions(reading: Reading, qpos: list[float]) -> Iterator[tuple[str, float]]:
-    """Yield the positions that a keyframe gives to hinges and slides."""
     for index, name in sorted(reading.joint_of.items()):
         joint = reading.facts["joints"][index]
         yield name, tidy_position(qpos[joint["qposadr"]], joint["type"] == SLIDE)

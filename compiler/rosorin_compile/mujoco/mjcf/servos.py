@@ -12,23 +12,15 @@ from rosorin_compile.model.mass import along_link, together
 from rosorin_compile.model.simulation import GENERAL, MOTOR, POSITION, VELOCITY, Actuator
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, counted, first_of
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.xml.elements import found_in
 
 from .omissions import position_range
 
 RULES = (
+    Rule("drives-assumed", "A note: servos of an assumed strength move joints.", "Describe the actuators.", FORMATS),
     Rule(
-        "drives-assumed",
-        "A note: servos of an assumed strength stand in for actuators that the description does not have.",
-        "Describe the actuators of the joints, and remove `drives` from the output.",
-        Heading.FORMATS,
-    ),
-    Rule(
-        "mjcf-actuators",
-        "Two actuators have one name, or an output of MJCF lists one that the robot does not have, or one twice.",
-        "Name each one once.",
-        Heading.FORMATS,
+        "mjcf-actuators", "An output of MJCF names an actuator twice, or one that is unknown.", "Correct it.", FORMATS
     ),
 )
 

@@ -129,7 +129,6 @@ def _colour(thing: Thing) -> list[float]:
 
 
 def _put_contact(reading: Reading, geom: Thing, shape: Map, element: Element) -> None:
-    """Set the bits of a shape and how it touches."""
     entry, attributes = Map(element.span), geom["element"]["attributes"]
     for word in ("contype", "conaffinity"):
         if geom[word] != 1:
@@ -174,13 +173,11 @@ def _keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
 
 
 def _asset(reading: Reading, kind: str, name: str) -> Node:
-    """Return the element of a mesh, a texture or a material by its name."""
     nodes: list[Node] = reading.facts["elements"][f"{kind}_assets"] if name else []
     return next((one for one in nodes if _asset_name(one) == name), {"tag": kind, "attributes": {}, "inner": []})
 
 
 def _asset_name(asset: Node) -> str:
-    """Return the name of a mesh, a texture or a material, which may be that of its file."""
     attributes = asset["attributes"]
     return attributes.get("name") or PurePosixPath(attributes.get("file", "")).stem
 
@@ -210,7 +207,6 @@ def _collides(geom: Thing) -> bool:
 
 
 def _shape(reading: Reading, geom: Thing, element: Element) -> Map:
-    """Return the entry of a shape, with full extents and lengths where MuJoCo has halves."""
     entry, sizes, place = Map(element.span), Map(element.span), transform(geom["pos"], geom["quat"])
     kind, size = geom["type"], geom["size"]
     if kind == _MESH:
@@ -350,7 +346,6 @@ class Looks:
 
 
 def _report_scene(reading: Reading) -> None:
-    """Report textures and meshes that nothing uses, such as the sky, and the geoms of the scene."""
     geoms, markup, assets = reading.facts["geoms"], reading.markup, reading.facts["elements"]
     used = {name for kind, name in reading.of_scene if kind == "texture"}
     for material in assets["material_assets"]:

@@ -16,24 +16,14 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Span, error
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.xml.markup import Attribute, Document, Element, MarkupError, mended, parse, read_source
 
 from .process import Answer
 
 RULES = (
-    Rule(
-        "mjcf-refused",
-        "MuJoCo does not load the file; the message is MuJoCo's.",
-        "Correct it until MuJoCo loads it.",
-        Heading.READING,
-    ),
-    Rule(
-        "mjcf-too-large",
-        "The replicas of an MJCF are more elements than any robot has.",
-        "Repeat less often.",
-        Heading.READING,
-    ),
+    Rule("mjcf-refused", "MuJoCo does not load the file; the message is MuJoCo's.", "Correct it.", READING),
+    Rule("mjcf-too-large", "The replicas of an MJCF are more elements than any robot has.", "Repeat less.", READING),
 )
 
 MAX_DEPTH = 20  # of files that include files
@@ -82,7 +72,6 @@ class Markup:
         self.root = self._main(path, None, 0)
 
     def _main(self, path: Path, asked: Span | None, depth: int) -> Element:
-        """Read a main file and all that it includes."""
         self.models.append(path.parent)
         root, known = self._read(path, asked), {os.path.abspath(path)}
         for element in root.iter():
@@ -104,7 +93,6 @@ class Markup:
         return document.root
 
     def _follow(self, element: Element, by: _Including) -> None:
-        """Read the file that an element includes, and what that includes, or the model that it names."""
         file = element.attributes.get("file")
         if file is None or not file.value or element.tag not in ("include", "model"):
             return
@@ -235,7 +223,6 @@ class Places:
         return {at: names.get(name) or names.get(name.rstrip("0123456789")) or fallback for at, name in wanted}
 
     def _direct(self, container: Element, tags: Sequence[str]) -> Iterator[Element]:
-        """Yield the elements of a body itself, not of the bodies in it."""
         for child in self.markup.children(container):
             if child.tag in tags:
                 yield child

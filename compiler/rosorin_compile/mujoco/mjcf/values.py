@@ -168,7 +168,6 @@ def _numbers(text: str) -> list[float]:
 
 
 def _equals(text: str, value: float) -> bool:
-    """Return True if a word is this very number."""
     try:
         return float(text) == value
     except ValueError:

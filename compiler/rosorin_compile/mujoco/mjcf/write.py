@@ -31,7 +31,7 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -55,25 +55,187 @@ from rosorin_compile.model import (
     Robot,
     Shape,
     Sphere,
+    Vector,
 )
+from rosorin_compile.model.geometry import plane_axes, pose_of
+from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.looks import colours_of
 from rosorin_compile.model.mesh_vertices import clouds_of
+from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.simulation import Attribute
-from rosorin_compile.mujoco.rest_pose import home_of, stands_at
+from rosorin_compile.mujoco.rest_pose import HOME, home_of, stands_at
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.xml.elements import indented
 
-from .bodies import COLLISION, FRAME, SHOWN, SHOWN_WHEEL, VISUAL, WHEEL, body_name
+from .bodies import (
+    COLLISION,
+    FLOATING,
+    FRAME,
+    PLANAR,
+    SHOWN,
+    SHOWN_WHEEL,
+    STIFF,
+    VISUAL,
+    WHEEL,
+    body_name,
+    is_free,
+    reference,
+    rolling,
+)
 from .classes import Classes, Named, Part
 from .contacts import contacts
 from .height_fields import Field, field_of, form_of, solids
-from .masks import rolling
-from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, has_products, weightless
-from .omissions import has_volume, is_written, mesh_path, named, omitted, refused, texture_path, unpaired
+from .omissions import (
+    LEAST,
+    LEAST_EIGENVALUE,
+    along_link_of,
+    has_mass,
+    has_products,
+    has_volume,
+    is_written,
+    mesh_path,
+    named,
+    omitted,
+    position_range,
+    refused,
+    texture_path,
+    unpaired,
+    weightless,
+)
+from .servos import Drive, controls_of, is_clamped, kept_controls
 from .servos import drives as drives_of
 from .write_elements import ElementPrinter, place_of, sensor_elements
-from .write_joints import followers, free_joint, keys, several, single, stands
+
+# The types of joints that one joint of MuJoCo is.
+TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
+
+_AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_AT_ORIGIN = {"planar": (0.0, 0.0, 0.0), "floating": (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)}
+_AT_ORIGIN |= {"ball": (1.0, 0.0, 0.0, 0.0)}
+
+
+def stands(joint: Joint) -> Pose:
+    """Return where the body of a joint stands in the one above it."""
+    ref = reference(joint)
+    return pose_of(joint.transform(ref)) if ref else joint.origin
+
+
+def free_joint(robot: Robot) -> str:
+    """Return a name for the joint of a floating base that no other joint has."""
+    name = f"{robot.root}_free"
+    while name in robot.joint:
+        name += "_"
+    return name
+
+
+def several(joint: Joint, printer: ElementPrinter) -> list[Markup]:
+    """Return the attributes of the joints that a body has for a planar, floating or ball joint, in their order."""
+    if is_free(printer.robot, joint):
+        return [attributes(name=joint.name, type="free", **_inner(joint, printer))]
+    if joint.type == "ball":
+        return [attributes(name=joint.name, type="ball", **_inner(joint, printer))]
+    base, number = base_name(joint, printer.robot), printer.number
+    if joint.type == "planar":
+        axes = (*plane_axes(joint.axis), joint.axis)
+        kinds = ("slide", "slide", "hinge")
+        parts = zip(PLANAR, kinds, axes, strict=True)
+    else:
+        parts = zip(FLOATING[:3], ("slide",) * 3, _AXES, strict=True)
+    made = [attributes(name=base + end, **_motion(kind, axis, number)) for end, kind, axis in parts]
+    return made if joint.type == "planar" else [*made, attributes(name=base + FLOATING[3], type="ball")]
+
+
+def base_name(joint: Joint, robot: Robot) -> str:
+    """Return the name of a joint, with underscores after it where its parts would have the names of others."""
+    base = joint.name
+    while any(base + end in robot.joint for end in {*PLANAR, *FLOATING}):
+        base += "_"
+    return base
+
+
+def single(joint: Joint, printer: ElementPrinter) -> dict[str, str]:
+    """Return the attributes of a joint of one position, but its name."""
+    values = _motion(TYPES[joint.type], joint.axis, printer.number)
+    ends = position_range(joint)
+    if ends:
+        values["range"] = numbers(ends, printer.number)
+    return {**values, **_inner(joint, printer)}
+
+
+def _motion(kind: str, axis: Vector, number: NumberFormat) -> dict[str, str]:
+    values = {} if kind == "hinge" else {"type": kind}
+    return values if axis == _AXES[2] else {**values, "axis": vector(axis, number)}
+
+
+def _inner(joint: Joint, printer: ElementPrinter) -> dict[str, str]:
+    number, dynamics = printer.number, joint.dynamics or Dynamics()
+    # That of the drive, too: no force limit clamps it, and MJX leaves out the damping of actuators (MuJoCo 3.17).
+    words = {"damping": joint.braking, "frictionloss": dynamics.friction, "armature": dynamics.armature}
+    words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
+    values = {word: number(value) for word, value in words.items() if value}
+    effort = joint.limit.known("effort") if joint.limit is not None else None
+    if effort and not is_clamped(printer.robot, joint, effort):
+        values["actuatorfrcrange"] = numbers([-effort, effort], number)
+    if joint.mjcf:
+        values |= printer.texts(joint.mjcf)
+    return values
+
+
+def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> list[Markup]:
+    """Return the attributes of the constraints of joints that follow another; of one that never moves: their angle."""
+    made = []
+    for joint, mimic in ((joint, joint.mimic) for joint in joints if joint.mimic is not None and joint.moves):
+        leader = robot.joint[mimic.joint]
+        values = {"name": mimic.name or joint.name, "joint1": joint.name}
+        values |= {"joint2": leader.name} if leader.moves else {}
+        factor = mimic.multiplier if leader.moves else 0.0
+        # MuJoCo counts both from their references.
+        offset = mimic.offset + factor * reference(leader) - reference(joint)
+        tuned = {"solref": mimic.solref or STIFF["solref"], "solimp": mimic.solimp or STIFF["solimp"]}
+        words = {word: numbers(values, number) for word, values in tuned.items()}
+        made.append(attributes(**values, polycoef=numbers([offset, factor, 0.0, 0.0, 0.0], number), **words))
+    return made
+
+
+Key = tuple[str, list[float], list[float], dict[str, Attribute]]
+
+
+def keys(
+    robot: Robot, joints: Sequence[Joint], drives: Sequence[Drive], stands: Callable[[JointPose], Pose] | None
+) -> list[Key]:
+    """Return name, qpos, ctrl and the rest of each pose: where the base ``stands`` if it is free, then the joints.
+
+    The first key is home. A robot without that pose has it all the same, if anything of it can move. One that was
+    imported has its poses in the order of its source, and what is made up behind them: simulators begin at the first.
+    """
+    made: list[Key] = []
+    home, others = home_of(robot), [pose for pose in robot.poses if pose.name != HOME]
+    poses = (home, *others)
+    if robot.source.status == "imported":
+        poses = robot.poses if len(others) < len(robot.poses) else (*others, home)
+    for pose in poses:
+        at: dict[str, Sequence[float]] = {}
+        for joint in joints:
+            at[joint.name] = _AT_ORIGIN.get(joint.type) or (robot.position(joint, pose.positions),)
+            if is_free(robot, joint):
+                at[joint.name] = (*joint.origin.xyz, *joint.origin.transform().quaternion())
+        ctrl: list[float] = []
+        for drive in drives:
+            control, moved, gear = 0.0, drive.joint, drive.actuator.gear
+            if drive.actuator.holds_position and moved is not None and moved.moves:  # it is to hold the pose
+                control = at[moved.name][0] * (gear[0] if gear else 1.0)
+            ctrl += controls_of(drive, pose.controls.get(drive.name, control))
+        place = stands(pose) if stands else None
+        qpos = [*place.xyz, *place.transform().quaternion()] if place else []
+        qpos += [number for joint in joints for number in at[joint.name]]
+        if qpos or ctrl or pose in robot.poses:
+            whole = pose.mjcf.get("qpos")
+            where = list(map(float, whole)) if isinstance(whole, tuple) else qpos
+            more = {word: value for word, value in pose.mjcf.items() if word != "qpos"}
+            made.append((pose.name, where, ctrl + [0.0] * kept_controls(robot), more))
+    return made
+
 
 # A chain of thousands of links is not indented further: its text would grow with the square of its length.
 DEEPEST = 30
@@ -147,7 +309,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
     printed = {joint.name: classes.printed(place) for place, joint in enumerate(moving)}
     framed = attributes(**{"class": classes.named(FRAME)})
-    bodies = []
+    bodies: list[tuple[list[Markup], Body]] = []
     for frame, after in zip(frames, [*frames[1:], None], strict=True):
         link, joint, indent = frame.link or Link(frame.name), frame.joint, _indent(frame.depth - top)
         made = [*geoms.of(link, COLLISION, link.collision), *geoms.of(link, VISUAL, link.visual)]
@@ -220,7 +382,6 @@ def _walk(robot: Robot) -> Iterator[Frame]:
 
 
 def _free_joint(robot: Robot, printer: ElementPrinter) -> Markup:
-    """Return the element of the joint of a floating base."""
     root = robot.root_in_world
     name = root.joint or free_joint(robot)
     if set(root.values) <= {"group", "align"}:
@@ -229,7 +390,6 @@ def _free_joint(robot: Robot, printer: ElementPrinter) -> Markup:
 
 
 def _inertial(inertial: Inertial | None, number: NumberFormat) -> Markup | str:
-    """Return the attributes of an inertial; empty where there is no mass."""
     if inertial is None or not has_mass(inertial):
         return ""
     pos, mass, six = vector(inertial.pose.xyz, number), number(inertial.mass), along_link_of(inertial)
@@ -287,7 +447,6 @@ class _Geoms:
             yield attributes(**{"name": name, "class": called, **self._sized(geometry, solid), **more})
 
     def _sized(self, geometry: Geometry, solid: Shape) -> dict[str, str]:
-        """Return the type of a geom, its sizes or what it is of, and where it is."""
         number, pose = self.printer.number, solid.origin()
         if isinstance(geometry, HeightMap):
             field = field_of(solid, geometry)

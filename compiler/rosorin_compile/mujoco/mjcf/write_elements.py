@@ -29,9 +29,8 @@ from rosorin_compile.model.simulation import (
 from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.numbers import NumberFormat, numbers, vector
 
-from .bodies import body_name, reference, shifted
+from .bodies import BITS, body_name, reference, shifted
 from .classes import Named, Part
-from .masks import BITS
 from .omissions import is_textured
 from .servos import Drive, aims
 
@@ -179,7 +178,6 @@ class ElementPrinter:
 
 
 def _free(name: str, taken: Collection[str]) -> str:
-    """Return a name, with underscores behind it if it is taken."""
     while name in taken:
         name += "_"
     return name
@@ -234,7 +232,6 @@ def sensor_elements(robot: Robot, templates: Templates, printer: ElementPrinter)
 
 
 def _damaged(sensor: Sensor, part: Simulated, text: str) -> Iterator[Diagnostic]:
-    """Yield an error if the text of a template would spoil the file."""
     from xml.etree import ElementTree
 
     what, around = f'what {part.element} makes for sensor "{sensor.name}"', part.section or "body"

@@ -14,9 +14,8 @@ from html import escape
 from pathlib import PurePosixPath
 from typing import Any
 
-from rosorin_compile.formats.format import Format
+from rosorin_compile.formats.format import NODES, PLACES, SHAPES, UNPUBLISHED, Format
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.formats.unsupported import NODES, PLACES, SHAPES, UNPUBLISHED
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, counted, first_of, listed
@@ -25,7 +24,7 @@ from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .data import Data, robot_data
-from .images import MESHES, Embedding
+from .images import MESHES, Embedding, tables
 
 RULES = (
     Rule(
@@ -55,7 +54,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     data = robot_data(robot)
     embedding = Embedding(int(output.options.get("max_megabytes", MAX_MEGABYTES) * 1_000_000))
     if output.options.get("meshes", True):
-        embedding.take(data, robot, robot.mesh_files)
+        data.update(tables(robot, robot.mesh_files, embedding))
     if not embedding.left:
         return html({"robot": data}), []
     help = "meshes: false leaves out all; max_megabytes: NUMBER allows more"

@@ -6,14 +6,16 @@ A URDF would not do: it lacks the frames that others publish, and what sensors s
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
-from rosorin_compile.formats.static_tf import describe
+from rosorin_compile.formats.format import describe
 from rosorin_compile.model import (
     Box,
     Capsule,
     Cylinder,
     Ellipsoid,
+    HeightMap,
     Joint,
     Link,
     Mesh,
@@ -32,6 +34,18 @@ from ..frame_trees import TooMany, colours, frame_trees
 from .images import Data, texture_names
 
 _PURPOSES = ("visual", "collision")
+_GEOMETRIES: Mapping[type, tuple[str, Callable[[Any], Data]]] = {
+    Box: ("box", lambda box: {"size": numbers(box.size)}),
+    Cylinder: ("cylinder", lambda tube: {"radius": tube.radius, "length": tube.length}),
+    Capsule: ("capsule", lambda tube: {"radius": tube.radius, "length": tube.length}),
+    Ellipsoid: ("ellipsoid", lambda ellipsoid: {"radii": numbers(ellipsoid.radii)}),
+    Sphere: ("sphere", lambda sphere: {"radius": sphere.radius}),
+    Mesh: ("mesh", lambda mesh: {"mesh": mesh.file, "scale": numbers(mesh.scale)}),
+    HeightMap: (
+        "height_map",
+        lambda grid: {"origin": [*grid.origin], "cell": grid.cell, "heights": [*map(numbers, grid.heights)]},
+    ),
+}
 
 
 def robot_data(robot: Robot) -> Data:
@@ -92,23 +106,9 @@ def _shapes(shapes: Iterable[Shape]) -> list[Data]:
 
 
 def _shape(shape: Shape) -> Data:
-    geometry = shape.geometry
-    made = placed(shape.origin())
-    if shape.name:
-        made["name"] = shape.name
-    if isinstance(geometry, Box):
-        return made | {"kind": "box", "size": numbers(geometry.size)}
-    if isinstance(geometry, Cylinder | Capsule):
-        kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
-        return made | {"kind": kind, "radius": geometry.radius, "length": geometry.length}
-    if isinstance(geometry, Ellipsoid):
-        return made | {"kind": "ellipsoid", "radii": numbers(geometry.radii)}
-    if isinstance(geometry, Sphere):
-        return made | {"kind": "sphere", "radius": geometry.radius}
-    if isinstance(geometry, Mesh):
-        return made | {"kind": "mesh", "mesh": geometry.file, "scale": numbers(geometry.scale)}
-    heights = [numbers(row) for row in geometry.heights]
-    return made | {"kind": "height_map", "origin": list(geometry.origin), "cell": geometry.cell, "heights": heights}
+    name = {"name": shape.name} if shape.name else {}
+    kind, values_of = _GEOMETRIES[type(shape.geometry)]
+    return {**placed(shape.origin()), **name, "kind": kind, **values_of(shape.geometry)}
 
 
 def _colour(robot: Robot, shape: Shape) -> Data:
@@ -122,13 +122,11 @@ def _joint(robot: Robot, joint: Joint) -> Data:
     made |= placed(joint.origin)
     if joint.type in (*MOVING_TYPES, "planar"):
         made["axis"] = numbers(joint.axis)
-    limit = joint.limit
-    bounds = (None, None) if limit is None else (limit.lower, limit.upper)
-    if all(bound is not None and math.isfinite(bound) for bound in bounds):
-        made["limit"] = dict(zip(("lower", "upper"), bounds, strict=True))
+    limits = {key: getattr(joint.limit, key, None) for key in ("lower", "upper")}
+    if all(bound is not None and math.isfinite(bound) for bound in limits.values()):
+        made["limit"] = limits
     if joint.mimic is not None:
-        mimic = joint.mimic
-        made["mimic"] = {"joint": mimic.joint, "multiplier": mimic.multiplier, "offset": mimic.offset}
+        made["mimic"] = {key: getattr(joint.mimic, key) for key in ("joint", "multiplier", "offset")}
     for servo in [group for group in robot.servos if joint.name in group.joints][:1]:
         made["servo"] = {
             "rad_per_pulse": servo.rad_per_pulse,

@@ -60,10 +60,6 @@ class Embedding:
         self.size = 0
         self.left: dict[str, str] = {}
 
-    def take(self, data: Data, robot: Robot, found: Mapping[str, Path]) -> None:
-        """Put the meshes and the images of a robot into its data; ``found`` are the files by name."""
-        data.update(tables(robot, found, self))
-
     def put(self, name: str, file: Path, kind: str) -> Data:  # noqa: ARG002
         """Return the content of a file, if there is room for it."""
         try:
@@ -96,12 +92,7 @@ class Serving:
         """Return the address of a file."""
         number = self.numbers.setdefault(file, str(len(self.numbers)))
         self.files[number] = file, kind
-        try:
-            status = file.stat()
-            version = (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
-        except OSError:
-            version = (0, 0, 0, 0)
-        return {"url": f"mesh/{number}?{''.join(f'{part:x}' for part in version)}"}
+        return {"url": f"mesh/{number}?{''.join(f'{part:x}' for part in files.version(file) or (0,))}"}
 
     def missing(self, name: str, why: str) -> Data:  # noqa: ARG002
         """Return the entry of a file that is not shown."""

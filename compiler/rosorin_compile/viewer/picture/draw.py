@@ -128,7 +128,7 @@ def _pixels(
     """Return the picture of a robot whose links have these poses in the root frame."""
     import numpy as np
 
-    from .labels import draw_frames
+    from .labels import EMPTY, SENSOR, draw_frames, draw_markers
     from .render import THEMES, Camera, Scene, render
     from .triangles import pieces
 
@@ -139,6 +139,10 @@ def _pixels(
     camera = Camera.fitted(bounds, direction, *look.size)
     progress = partial(Progress.step, "drawing", counted=False)
     pixels = render(Scene(found, bounds, theme), camera, look.transparent, progress)
+    sensors = {sensor.frame for sensor in robot.sensors}
+    empty = [link.name for link in robot.links if not link.visual and not link.collision and link.name not in sensors]
+    for names, marker in ((empty, EMPTY), (sorted(sensors & poses.keys()), SENSOR)):
+        draw_markers(pixels, [poses[name].xyz for name in names], camera, marker)
     has_shapes = any(piece.visible for piece in found)
     chosen = frames or ([] if has_shapes else list(poses))
     axis_scale = max(math.dist(*bounds), 0.05) * (1.0 if has_shapes else 2.0)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rosorin_compile.model import Transform
+from rosorin_compile.model import Transform, Vector
 
 from .render import Camera, Rgb, Theme
 
@@ -20,6 +20,7 @@ Pixels = NDArray[np.uint8]
 Point = tuple[float, float]
 
 AXIS_COLOURS: tuple[Rgb, ...] = ((0xE5, 0x48, 0x4D), (0x30, 0xA4, 0x6C), (0x3E, 0x63, 0xDD))  # as on the page
+SENSOR, EMPTY = ((0x8E, 0x4E, 0xC6), 11.0), ((0x7D, 0x8A, 0x97), 8.0)  # markers: colour, pixels; as on the page
 _AXIS_LENGTH = 0.07  # times the size of the robot
 _AXIS_PEN, _LETTER_PEN, _HALO_PEN = 2.0, 1.25, 4.2  # pixels
 _DOT = 1.45  # pixels between the dots of a letter
@@ -91,6 +92,14 @@ def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera,
                 for (a, b), (c, d) in _strokes(letter):
                     ends_of_stroke = (left + a * _DOT, top + b * _DOT), (left + c * _DOT, top + d * _DOT)
                     _draw_line(pixels, *ends_of_stroke, pen, colour, opacity)
+
+
+def draw_markers(pixels: Pixels, points: Sequence[Vector], camera: Camera, marker: tuple[Rgb, float]) -> None:
+    """Draw a round marker at each point (m, in the root frame) before the camera."""
+    for point in points:
+        x, y, depth = (float(value) for value in camera.project(np.array(point)))
+        if depth > 0:
+            _draw_line(pixels, (round(x, 2), round(y, 2)), (round(x, 2), round(y, 2)), marker[1], marker[0], 1.0)
 
 
 def place_labels(origins: Sequence[tuple[float, float, str]], width: int, height: int) -> list[Label]:

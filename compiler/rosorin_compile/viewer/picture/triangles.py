@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import product
+from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
@@ -69,20 +69,17 @@ def pieces(
         for shape, rgba, is_visual, visible in solids:
             geometry, pose = shape.geometry, poses[link.name].then(shape.pose.transform())
             red, green, blue, opacity = rgba or colours[link.name]
-            is_mesh, mesh_colours = isinstance(geometry, Mesh), rgba is None and is_visual
-            parts: list[tuple[Floats, Floats, Colour | None]]
-            if isinstance(geometry, Mesh):
-                parts = [(part, _mesh_normals(part), colour) for part, colour in meshes.get(geometry, ())]
-            else:
-                parts = [(*_solid(geometry), None)]
-            for corners, normals, mesh_colour in parts:
+            is_mesh = isinstance(geometry, Mesh)
+            solid: MeshParts = () if isinstance(geometry, Mesh) else [(part, None) for part in _solid(geometry)]
+            parts = meshes.get(geometry, ()) if isinstance(geometry, Mesh) else solid
+            for corners, own_colour in parts:
                 if not len(corners):
                     continue
                 sides = zip(corners.min(axis=(0, 1)), corners.max(axis=(0, 1)), strict=True)
                 box = _rotated(np.array(list(product(*sides))), pose) + pose.xyz
                 bounds = np.array([box.min(axis=0), box.max(axis=0)])
-                colour = mesh_colour if mesh_colours and mesh_colour is not None else (red, green, blue)
-                placed = _rotated(corners, pose) + pose.xyz, _rotated(normals, pose)
+                colour = own_colour if rgba is None and is_visual and own_colour else (red, green, blue)
+                placed = _rotated(corners, pose) + pose.xyz, _rotated(_normals(corners), pose)
                 looks = is_mesh and opacity >= 1.0, isinstance(geometry, Box), visible
                 made.append(Piece(*placed, colour, opacity, bounds, *looks))
     return made
@@ -92,55 +89,34 @@ def _rotated(vectors: Floats, pose: Transform) -> Floats:
     return np.stack([(vectors * np.array(row)).sum(axis=-1) for row in pose.rows], axis=-1)
 
 
-def _solid(geometry: Box | Cylinder | Capsule | Sphere | Ellipsoid | HeightMap) -> tuple[Floats, Floats]:
-    """Return corners and normals (n, 3, 3) of a solid in its own frame."""
+def _solid(geometry: Box | Cylinder | Capsule | Sphere | Ellipsoid | HeightMap) -> list[Floats]:
+    """Return the surfaces of a solid in its own frame, as triangles (n, 3, 3)."""
     if isinstance(geometry, Box | HeightMap):
         boxes = geometry.boxes() if isinstance(geometry, HeightMap) else [geometry]
-        quads = [np.array(list(product(*zip(box.lower, box.upper, strict=True))))[_BOX_FACES] for box in boxes]
-        corners = _triangulated(np.array(quads).reshape(-1, 4, 3))
-        return corners, np.repeat(_face_normals(corners)[:, None], 3, axis=1)
-    turns = [math.pi * index / (_SEGMENTS // 2) for index in range(_SEGMENTS // 2 + 1)]
-    upper, lower = turns[: _SEGMENTS // 4 + 1], turns[_SEGMENTS // 4 :]
-    if isinstance(geometry, Ellipsoid):
-        corners, normals = _revolved([[(math.sin(t), math.cos(t), math.sin(t), math.cos(t)) for t in turns]])
-        return corners * geometry.radii, _unit(normals / geometry.radii)
-    r = geometry.radius
-    if isinstance(geometry, Sphere | Capsule):
-        h = geometry.length / 2 if isinstance(geometry, Capsule) else 0.0
-        halves = [(t, h) for t in (upper if h else turns)] + [(t, -h) for t in lower if h]
-        return _revolved([[(r * math.sin(t), r * math.cos(t) + z, math.sin(t), math.cos(t)) for t, z in halves]])
-    h = geometry.length / 2
-    ends = [[(0.0, h, 0.0, 1.0), (r, h, 0.0, 1.0)], [(r, -h, 0.0, -1.0), (0.0, -h, 0.0, -1.0)]]
-    return _revolved([ends[0], [(r, h, 1.0, 0.0), (r, -h, 1.0, 0.0)], ends[1]])
+        faces = [np.array(list(product(*zip(box.lower, box.upper, strict=True))))[_BOX_FACES] for box in boxes]
+        return [_triangulated(np.array(faces).reshape(-1, 4, 3))]
+    # Surfaces of revolution about z: radius and height of their profiles from top to bottom.
+    half = [math.pi * step / (_SEGMENTS // 2) for step in range(_SEGMENTS // 2 + 1)]
+    radius = 1.0 if isinstance(geometry, Ellipsoid) else geometry.radius
+    h = geometry.length / 2 if isinstance(geometry, Cylinder | Capsule) else 0.0
+    if isinstance(geometry, Cylinder):
+        profiles = list(pairwise([(0.0, h), (radius, h), (radius, -h), (0.0, -h)]))
+    else:
+        middle = _SEGMENTS // 4
+        turns = [(t, h) for t in half[: middle + 1]] + [(t, -h) for t in half[middle if h else middle + 1 :]]
+        profiles = [tuple((radius * math.sin(t), radius * math.cos(t) + z) for t, z in turns)]
+    steps = [2 * math.pi * (step % _SEGMENTS) / _SEGMENTS for step in range(_SEGMENTS + 1)]
+    found = []
+    for profile in profiles:
+        p = np.array([[(r * math.cos(turn), r * math.sin(turn), z) for turn in steps] for r, z in profile])
+        p = p * (geometry.radii if isinstance(geometry, Ellipsoid) else 1.0)
+        quads = np.stack([p[1:, :-1], p[1:, 1:], p[:-1, 1:], p[:-1, :-1]], axis=2)
+        found.append(_triangulated(quads.reshape(-1, 4, 3)))
+    return found
 
 
 def _triangulated(quads: Floats) -> Floats:
-    """Return two triangles (2 n, 3, 3) for each quad (n, 4, 3); the first two sides of each are sides of the quad."""
     return quads[:, [(0, 1, 2), (2, 3, 0)]].reshape(-1, 3, 3)
-
-
-def _revolved(profiles: Sequence[Sequence[tuple[float, float, float, float]]]) -> tuple[Floats, Floats]:
-    """Return the surface of revolution about z.
-
-    Args:
-        profiles: lines from top to bottom; a point is its radius and z (m), and radius and z of the normal there.
-
-    """
-    turns = [2 * math.pi * (index % _SEGMENTS) / _SEGMENTS for index in range(_SEGMENTS + 1)]
-    cos, sin, one = np.array([(math.cos(turn), math.sin(turn), 1.0) for turn in turns]).T
-    found: tuple[list[Floats], list[Floats]] = ([], [])
-    for profile in profiles:
-        r, z, normal_r, normal_z = np.array(profile).T
-        for target, radius, height in zip(found, (r, normal_r), (z, normal_z), strict=True):
-            p = np.stack([np.outer(radius, cos), np.outer(radius, sin), np.outer(height, one)], axis=-1)
-            quads = np.stack([p[1:, :-1], p[1:, 1:], p[:-1, 1:], p[:-1, :-1]], axis=2)
-            target.append(_triangulated(quads.reshape(-1, 4, 3)))
-    return np.concatenate(found[0]), np.concatenate(found[1])
-
-
-def _face_normals(corners: Floats) -> Floats:
-    """Return the unit normals (n, 3) of triangles; zero where a triangle has no area."""
-    return _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
 
 
 def _unit(vectors: Floats) -> Floats:
@@ -149,9 +125,10 @@ def _unit(vectors: Floats) -> Floats:
     return scaled
 
 
-def _mesh_normals(triangles: Floats) -> Floats:
-    """Return normals (n, 3, 3) of a mesh: averaged over the faces at a corner where it is round, else of the face."""
-    flat = np.repeat(_face_normals(triangles), 3, axis=0)
+def _normals(triangles: Floats) -> Floats:
+    """Return normals (n, 3, 3): averaged over the faces at a corner where the surface is round, else of the face."""
+    faces = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    flat = np.repeat(_unit(faces), 3, axis=0)
     if len(triangles) > _MOST_SMOOTH:
         return flat.reshape(-1, 3, 3)
     corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 
 from rosorin_compile.formats.format import HUMBLE
-from rosorin_compile.formats.urdf.content import joints_of
+from rosorin_compile.formats.urdf.write import joints_of
 from rosorin_compile.model import Joint, Output, Robot
 from rosorin_compile.ros.sections.control.hardware import (
     ACCELERATION,

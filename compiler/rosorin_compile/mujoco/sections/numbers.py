@@ -1,4 +1,4 @@
-"""Numbers of what only a simulation has: ranges with room, and contacts that MuJoCo accepts."""
+"""Numbers of what only a simulation has: ranges with room, contacts that MuJoCo accepts; and ends of constraints."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rosorin_compile.rules.case import Case, number
+from rosorin_compile.rules.simulated import several
 from rosorin_compile.source.diagnostics import Diagnostic, counted
-from rosorin_compile.source.rule_registry import Check, Heading, rule
+from rosorin_compile.source.rule_registry import SIMULATED, Check, rule
 from rosorin_compile.source.tree import Path, at
 
 from .actuators import drivers
@@ -26,13 +27,7 @@ _SIZES = {
 }
 
 
-@rule(
-    "range-without-room",
-    "A range for a simulation has no room: its first number is not below its second one, which MuJoCo takes for no "
-    "range, or refuses.",
-    "Give the smaller number first; leave the range out where there is none.",
-    Heading.SIMULATED,
-)
+@rule("range-without-room", "A range for a simulation is empty.", "Give the smaller number first.", SIMULATED)
 def ranges(case: Case) -> Iterator[Diagnostic]:
     """Ranges of actuators and joints in which nothing lies."""
     for entry, path, called in _entries(case):
@@ -46,7 +41,6 @@ def ranges(case: Case) -> Iterator[Diagnostic]:
 
 
 def _entries(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
-    """Yield the entries that have ranges and sizes of a simulation, with their paths and what they are called."""
     for driver in drivers(case):
         yield at(case.tree, driver.path), driver.path, driver.called
     for name, entry in (case.tree.get("joints") or {}).items():
@@ -68,12 +62,7 @@ def negative(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("dynamics-negative", message, (*path, key), "write it without the sign")
 
 
-@rule(
-    "contact-value",
-    "A contact has a number that there is not: `condim` is 1, 3, 4 or 6, friction and margins are not below zero.",
-    "As the message says.",
-    Heading.SIMULATED,
-)
+@rule("contact-value", "A contact has a number that MuJoCo does not take.", "See the message.", SIMULATED)
 def contacts(case: Case) -> Iterator[Diagnostic]:
     """Contacts that MuJoCo would refuse, or would make something else of."""
     shapes = ((link, index, shape) for link in case.robot.links for index, shape in enumerate(link.collision))
@@ -100,12 +89,7 @@ _SPEEDS = {"planar": 3, "floating": 6, "ball": 3}
 _PLACES = {"planar": 3, "floating": 7, "ball": 4}  # and how many positions
 
 
-@rule(
-    "key-length",
-    "A pose lists positions, speeds, activations or places of motion capture for MuJoCo, and not as many as there are.",
-    "Give one for each, in MuJoCo's order.",
-    Heading.SIMULATED,
-)
+@rule("key-length", "A pose lists too many or too few numbers for MuJoCo.", "Give one for each.", SIMULATED)
 def keys(case: Case) -> Iterator[Diagnostic]:
     """Find lists of poses whose length MuJoCo would refuse."""
     if not any(pose.mjcf for pose in case.robot.poses):
@@ -130,3 +114,51 @@ def keys(case: Case) -> Iterator[Diagnostic]:
 
 
 _STATELESS = ("position", "velocity", "motor", "damper", "adhesion")
+
+
+@rule("constraint-ends", "A constraint lacks what it holds together, or has too much.", "See the message.", SIMULATED)
+def constraints(case: Case) -> Iterator[Diagnostic]:
+    """Constraints that MuJoCo would not build."""
+    section, turning = case.tree.get("constraints") or {}, several(case)
+    for name, entry in section.items():
+        for index, joint in enumerate(entry.get("joints") or ()):
+            if joint in turning:
+                message = f'constraint "{name}" holds joint "{joint}", which is {turning[joint]}'
+                help = "name joints with one position each"
+                yield case.problem("constraint-ends", message, ("constraints", name, "joints", index), help)
+        path: Path = ("constraints", name)
+        wrong = _constraint(entry)
+        if wrong:
+            message, help, *key = wrong
+            place = (*path, *key)
+            yield case.problem("constraint-ends", f'constraint "{name}" {message}', place, help, key=True)
+
+
+_ENDS = {"connect": ("links", "sites"), "weld": ("links", "sites"), "joint": ("joints",)}
+_MORE = {
+    "connect": ("at",),
+    "weld": ("at", "xyz", "rpy", "torque_scale"),
+    "joint": ("polynomial",),
+}
+
+
+def _constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
+    kind = str(entry["type"])
+    legal = (*_ENDS[kind], *_MORE[kind], "type", "active", "solref", "solimp", "source")
+    extra = next((key for key in entry if key not in legal), "")
+    if extra:
+        return f"is of type {kind}, which has no {extra}", "leave it out, or correct the type", extra
+    ends = [key for key in _ENDS[kind] if key in entry]
+    if len(ends) != 1:
+        if ends:
+            return "has links and sites", "leave one of them out", "sites"
+        return f"is of type {kind} and holds nothing", f"write {' or '.join(f'{end}: [...]' for end in _ENDS[kind])}"
+    fixed = next((key for key in ("at", "xyz", "rpy") if key in entry and ends == ["sites"]), "")
+    if fixed:
+        return f"holds sites where they are, and has {fixed}", "leave it out", fixed
+    if kind == "connect" and ends == ["links"] and "at" not in entry:
+        return "connects links and does not say where", "write at: [X, Y, Z] in the first link"
+    held = entry[ends[0]]
+    if isinstance(held, list) and len(held) == 2 and held[0] == held[1]:
+        return f'holds "{held[0]}" to itself', "name two", ends[0]
+    return None

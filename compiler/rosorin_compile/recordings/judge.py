@@ -18,7 +18,7 @@ from rosorin_compile.source.wording import and_more, counted, first_of, listed, 
 
 from .findings import YEAR, difference, ordered, pose_text, problem, rate_text, seconds, share, value_rule
 from .judge_edges import dropped, edges, late, leaps_text, missing, other_modes, prefixed, row, stale
-from .recording import Answer, FrameUse, Reading, Recording
+from .recording import Answer, FrameUse, Recording
 from .results import Lookup
 from .series import AHEAD, SECOND, SIMULATED, Pace
 
@@ -202,6 +202,7 @@ def answer_outcome(recording: Recording, answer: Answer) -> str:
 
 
 def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
+    """Return the finding about an answer of tf2_echo, of its first printed form that differs; None if none does."""
     description, robot, name = recording.description, recording.description.robot, answer.name
     known = description.frames | set(robot.link)
     for frame in (answer.source, answer.target):
@@ -222,25 +223,21 @@ def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
     for move in way:
         value = move.step.transform(robot, answer.positions)
         expected = expected.then(value.inverse() if move.up else value)
-    findings = (_reading(recording, answer, reading, expected) for reading in answer.readings)
-    return next(filter(None, findings), None)
-
-
-def _reading(recording: Recording, answer: Answer, reading: Reading, expected: Transform) -> Diagnostic | None:
-    """Return the finding about one form of an answer; differences within the printed digits are left out."""
-    printed = Transform((reading.turn or expected).rows, reading.xyz or expected.xyz)
-    moved = max(abs(a - b) for a, b in zip(expected.xyz, printed.xyz, strict=True)) > reading.metres
-    turned = expected.angle_to(printed) > reading.radians
-    if not moved and not turned:
-        return None
-    recorded = Transform(printed.rows if turned else expected.rows, printed.xyz if moved else expected.xyz)
-    place, turn = pose_text(printed).split(", ")
-    shown = place if reading.turn is None else turn if reading.xyz is None else f"{place}, {turn}"
-    evidence = [f"described: {pose_text(expected)}", f"printed:   {shown} (line {answer.line})"]
-    edge = next((edge for edge in recording.description.edges if edge.name == answer.name), None)
-    help = f"{edge.owner} publishes it: deploy what is compiled, or correct the description" if edge else ""
-    message = f"{answer.name} is {difference(expected, recorded)[2]} against the description"
-    return problem(value_rule(expected, recorded), answer.name, message, help, evidence)
+    for reading in answer.readings:
+        printed = Transform((reading.turn or expected).rows, reading.xyz or expected.xyz)
+        moved = max(abs(a - b) for a, b in zip(expected.xyz, printed.xyz, strict=True)) > reading.metres
+        turned = expected.angle_to(printed) > reading.radians
+        if not moved and not turned:  # the same, but for the printed digits
+            continue
+        recorded = Transform(printed.rows if turned else expected.rows, printed.xyz if moved else expected.xyz)
+        place, turn = pose_text(printed).split(", ")
+        shown = place if reading.turn is None else turn if reading.xyz is None else f"{place}, {turn}"
+        evidence = [f"described: {pose_text(expected)}", f"printed:   {shown} (line {answer.line})"]
+        edge = next((edge for edge in recording.description.edges if edge.name == answer.name), None)
+        help = f"{edge.owner} publishes it: deploy what is compiled, or correct the description" if edge else ""
+        message = f"{answer.name} is {difference(expected, recorded)[2]} against the description"
+        return problem(value_rule(expected, recorded), answer.name, message, help, evidence)
+    return None
 
 
 def _clocks(recording: Recording) -> Iterator[Diagnostic]:

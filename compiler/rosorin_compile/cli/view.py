@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.cli.console import Console
 from rosorin_compile.source.diagnostics import RequestError
-from rosorin_compile.viewer.live import LiveRobot
-from rosorin_compile.viewer.server import LOOPBACK
+from rosorin_compile.viewer.server import LOOPBACK, LiveRobot
 
 from .answer import FINE, PROBLEMS
 from .command import Options, command, flag, option, page_options, robot_argument, robot_options

@@ -17,8 +17,8 @@ from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Reque
 from rosorin_compile.source.progress import Progress
 
 from .page import MAX_MEGABYTES, html, left_out
-from .page.data import Data, robot_data
-from .page.images import Embedding, companions, tables
+from .page.data import robot_data
+from .page.images import Data, Embedding, companions, tables
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compiled import Understood

@@ -24,8 +24,8 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, counted, fir
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import Heading, Rule
 
-from .data import Data, robot_data
-from .images import MESHES, Embedding, tables
+from .data import robot_data
+from .images import MESHES, Data, Embedding, tables
 
 RULES = (
     Rule(

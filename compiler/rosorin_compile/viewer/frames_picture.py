@@ -11,8 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.formats.format import Asked, Format, xml_syntax
-from rosorin_compile.formats.unsupported import NODES, UNPUBLISHED
+from rosorin_compile.formats.format import NODES, UNPUBLISHED, Asked, Format, xml_syntax
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, publishers, rows
 from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, error

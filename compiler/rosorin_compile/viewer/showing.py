@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.mesh_files import Places
+from rosorin_compile.formats.mesh_files import TEXTURE, Places
 from rosorin_compile.language.explain import NotThere, explain
 from rosorin_compile.language.explain_text import lines
 from rosorin_compile.output import OutputError, write_file
@@ -71,7 +71,7 @@ def look(request: Request) -> Looked:
     if case is None:
         return Looked(None, diagnostics, own_files)
     places = Places(description.path, description.outputs, request.packages, os.environ)
-    found = {**places.textures(case.tree), **places.meshes(case.tree)}
+    found = {**places.meshes(case.tree, kind=TEXTURE), **places.meshes(case.tree)}
     data = robot_data(case.robot)
     for link in data["links"]:
         path = case.places.get(("link", link["name"]))

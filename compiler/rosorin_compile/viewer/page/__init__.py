@@ -14,13 +14,12 @@ from html import escape
 from pathlib import PurePosixPath
 from typing import Any
 
-from rosorin_compile.formats.format import Format
+from rosorin_compile.formats.format import NODES, PLACES, SHAPES, UNPUBLISHED, Format
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.formats.unsupported import NODES, PLACES, SHAPES, UNPUBLISHED
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files
-from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, counted, first_of, listed
+from rosorin_compile.source.load import json_of
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import Heading, Rule
 

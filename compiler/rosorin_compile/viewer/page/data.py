@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from rosorin_compile.formats.static_tf import describe
+from rosorin_compile.formats.format import describe
 from rosorin_compile.model import (
     Box,
     Capsule,

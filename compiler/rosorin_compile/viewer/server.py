@@ -273,10 +273,7 @@ _INTERVAL = 0.15  # seconds between two looks at the files
 
 
 class LiveRobot:
-    """One robot that is shown while its files change.
-
-    ``contacts`` returns the engine that finds links that are inside each other; it is created for the first question.
-    """
+    """One robot that is shown while its files change; ``contacts`` returns the engine that finds overlapping links."""
 
     def __init__(self, request: Request, console: Console, contacts: Callable[[Shown], Any]) -> None:
         self.console = console
@@ -284,28 +281,22 @@ class LiveRobot:
         self.contacts = contacts
         self.inputs = WatchedFiles()
         self.page = Page()
-        self.server: Server | None = None
         self.numbers: dict[Path, str] = {}  # of mesh files: an older page still finds its own ones
         self.lock = threading.Lock()  # explanations and contacts are computed for one robot at a time
 
-    def bind(self, host: str, port: int | None) -> None:
-        """Listen at an address. Raises OSError, UnicodeError."""
-        self.server = bound(self.page, host, port)
-
-    def serve(self, open_browser: bool) -> None:
+    def serve(self, server: Server, open_browser: bool) -> None:
         """Serve the page until Ctrl-C or SIGTERM, also while the robot has errors."""
         import gc
         import signal
 
-        assert self.server is not None  # noqa: S101
         gc.enable()  # it is off in short runs
         signal.signal(signal.SIGTERM, signal.default_int_handler)
-        host = self.server.host
+        host = server.host
         name = "localhost" if host == LOOPBACK else f"[{host}]" if ":" in host else host
-        address = f"http://{name}:{self.server.port}/"
+        address = f"http://{name}:{server.port}/"
         try:
             self.inputs.read(self.compile)
-            threading.Thread(target=self.server.serve_forever, daemon=True).start()
+            threading.Thread(target=server.serve_forever, daemon=True).start()
             print(f"{self.request.description.name}: {address}  (Ctrl-C ends it)")
             sys.stdout.flush()
             if not is_loopback(host):
@@ -322,7 +313,7 @@ class LiveRobot:
         except KeyboardInterrupt:
             print()
         finally:
-            self.server.socket.close()
+            server.socket.close()
 
     def compile(self) -> None:
         """Read the robot, and notify the pages; after an error they keep the last one."""
@@ -362,11 +353,9 @@ class LiveRobot:
 
     def _contacts_of(self, shown: Shown) -> Callable[[Mapping[str, Any]], list[list[str]]]:
         """Return a function for the pairs of links that collide at positions by joint (rad or m)."""
-        engine: Any = None
+        engine = self.contacts(shown)
 
         def touching(state: Mapping[str, Any]) -> list[list[str]]:
-            nonlocal engine
-            engine = engine or self.contacts(shown)
             if missing := engine.lacking():
                 raise Unknown(f"{missing} is not installed; {pip_install('physics')} brings it")
             with self.lock:

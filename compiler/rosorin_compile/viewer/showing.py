@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats.mesh_files import TEXTURE, Places
 from rosorin_compile.language.explain import NotThere, explain
@@ -55,8 +55,7 @@ class Shown:
         return []
 
 
-@dataclass(frozen=True)
-class Looked:
+class Looked(NamedTuple):
     """What was read: a robot to show, unless it has errors; the diagnostics; and the files."""
 
     shown: Shown | None
@@ -77,13 +76,10 @@ def look(request: Request) -> Looked:
         path = case.places.get(("link", link["name"]))
         if path is not None:
             link["where"] = _place(case.tree.locate(path, key=True).span)
-    warnings = []
-    for told in diagnostics:
-        if told.severity == WARNING:
-            text = f"{told.message} [{told.rule}]" + (f"\n{told.help}" if told.help else "")
-            warnings.append({"text": printable(text, keep="\n"), **({"where": _place(told.span)} if told.span else {})})
-    if warnings:
-        data["warnings"] = warnings
+    for warning in [told for told in diagnostics if told.severity == WARNING]:
+        text = f"{warning.message} [{warning.rule}]" + (f"\n{warning.help}" if warning.help else "")
+        entry = {"text": printable(text, keep="\n"), **({"where": _place(warning.span)} if warning.span else {})}
+        data.setdefault("warnings", []).append(entry)
     arguments = {} if request.is_foreign else request.values()
     read = [*found.values(), *(side.file for name, file in found.items() for side in companions(file, name)[0])]
     every = (*own_files, *read, *places.awaited(case.tree, found))

@@ -157,13 +157,6 @@ def xml_syntax(text: str) -> object:
     return canonical(tree_of(text))
 
 
-class Joined(NamedTuple):
-    """Sections that a companion file adds to a robot, and diagnostics."""
-
-    sections: Mapping[str, Any]
-    diagnostics: Sequence[Diagnostic] = ()
-
-
 class Asked(NamedTuple):
     """The entry of ``outputs`` in the description of an imported robot, and a remark on what is unusual in it."""
 
@@ -208,7 +201,8 @@ class Format:
     include: bool = True  # a description may include such a file
     takes_arguments: bool = False
     becomes: str = ""  # the format that it is once it is read (xacro: urdf)
-    join: Callable[[Opened, Map], Joined] | None = None  # the sections that a file adds to the tree of a robot
+    # The sections that a companion file adds to the tree of a robot, and diagnostics.
+    join: Callable[[Opened, Map], tuple[Mapping[str, Any], Sequence[Diagnostic]]] | None = None
     joins: tuple[str, ...] = ()  # the fields of the model that ``join`` sets completely
     is_other: Callable[[Document], bool] | None = None  # whether a file is only such a companion of a robot
     # The output in the description of an imported robot, from its tree, its version and a name for files.
@@ -276,9 +270,8 @@ class Format:
         return next((output for output in robot.outputs if output.backend == self.name), None)
 
 
-_NOTE = "A note: a format cannot express keys that the description sets; one note a format."
-_NOTHING = "Nothing, if no reader of these artifacts needs them; accept the rule with the reason."
-RULES = (Rule("not-in-format", _NOTE, _NOTHING, FORMATS),)
+_NOTE = "A note: a format cannot express keys that the description sets."
+RULES = (Rule("not-in-format", _NOTE, "Accept the rule, if no reader of these artifacts needs them.", FORMATS),)
 
 # Keys that name the formats that they are for: a reader of another one does not expect them.
 ADDRESSED = {"mjcf": ("mjcf",), "mjcf_elements": ("mjcf",), "gazebo": ("sdf", "urdf"), "urdf_elements": ("urdf",)}

@@ -242,8 +242,7 @@ def _form(element: Element, followers: Set[str], above: str = "", lidar: bool = 
         return "" if is_default else f"<{start}>{text}</>"
 
     def order(child: Element) -> tuple[str, str]:
-        name = "lidar" if child.tag == "ray" else child.tag
-        return name, child.get("name", "") if child.tag == "param" else ""
+        return "lidar" if child.tag == "ray" else child.tag, child.get("name", "") if child.tag == "param" else ""
 
     inner = "".join(_form(child, followers, tag, lidar) for child in sorted(element, key=order))
     return f"<{start}>{text}{inner}</>" if inner or values or text or tag not in ("imu", "clip") else ""

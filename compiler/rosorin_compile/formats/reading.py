@@ -40,9 +40,8 @@ from .imported import Imported, Outputs, ReadOptions, as_tree, converted
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot
 
-_SYNTAX = "A file is not written as its format wants; the reader of another package says so."
 RULES = (
-    Rule("file-syntax", _SYNTAX, "Correct the place that is named.", READING),
+    Rule("file-syntax", "A reader of another package refuses a file.", "Correct the place that is named.", READING),
     Rule("wrong-format", "The file is of a format that is not read.", "The message says what to name.", READING),
     Rule("wrong-root", "The root element is not that of a robot.", "The message says what to name.", READING),
 )
@@ -114,10 +113,10 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
         source, document = _parsed(path, options)
         if document.root.tag != "robot":
             raise MarkupError(_wrong_root(document))
-        joined = format.join(Opened(path, options, document), tree)
+        sections, found = format.join(Opened(path, options, document), tree)
     except MarkupError as problem:
         return imported._replace(tree=None, diagnostics=[*imported.diagnostics, problem.diagnostic])
-    diagnostics = [*_mending(source, document), *joined.diagnostics]
+    diagnostics = [*_mending(source, document), *found]
     made: Map | None = None
     if not has_errors(diagnostics):
         made, root = tree.copied(), document.root.span
@@ -125,7 +124,7 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
         if note is not None:
             made["source"] = made["source"].copied()
             made["source"]["note"] = f"{note} and {Path(document.source.path).name}"
-        for key, entries in joined.sections.items():
+        for key, entries in sections.items():
             more = as_tree(entries, root, [key]).copied()
             for name, entry in (made.get(key) or {}).items():  # entries that the tree has stay
                 more.put(name, entry, made[key].key_spans[name], made[key].value_spans[name])

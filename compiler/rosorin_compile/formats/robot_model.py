@@ -27,13 +27,11 @@ if TYPE_CHECKING:
     from .templating import Templates
 
 _CANNOT_SAY = "A warning: the driver's model has no room for a shape, a mimic, a planar, a floating or a ball joint."
-_UNKNOWN = "An option names a joint, link or servo group that does not exist."
-_SEVERAL_GROUPS = "The driver's model has room for one servo group, and there are several."
 RULES = (
     Rule("robot-model-cannot-say", _CANNOT_SAY, "The URDF carries it; or leave the joint out with `joints`.", FORMATS),
-    Rule("robot-model-unknown-name", _UNKNOWN, "Correct the name.", FORMATS),
+    Rule("robot-model-unknown-name", "An option names an unknown joint, link or group.", "Correct the name.", FORMATS),
     Rule("robot-model-same-name", "`rename` gives two links one name.", "Rename one to another.", FORMATS),
-    Rule("robot-model-servos", _SEVERAL_GROUPS, "Say which with `servos`.", FORMATS),
+    Rule("robot-model-servos", "There is room for one servo group of several.", "Say which with `servos`.", FORMATS),
     Rule("json-syntax", "The file is not JSON.", "Correct the place that is named; numbers are finite.", READING),
 )
 _RANGE_NOTE = "the driver's model does not say which pulses exist; these are those between the limits"
@@ -246,6 +244,7 @@ def _leaves_out(robot: Robot, link: str) -> bool:
 
 
 _NAME = {"$ref": "#/$defs/name"}
+_JOINTS = "The joints to carry, in this order; default all but those of simulations alone."
 FORMAT = Format(
     name="robot_model",
     word="driver's model",
@@ -259,15 +258,11 @@ FORMAT = Format(
         *("sensors.optical.joint", "servos.flipped", "servos.rad_per_pulse", "servos.zero_pulse"),
     ),
     options={
-        "joints": {
-            "type": "array",
-            "description": "The joints to carry, in this order; default all but those of simulations alone.",
-            "items": _NAME,
-        },
+        "joints": {"type": "array", "items": _NAME, "description": _JOINTS},
         "rename": {
             "type": "object",
-            "description": "Link name: the name it has in this artifact.",
             "additionalProperties": _NAME,
+            "description": "Link name: its name in this artifact.",
         },
         "servos": {**_NAME, "description": "The servo group for pulse_to_rad, where there are several."},
         "source": {"type": "string", "description": "Text of its key source; default: the note of the robot's source."},

@@ -27,7 +27,7 @@ from ..format import (
 )
 from ..gazebo_elements import unsupported_drives
 from . import write
-from .write import Content, check, frames_of, links_of
+from .write import ELEMENTS, Content, check, frames_of, links_of
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
@@ -81,10 +81,8 @@ _FRAMES = (
     " moves and every link with a mass, for simulators. Only the first is given to robot_state_publisher."
 )
 _VISUALS = "from_collision: a link without a visual is seen as its collision shapes, a colour a link."
-_VERSION = "Version of the format. 1.0 (default) is read by everything; 1.2 has a word for capsules."
 _GAZEBO = "Whether it has the sensors for Gazebo: true or harmonic, fortress, classic; default false."
 _CONTROL = "The distribution of ROS 2 that it has the hardware blocks of control for; default: none."
-_CARRIED = {"enum": ["inertial", "visual", "collision", "dynamics", "urdf_elements"]}
 
 FORMAT = Format(
     name="urdf",
@@ -96,11 +94,14 @@ FORMAT = Format(
     unsupported=_unsupported,
     options={
         "number_format": NUMBER_FORMAT,
-        "elements": {"type": "array", "description": _ELEMENTS, "items": _CARRIED},
+        "elements": {"type": "array", "description": _ELEMENTS, "items": {"enum": [*ELEMENTS]}},
         "height_maps": {"enum": FORMS_OF_BOXES, "description": _BOXES},
         "frames": {"enum": ["published", "all", "bodies"], "description": _FRAMES},
         "visuals": {"enum": ["from_collision"], "description": _VISUALS},
-        "version": {"enum": ["1.0", "1.2", 1.0, 1.2], "description": _VERSION},
+        "version": {
+            "enum": ["1.0", "1.2", 1.0, 1.2],
+            "description": "Version of the format; default: 1.0. 1.2 has capsules.",
+        },
         "gazebo": {"enum": [True, False, "harmonic", "fortress", "classic"], "description": _GAZEBO},
         "control": {"enum": DISTRIBUTIONS, "description": _CONTROL},
     },

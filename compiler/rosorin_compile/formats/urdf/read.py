@@ -286,8 +286,7 @@ class _Reader(Reading):
         shapes, before = [child for child in geometry.children if child.tag in SHAPES], len(self.diagnostics)
         if len(shapes) > 1:
             message = f"{named(geometry)} has {listed(f'<{child.tag}>' for child in shapes)}; it takes one"
-            help = "make a second <visual> or <collision> of it"
-            self.error("duplicate-element", message, shapes[1].span, help)
+            self.error("duplicate-element", message, shapes[1].span, "make a second <visual> or <collision> of it")
             return
         self.check_element(geometry, None if shapes else Map(geometry.span))
         if not shapes:
@@ -434,8 +433,7 @@ class _Reader(Reading):
                 self.cannot_carry(f'a second material "{name}"', element.span, "the first is taken")
             else:
                 related, help = [Related("the first", made.value_spans[name])], "remove one; --lenient takes the first"
-                message = f'the material "{name}" is defined twice'
-                self.error("duplicate-name", message, element.span, help, related)
+                self.error("duplicate-name", f'the material "{name}" is defined twice', element.span, help, related)
 
     def _material_name(self, element: Element) -> str | None:
         name = self.attribute(element, "name")
@@ -476,6 +474,6 @@ class _Reader(Reading):
                     others.append((f'the material "{material}" of link "{name}"', visual.value_spans["material"]))
                     del visual["material"]
         if others:
-            message = f"{others[0][0]} looks otherwise than the first of that name, which ROS takes for all: it keeps"
-            message += f" its look and loses the name{f',{and_more(len(others) - 1)}' if len(others) > 1 else ''}"
-            self.note("import-changed", message, others[0][1])
+            more = f",{and_more(len(others) - 1)}" if len(others) > 1 else ""
+            message = f"{others[0][0]} differs from the first of that name, which ROS takes for all: it loses the name"
+            self.note("import-changed", f"{message}{more}", others[0][1])

@@ -52,14 +52,12 @@ from .gazebo import gazebo_blocks
 
 _WITHOUT_MASS = "A note: no URDF has the inertials: Gazebo reads it as an empty model, other simulators invent masses."
 _UNSTABLE = "A warning: damping * step > 2 * inertia: simulators with explicit steps of 1/240 s, as PyBullet, diverge."
-_CANNOT_SAY = "A warning: URDF 1.0 has no capsules: cylinders are written. A note: parts that are not in the URDF."
 _SECOND = "[A second URDF for simulators](artifacts.md#a-urdf-for-simulators), or `accept` it with its reason."
 _SERVO = "The damping of a servo belongs to its `actuator`, which no URDF has; else damp less, or correct the mass."
-_OTHERWISE = 'A cylinder and spheres say it exactly; `version: "1.2"` has capsules. `frames: bodies` has what moves.'
 RULES = (
     Rule("urdf-without-mass", _WITHOUT_MASS, _SECOND, FORMATS),
     Rule("explicit-damping-unstable", _UNSTABLE, _SERVO, FORMATS, accept="joint", imported="always"),
-    Rule("urdf-cannot-say", _CANNOT_SAY, _OTHERWISE, FORMATS),
+    Rule("urdf-cannot-say", "A URDF has no word for something.", '`version: "1.2"`, or `frames: bodies`.', FORMATS),
     Rule("urdf-mass-sum", "Masses that move to one link of the URDF are together no number.", "Correct them.", FORMATS),
 )
 
@@ -314,9 +312,8 @@ class Content:
             why = "they have no mass" if bodies else "robot_state_publisher does not publish them"
             notes.append((f"not in the URDF, because {why}: {', '.join(lost)}", ""))
         if still:
-            message = f"the mass of {plural('link', len(still))} {quoted(still, 3)} does not move in the URDF, where"
-            message += " the joints at zero put it: robot_state_publisher does not publish what moves it"
-            notes.append((message, '"frames: bodies" has these joints, for simulators'))
+            message = f"the mass of {plural('link', len(still))} {quoted(still, 3)} does not move in the URDF"
+            notes.append((message, 'robot_state_publisher does not publish what moves it; "frames: bodies" has it'))
         yield from (Diagnostic("urdf-cannot-say", NOTE, message, help=help) for message, help in notes)
 
     def _replaced(self, kind: type, version: str, other: str, same: str, help: str) -> Iterator[Diagnostic]:
@@ -347,8 +344,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     has_inertials = "inertial" in elements_of(output)
     heavy = sum(link.inertial is not None and link.inertial.mass > 0 for link in case.robot.links)
     if heavy and not has_inertials and not any("inertial" in elements_of(one) for one in others):
-        message = f"{output.file} leaves out {counted(heavy, 'inertial')}: Gazebo reads it as an empty model, and other"
-        message += " simulators invent masses"
+        message = f"{output.file} leaves out {counted(heavy, 'inertial')}: simulators drop links or invent masses"
         help = "give simulators a second URDF, or accept urdf-without-mass with its reason"
         yield case.problem("urdf-without-mass", message, ("outputs", output.name, "elements"), help, severity=NOTE)
     if case.robot.is_tree and has_inertials and "dynamics" in elements_of(output):
@@ -378,8 +374,7 @@ def _damping(case: Case, joints: tuple[Joint, ...]) -> Iterator[Diagnostic]:
             f'joint "{joint.name}" has a damping of {rounded(inertia / ratio)} {units[0]}{case.stands_in(path)} on'
         )
         message += f" {rounded(inertia)} {units[1]}: unstable in the explicit steps of PyBullet{more}"
-        help = "give the damping of a servo to its actuator, which no URDF has: actuator: {damping: ...}; it is stable"
-        help += f" up to {rounded(2 * inertia / STEP)} at 1/240 s"
+        help = f"stable up to {rounded(2 * inertia / STEP)} at 1/240 s; give that of a servo to its actuator: damping"
         yield case.problem("explicit-damping-unstable", message, path, help, severity=WARNING)
 
 

@@ -1,8 +1,7 @@
 """Find the mesh, texture and other files that a description names.
 
 The name in an artifact follows from the description alone: relative names stay, those of packages become
-``meshes/NAME/...``. The files are copied there, so that a folder of artifacts is complete. An artifact that could not
-be opened without a missing file leaves it out.
+``meshes/NAME/...``, where the files are copied to. An artifact that needs a missing file leaves it out.
 """
 
 from __future__ import annotations

@@ -2,9 +2,8 @@
 
 Each static edge is one ``static_transform_publisher`` with named flags (``ros2/geometry2@{humble,jazzy}:
 tf2_ros/src/static_transform_broadcaster_program.cpp``); its Euler angles are fixed-axis, as those of URDF. The rest of
-the frames is published by robot_state_publisher from the URDF. Conditions over modes have the three forms of launch
-files; launch's own ``and``, ``or`` and ``not`` take two arguments (one) on Humble and Jazzy alike
-(``ros2/launch@{humble,jazzy}: launch/launch/substitutions/boolean_substitution.py``).
+the frames is published by robot_state_publisher from the URDF. Launch's own ``and``, ``or`` and ``not`` take two
+arguments (one): ``ros2/launch@{humble,jazzy}: launch/launch/substitutions/boolean_substitution.py``.
 """
 
 from __future__ import annotations

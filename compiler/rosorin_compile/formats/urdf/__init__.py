@@ -49,11 +49,10 @@ def _asked(tree: Map, version: str, name: str) -> Asked:
     links = (tree.get("links") or {}).values()
     shapes = (shape for link in links if link for key in ("visual", "collision") for shape in link.get(key) or ())
     entry = {"file": f"{name}.urdf", **((tree.get("outputs") or {}).get("urdf") or {})}  # what an import found
-    if any("capsule" in shape for shape in shapes):
-        # urdfdom before version 5 (ROS up to Jazzy) refuses that version.
-        remark = "URDF 1.2, for the capsules; ROS up to Jazzy does not read it: without the version,"
-        return Asked({**entry, "version": "1.2"}, f"{remark} cylinders stand for them")
-    return Asked({**entry, **({"version": "1.2"} if version == "1.2" else {})})
+    has_capsules = any("capsule" in shape for shape in shapes)
+    entry |= {"version": "1.2"} if has_capsules or version == "1.2" else {}
+    remark = "URDF 1.2, for the capsules; ROS up to Jazzy does not read it: without the version, they are cylinders"
+    return Asked(entry, remark if has_capsules else "")  # urdfdom before version 5 refuses that version
 
 
 def _unsupported(output: Output) -> Mapping[str, Unsupported | None]:

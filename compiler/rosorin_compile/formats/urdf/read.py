@@ -236,8 +236,6 @@ class _Reader(Reading):
             elif name is not None:
                 section.put(name, entry, span, element.span)
 
-    # Links
-
     def _link(self, element: Element, path: TreePath) -> Map:
         entry = Map(element.span)
         inertial = self.single(element, "inertial")
@@ -346,8 +344,6 @@ class _Reader(Reading):
             message = f"quat_xyzw of {named(origin)} became rpy: the same rotation"
             self.note("import-converted", message, attribute.span)
 
-    # Joints
-
     def _joint(self, element: Element, path: TreePath) -> Map:
         entry = Map(element.span)
         kind = self._put_text(entry, "type", element, "type") or ""
@@ -413,8 +409,6 @@ class _Reader(Reading):
         elif tag == "safety_controller":
             self.need(element, "k_velocity")
         put(joint, tag, entry, element)
-
-    # Materials
 
     def _materials(self, robot: Element, tree: Map) -> None:
         for element in robot.children:

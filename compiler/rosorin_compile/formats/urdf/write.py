@@ -347,19 +347,11 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         message = f"{output.file} leaves out {counted(heavy, 'inertial')}: simulators drop links or invent masses"
         help = "give simulators a second URDF, or accept urdf-without-mass with its reason"
         yield case.problem("urdf-without-mass", message, ("outputs", output.name, "elements"), help, severity=NOTE)
-    if case.robot.is_tree and has_inertials and "dynamics" in elements_of(output):
-        yield from _damping(case, joints_of(case.robot, output))
-    for section in sections_in_urdf(output):
-        if section.check_urdf is not None:
-            yield from section.check_urdf(case, output)
-
-
-def _damping(case: Case, joints: tuple[Joint, ...]) -> Iterator[Diagnostic]:
-    """Find joints whose damping is unstable in explicit steps, even with all that hangs on them held together."""
     # A step of dt takes damping * dt / inertia of a speed away; if that is more than twice of it, each step is faster
     # than the one before. MuJoCo and Drake damp implicitly: all is stable. A URDF has no inertia of rotors.
     places: dict[Span | None, list[tuple[float, Joint, float]]] = {}
-    for joint in joints:
+    has_damping = case.robot.is_tree and has_inertials and "dynamics" in elements_of(output)
+    for joint in joints_of(case.robot, output) if has_damping else ():
         damping = joint.dynamics.damping if joint.dynamics is not None and joint.moves else 0.0
         inertia = _moved_inertia(case.robot).get(joint.child, 0.0) if damping > 0 else 0.0
         if inertia > 0 and damping * STEP > 2 * inertia:
@@ -376,6 +368,9 @@ def _damping(case: Case, joints: tuple[Joint, ...]) -> Iterator[Diagnostic]:
         message += f" {rounded(inertia)} {units[1]}: unstable in the explicit steps of PyBullet{more}"
         help = f"stable up to {rounded(2 * inertia / STEP)} at 1/240 s; give that of a servo to its actuator: damping"
         yield case.problem("explicit-damping-unstable", message, path, help, severity=WARNING)
+    for section in sections_in_urdf(output):
+        if section.check_urdf is not None:
+            yield from section.check_urdf(case, output)
 
 
 @of_robot
@@ -414,7 +409,12 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     for names, joint in link_groups(shown, shown.joints):
         links = []
         for link in map(shown.link.__getitem__, names):
-            inertials = [_inertial(link.inertial, number)] if link.inertial else []
+            inertials = []
+            if link.inertial is not None:
+                xx, yy, zz, xy, xz, yz = link.inertial.printed(number)
+                moments = attributes(ixx=xx, ixy=xy, ixz=xz, iyy=yy, iyz=yz, izz=zz)
+                mass = attributes(value=number(link.inertial.mass))
+                inertials.append((_origin(link.inertial.pose, number), mass, moments))
             shapes = ([_shape(shape, number) for shape in some] for some in (link.visual, link.collision))
             links.append((attribute("name", link.name), inertials, *shapes, _indented(link.urdf_elements, "    ")))
         steps.append((links, [] if joint is None else [_joint(joint, number)]))
@@ -451,12 +451,6 @@ def _shape(solid: Shape, number: NumberFormat) -> tuple[Any, ...]:
 
 def _origin(pose: Pose, number: NumberFormat) -> Markup:
     return attributes(xyz=vector(pose.xyz, number), rpy=vector(pose.rpy, number))
-
-
-def _inertial(inertial: Inertial, number: NumberFormat) -> tuple[Markup, ...]:
-    xx, yy, zz, xy, xz, yz = inertial.printed(number)
-    moments = attributes(ixx=xx, ixy=xy, ixz=xz, iyy=yy, iyz=yz, izz=zz)
-    return _origin(inertial.pose, number), attributes(value=number(inertial.mass)), moments
 
 
 def _joint(joint: Joint, number: NumberFormat) -> tuple[Any, ...]:

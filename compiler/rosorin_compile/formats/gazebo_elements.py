@@ -114,7 +114,7 @@ def unsupported_drives(output: Output, quiet: bool = False) -> Mapping[str, Unsu
 def drive_blocks(
     robot: Robot, joints: Mapping[str, str], rule: str, gazebo: str, number: NumberFormat, others: Iterable[str]
 ) -> tuple[list[str], list[Diagnostic]]:
-    """Return a ``<gazebo>`` for each drive of a joint that no ``others`` drive, and a warning if there is no plug-in."""
+    """Return a ``<gazebo>`` for each drive of a joint that no ``others`` drive, and a warning without a plug-in."""
     # An actuator with gains becomes a controller with the same law: kp * (command - position) - kv * speed or
     # kv * (command - speed). Hardware blocks of ros2_control and plug-ins among ``others`` have precedence.
     blocks, without, taken = list[str](), list[str](), set[str]()

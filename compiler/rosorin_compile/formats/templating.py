@@ -168,9 +168,7 @@ class Templates:
         paths, data = json.dumps([os.path.abspath(entry) for entry in sys.path if entry]), request.getvalue()
         command = [sys.executable, "-c", _START_CHILD, paths]
         try:  # this Python, and arguments that no shell reads
-            done = subprocess.run(
-                command, input=data, capture_output=True, timeout=_PATIENCE, env=environment, check=False
-            )  # noqa: S603
+            done = subprocess.run(command, input=data, capture_output=True, timeout=_PATIENCE, env=env, check=False)  # noqa: S603
             if not done.returncode:
                 return _Rendered(*json.loads(done.stdout))
             last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2] or f"exit code {done.returncode}"

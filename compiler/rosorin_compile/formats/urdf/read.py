@@ -13,6 +13,7 @@ from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Publisher, Robot, Transform
 from rosorin_compile.model.link import NO_SOURCE
@@ -157,7 +158,7 @@ class _Reader(Reading):
         self._rename_materials(tree)
         self.check_element(root, tree)
         for block in root.children if springs else ():  # other simulators know springs as well
-            joint = (tree.get("joints") or {}).get(block.get("reference")) if block.tag == "gazebo" else None
+            joint: Any = (tree.get("joints") or {}).get(block.get("reference")) if block.tag == "gazebo" else None
             for element in block.children if joint is not None else ():
                 with suppress(ValueError):
                     value = float(element.get("value") or element.text)

@@ -256,8 +256,8 @@ class Content:
 
     def _link(self, name: str) -> Link:
         both = ([self._shape(shape, f"{name}_{n}") for n, shape in enumerate(some, 1)] for some in self.shapes[name])
-        kept = self._kept(self.robot.link[name].urdf_elements)
-        return Link(name, self.masses.get(name), *map(tuple, both), urdf_elements=kept)
+        (visual, solid), kept = map(tuple, both), self._kept(self.robot.link[name].urdf_elements)
+        return Link(name, self.masses.get(name), visual, solid, urdf_elements=kept)
 
     def _shape(self, shape: Shape, name: str) -> Shape:
         """Return a shape in the terms of URDF; ``name`` is that of its material if it has a look and no material."""

@@ -383,7 +383,4 @@ def _places(value: Any, pattern: str) -> Iterator[Any]:
     else:
         inner = [value[step]] if isinstance(value, Mapping) and step in value else []
     for item in inner:
-        if rest:
-            yield from _places(item, rest)
-        elif item not in (None, [], {}, False):
-            yield item
+        yield from _places(item, rest) if rest else [item] if item not in (None, [], {}, False) else []

@@ -23,15 +23,8 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ENDINGS, stdin_of
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.xml.markup import RULE as SYNTAX
-from rosorin_compile.source.xml.markup import (
-    Document,
-    MarkupError,
-    mended,
-    parse,
-    read_source,
-    without_late_declaration,
-)
+from rosorin_compile.source.xml import markup
+from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read_source
 
 from . import FORMATS, Format, Opened, plugged_diagnostics
 from .format import Placed
@@ -159,14 +152,14 @@ def _parsed(path: Path, options: ReadOptions, asked: Span | None = None) -> tupl
         what = "" if start.startswith("<") else "not XML"
     if what:
         raise MarkupError(error(rule, f"{original.path} is {what}", Span(original, 1, 1, 1), help))
-    source = without_late_declaration(original)
+    source = markup.without_late_declaration(original)
     try:
         return original, parse(source)
     except MarkupError as problem:
-        if problem.diagnostic.rule != SYNTAX:
+        if problem.diagnostic.rule != markup.RULE:
             raise
         try:
-            document = parse(mended(source))
+            document = parse(markup.mended(source))
         except MarkupError:
             raise problem from None
         if options.lenient or any(one.engine_reads for one in _readable() if document.root.tag in one.roots):
@@ -178,9 +171,9 @@ def _mending(source: Source, document: Document) -> list[Diagnostic]:
     if document.source.text == source.text:
         return []
     what = "this is no XML to the letter, and is read all the same"
-    if without_late_declaration(source).text == document.source.text:
+    if markup.without_late_declaration(source).text == document.source.text:
         what = "the declaration <?xml ...?> is not at the very beginning of the file, and has no effect"
-    return [Diagnostic(SYNTAX, NOTE, what, document.root.span)]
+    return [Diagnostic(markup.RULE, NOTE, what, document.root.span)]
 
 
 def _wrong_root(document: Document) -> Diagnostic:

@@ -51,12 +51,9 @@ def _model(robot: Robot, output: Output) -> tuple[dict[str, Any], list[Diagnosti
         diagnostics.append(Diagnostic("robot-model-cannot-say", WARNING, message, help=help))
 
     rename: Mapping[str, str] = options.get("rename", {})
-    requested: list[tuple[str, Iterable[str], Collection[str]]] = [
-        ("joint", options.get("joints", ()), robot.joint),
-        ("link", rename, robot.link),
-        ("servo group", [options["servos"]] if "servos" in options else [], groups),
-    ]
-    for kind, name, known in ((kind, name, known) for kind, names, known in requested for name in names):
+    kinds: dict[str, tuple[Iterable[str], Collection[str]]] = {"joint": (options.get("joints", ()), robot.joint)}
+    kinds |= {"link": (rename, robot.link), "servo group": ([options["servos"]] if "servos" in options else [], groups)}
+    for kind, name, known in ((kind, name, known) for kind, (names, known) in kinds.items() for name in names):
         if name not in known:
             message = f'there is no {kind} "{name}"'
             diagnostics.append(error("robot-model-unknown-name", message, None, Suggestion(name, known)))
@@ -90,15 +87,11 @@ def _model(robot: Robot, output: Output) -> tuple[dict[str, Any], list[Diagnosti
     for joint in joints:
         limit = joint.limit if joint.moves else None
         bounds = None if limit is None or limit.lower is None or limit.upper is None else (limit.lower, limit.upper)
-        model["joints"][joint.name] = {
-            "type": joint.type,
-            "parent": rename.get(joint.parent, joint.parent),
-            "child": rename.get(joint.child, joint.child),
-            "xyz": _numbers(joint.origin.xyz),
-            "rpy": _numbers(joint.origin.rpy),
-            "axis": _numbers(joint.axis if joint.moves else (0.0, 0.0, 0.0)),
-            "limit": _numbers(bounds) if bounds else None,
-        }
+        ends = {"parent": rename.get(joint.parent, joint.parent), "child": rename.get(joint.child, joint.child)}
+        place = {"xyz": _numbers(joint.origin.xyz), "rpy": _numbers(joint.origin.rpy)}
+        place["axis"] = _numbers(joint.axis if joint.moves else (0.0, 0.0, 0.0))
+        limits = {"limit": _numbers(bounds) if bounds else None}
+        model["joints"][joint.name] = {"type": joint.type, **ends, **place, **limits}
     for name, link in renamed.items():
         problem, solids = "", list[Shape]()
         for shape in robot.link[link].collision:

@@ -12,19 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
-from ..format import (
-    BOXES_OF_HEIGHT_MAPS,
-    DISTRIBUTIONS,
-    FORMS_OF_BOXES,
-    MODEL_KEYS,
-    NUMBER_FORMAT,
-    OF_MUJOCO,
-    OF_PUBLISHERS,
-    Asked,
-    Format,
-    Unsupported,
-    xml_syntax,
-)
+from .. import format
+from ..format import Asked, Format, Unsupported, xml_syntax
 from ..gazebo_elements import unsupported_drives
 from . import write
 from .write import ELEMENTS, Content, check, frames_of, links_of
@@ -57,8 +46,8 @@ def _asked(tree: Map, version: str, name: str) -> Asked:
 
 def _unsupported(output: Output) -> Mapping[str, Unsupported | None]:
     table = {
-        **OF_MUJOCO,
-        **OF_PUBLISHERS,
+        **format.OF_MUJOCO,
+        **format.OF_PUBLISHERS,
         **unsupported_drives(output, quiet=not output.options.get("gazebo")),
         "constraints": Unsupported("no loops, and no couplings but mimic"),
         "sensors.*.joint": None,  # also where it is fixed
@@ -74,7 +63,7 @@ def _unsupported(output: Output) -> Mapping[str, Unsupported | None]:
 
 
 _ELEMENTS = "Which elements of links and joints to carry beside the kinematics; default all."
-_BOXES = f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}."
+_BOXES = f"The boxes of height maps; default: rows. {format.BOXES_OF_HEIGHT_MAPS}."
 _FRAMES = (
     "published (default): the joints that robot_state_publisher publishes; all: every joint; bodies: every joint that"
     " moves and every link with a mass, for simulators. Only the first is given to robot_state_publisher."
@@ -89,12 +78,12 @@ FORMAT = Format(
     article="a",
     about="the URDF",
     rank=10,
-    covers=(*MODEL_KEYS, "urdf_elements", "control"),
+    covers=(*format.MODEL_KEYS, "urdf_elements", "control"),
     unsupported=_unsupported,
     options={
-        "number_format": NUMBER_FORMAT,
+        "number_format": format.NUMBER_FORMAT,
         "elements": {"type": "array", "description": _ELEMENTS, "items": {"enum": [*ELEMENTS]}},
-        "height_maps": {"enum": FORMS_OF_BOXES, "description": _BOXES},
+        "height_maps": {"enum": format.FORMS_OF_BOXES, "description": _BOXES},
         "frames": {"enum": ["published", "all", "bodies"], "description": _FRAMES},
         "visuals": {"enum": ["from_collision"], "description": _VISUALS},
         "version": {
@@ -102,7 +91,7 @@ FORMAT = Format(
             "description": "Version of the format; default: 1.0. 1.2 has capsules.",
         },
         "gazebo": {"enum": [True, False, "harmonic", "fortress", "classic"], "description": _GAZEBO},
-        "control": {"enum": DISTRIBUTIONS, "description": _CONTROL},
+        "control": {"enum": format.DISTRIBUTIONS, "description": _CONTROL},
     },
     file="{}.urdf",
     endings=(".urdf",),

@@ -101,9 +101,8 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
         for one in problems:
             help = f"{one.help}; --lenient leaves the mimic out" if one.rule == "mimic-unknown" else one.help
             diagnostics.append(replace(one, help=help))
-    if tree is None or has_errors(diagnostics):
-        return Imported(None, diagnostics, (), files or (path,), document.root.get("version"))
-    comments = comments_of(document, reader.paths)
+    tree = None if has_errors(diagnostics) else tree
+    comments = comments_of(document, reader.paths) if tree is not None else []
     return Imported(tree, diagnostics, comments, files or (path,), document.root.get("version"))
 
 
@@ -186,15 +185,13 @@ class _Reader(Reading):
         if path:
             self.paths[id(element)] = path
 
-    def put_numbers(
-        self, entry: Map, element: Element, position: str = PLAIN, keys: Mapping[str, str] | None = None
-    ) -> None:
-        """Set the keys of an entry to the numbers of an element; ``position`` is the unit of that of its joint."""
-        for name, (count, unit) in NUMBERS[element.tag].items():
+    def put_numbers(self, entry: Map, element: Element, unit: str = PLAIN, keys: dict[str, str] | None = None) -> None:
+        """Set the keys of an entry to the numbers of an element; ``unit`` is that of the position of its joint."""
+        for name, (count, own) in NUMBERS[element.tag].items():
             attribute = element.attributes.get(name)
             if attribute is None or (keys is not None and name not in keys):
                 continue
-            made = numbers(element, name, count, position if unit == _POSITION_UNIT else unit, self)
+            made = numbers(element, name, count, unit if own == _POSITION_UNIT else own, self)
             if made is not None:
                 span = made.span if count > 1 else made.value_spans[0]
                 entry.put(keys[name] if keys else name, made if count > 1 else made[0], attribute.name_span, span)

@@ -15,20 +15,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from rosorin_compile.model import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Inertial,
-    Joint,
-    Link,
-    Mesh,
-    Output,
-    Pose,
-    Robot,
-    Shape,
-)
+from rosorin_compile.model import Inertial, Joint, Link, Output, Pose, Robot
 from rosorin_compile.model.bounds import along, radius_about
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import IDENTITY, Transform, dot, minus, plane_axes, pose_of, unit
@@ -36,7 +23,7 @@ from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.looks import with_visuals
 from rosorin_compile.model.mass import together
 from rosorin_compile.model.sections import sections_in_urdf
-from rosorin_compile.model.shape import ROWS, Material, plain
+from rosorin_compile.model.shape import ROWS, Box, Capsule, Cylinder, Ellipsoid, Material, Mesh, Shape, plain
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.case import number as rounded
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, error

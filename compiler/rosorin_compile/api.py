@@ -60,8 +60,8 @@ from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, find
 from rosorin_compile.source.system import pip_install
 from rosorin_compile.viewer import frames as frame_trees
 from rosorin_compile.viewer.frames import Frames
-from rosorin_compile.viewer.page.write import Page, write_page
 from rosorin_compile.viewer.picture.draw import Look, Picture, draw
+from rosorin_compile.viewer.showing import Page, write_page
 
 from .results import Arguments, Checked, Explained, ModelComparison, Outputs, Pulses, Rules, Transforms, Written
 

@@ -225,7 +225,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
         tree.put("accept", as_tree(entries, tree.span, ["accept"]), tree.span, tree.span)
         problems = violations(tree)
     found = [one for one in settled(tree, problems, rules).diagnostics if one.severity == ERROR or one.rule in rules]
-    for index, one in enumerate(found):  # all others are about descriptions
+    for index, one in enumerate(map(Diagnostic.worded, [*found])):  # all others are about descriptions
         is_of_lenient = one.severity == ERROR and one.rule in rules and rules[one.rule].imported == "lenient"
         if is_of_lenient and one.of and not lenient:
             found[index] = replace(one, help="; ".join(filter(None, (one.help, "--lenient takes it as it is"))))

@@ -16,7 +16,7 @@ from rosorin_compile.source.system import pip_install
 
 from .findings import YEAR, problem, seconds
 from .recording import EdgeKey, Recording, Rows
-from .timing import APART, SECOND, Gap, Times
+from .series import APART, SECOND, Gap, Times
 
 SUFFIXES = (".mcap", ".db3")
 _FAR = 2**62  # ns; beyond the range of any clock

@@ -122,9 +122,9 @@ def seconds(value: float) -> str:
     return f"{value * 1e3:.0f} ms" if value >= 0.01 else f"{value * 1e3:.1f} ms"
 
 
-def rate_text(rate: float) -> str:
-    """Return a rate in Hz."""
-    return "-" if math.isnan(rate) else f"{rate:.1f} Hz"
+def rate_text(rate: float | None) -> str:
+    """Return a rate in Hz, or "-" if it is not known."""
+    return "-" if rate is None or math.isnan(rate) else f"{rate:.1f} Hz"
 
 
 def share(part: int, total: int) -> str:
@@ -156,7 +156,17 @@ def difference(described: Transform, recorded: Transform) -> tuple[float, float,
     move = [b - a for a, b in zip(described.xyz, recorded.xyz, strict=True)]
     axis, angle = described.turn_to(recorded)
     far = math.hypot(*move)
-    parts = [f"turned by {_turn_text(angle, axis)}"] if angle > 1e-7 else []
+    parts = []
+    if angle > 1e-7:
+        name, degrees = _main_axis(axis), math.degrees(angle)
+        shown, sign = f"{degrees:.1f}" if degrees >= 1 else f"{degrees:.2g}", ""
+        if name and abs(angle - math.pi) < _NEAR:
+            shown = "180"
+        elif name:
+            shown = "90" if abs(degrees - 90) < 0.05 else shown
+            sign = "-" if axis[_AXES.index(name)] < 0 else ""
+        about = name or f"({', '.join(_short(value, 2) for value in axis)})"
+        parts.append(f"turned by {sign}{shown} deg about {about}")
     if far > 1e-7:
         steps = [
             f"{'-' if step < 0 else '+'}{amount(abs(step), 'm')} in {name}"
@@ -172,17 +182,6 @@ def value_rule(described: Transform, recorded: Transform) -> str:
     axis, angle = described.turn_to(recorded)
     backwards = abs(angle - math.pi) <= _NEAR and _main_axis(axis) == "z"
     return "mounted-backwards" if backwards else "edge-wrong-value"
-
-
-def _turn_text(angle: float, axis: Vector) -> str:
-    name, degrees = _main_axis(axis), math.degrees(angle)
-    shown = f"{degrees:.1f}" if degrees >= 1 else f"{degrees:.2g}"
-    if not name:
-        return f"{shown} deg about ({', '.join(_short(value, 2) for value in axis)})"
-    if abs(angle - math.pi) < _NEAR:
-        return f"180 deg about {name}"
-    shown = "90" if abs(degrees - 90) < 0.05 else shown
-    return f"{'-' if axis[_AXES.index(name)] < 0 else ''}{shown} deg about {name}"
 
 
 def _main_axis(axis: Vector) -> str:

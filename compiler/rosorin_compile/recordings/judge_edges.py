@@ -8,14 +8,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
-from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.wording import and_more, counted, did_you_mean, first_of, listed
+from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, nearest
+from rosorin_compile.source.wording import and_more, counted, first_of, listed
 
 from .expected import EXACT, Expected
 from .findings import YEAR, difference, pose_text, problem, rate_text, seconds, share, value_rule
 from .recording import FrameRow, Recording
-from .series import Series, transform_from
-from .timing import APART, SECOND, Leaps
+from .series import APART, SECOND, Leaps, Series, transform_from
 
 _REPEATED = 0.4  # share of repeated stamps from which on a stream is published twice
 _FEW = 3
@@ -65,7 +64,7 @@ def dropped(recording: Recording) -> Iterator[Diagnostic]:
 
 def row(recording: Recording, row: FrameRow) -> Iterator[Diagnostic]:
     """Yield the faults of one frame of view_frames."""
-    edge = recording.expected(row.parent, row.child, row.static)
+    edge = recording.description.edge_like(row.parent, row.child, row.static)
     if edge is None:
         yield _undescribed(recording, row.name, row.child)
         return
@@ -122,8 +121,8 @@ def _topic(name: str, static: bool, edge: Expected, rate: float) -> Iterator[Dia
 
 
 def _undescribed(recording: Recording, name: str, child: str) -> Diagnostic:
-    guess = did_you_mean(child, recording.description.frames)
-    help = guess if guess.startswith("did you mean") else ""
+    frames = recording.description.frames
+    help = Suggestion(child, frames) if nearest(child, frames) else ""
     return problem("edge-not-described", name, f"{name} was published, but no such edge is described", help)
 
 
@@ -201,42 +200,35 @@ def leaps_text(leaps: Leaps) -> str:
 
 
 class Way(NamedTuple):
-    """A combination of modes, the edges that should be published in it, and those of them that are missing."""
+    """A combination of modes, the edges that should be published in it, and those of them that are missing.
+
+    ``others`` were recorded as described in other modes, each with the edge of these modes; ``text`` is the modes.
+    """
 
     modes: Mapping[str, bool]
     edges: list[Expected]
     missing: list[Expected]
-
-    @property
-    def text(self) -> str:
-        """The modes in words."""
-        return " and ".join(f"{name} is {'on' if value else 'off'}" for name, value in self.modes.items())
+    others: list[tuple[Expected, Expected]]
+    text: str
 
 
 def best_way(recording: Recording) -> Way:
     """Return the combination of modes with the fewest missing edges, and of those the one that fits best."""
-    there = set(recording.into) | {row.child for row in recording.rows}
-    ways = [(modes, edges) for modes, edges in recording.description.ways()]
-    every = [Way(modes, edges, [edge for edge in edges if edge.child not in there]) for modes, edges in ways]
-    return min(every, key=lambda way: (len(way.missing), len(_of_other_modes(recording, way))))
-
-
-def _of_other_modes(recording: Recording, way: Way) -> list[tuple[Expected, Expected]]:
-    """Return the edges that were recorded as described in other modes, each with the one of these modes."""
-    own, found = {edge.child: edge for edge in way.edges}, []
-    for series in recording.series.values():
-        edge, mine = series.edge, own.get(series.child)
-        if edge is None or mine is None or edge.parent != series.parent or series.wrong:
-            continue
-        if (edge.parent, edge.moving, edge.transform) != (mine.parent, mine.moving, mine.transform):
-            found.append((edge, mine))
-    return found
+    there, ways = set(recording.into) | {row.child for row in recording.rows}, []
+    fitting = [(one.edge, one.child) for one in recording.series.values() if one.has_parent and not one.wrong]
+    for modes, edges in recording.description.ways():
+        own, missing = {edge.child: edge for edge in edges}, [edge for edge in edges if edge.child not in there]
+        pairs = [(edge, own[child]) for edge, child in fitting if edge is not None and child in own]
+        others = [(edge, mine) for edge, mine in pairs if edge.value != mine.value]
+        text = " and ".join(f"{name} is {'on' if value else 'off'}" for name, value in modes.items())
+        ways.append(Way(modes, edges, missing, others, text))
+    return min(ways, key=lambda way: (len(way.missing), len(way.others)))
 
 
 def other_modes(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the edges of one combination of modes among those of another one."""
     way = best_way(recording)
-    for edge, own in _of_other_modes(recording, way):
+    for edge, own in way.others:
         message = f"{edge.name} is as described when {edge.when or 'no mode says otherwise'}, but the others are those "
         help = f"then {own.advice}: look which nodes run"
         yield problem("edge-of-other-mode", edge.name, f"{message}when {way.text}", help)
@@ -279,28 +271,24 @@ def missing(recording: Recording) -> Iterator[Diagnostic]:
             absent.setdefault(edge.owner, []).append(edge)
     for group in absent.values():
         for several in [group] if len(group) > _FEW else [[edge] for edge in group]:
-            yield _missing(recording, several, way)
-
-
-def _missing(recording: Recording, edges: Sequence[Expected], way: Way) -> Diagnostic:
-    """Return the finding for one missing edge, or for several of one node."""
-    first, owner, names = edges[0], edges[0].owner, ", ".join(edge.name for edge in edges)
-    total = sum(edge.owner == owner for edge in way.edges)
-    message = f"{len(edges)} of the {total} edges of {owner} were not published: {names}"
-    if len(edges) == 1:
-        message = f"nobody published {names}; {owner} should"
-    elif len(edges) == total:
-        message = f"none of the {total} edges of {owner} was published: {names}"
-    if way.modes and any(edge.when for edge in edges):
-        message += f" (when {way.text})"
-    help = f"look whether it runs; --without {first.publisher.name} if it was not meant to"
-    if first.publisher.kind == ROBOT_STATE_PUBLISHER and all(edge.moving for edge in edges):
-        help = "robot_state_publisher publishes nothing that moves without /joint_states: look who publishes these"
-    topics = {f"/{'tf' if edge.moving else 'tf_static'}" for edge in edges}
-    absent = sorted(topics - {name[name.rfind("/") :] for name in recording.topics}) if recording.timed else []
-    if absent:
-        help = f"the recording has no {' and no '.join(absent)}: record it, or look who publishes it"
-    return problem("edge-missing", first.name, message, help)
+            first, owner, names = several[0], several[0].owner, ", ".join(edge.name for edge in several)
+            total = sum(edge.owner == owner for edge in way.edges)
+            message = f"{len(several)} of the {total} edges of {owner} were not published: {names}"
+            if len(several) == 1:
+                message = f"nobody published {names}; {owner} should"
+            elif len(several) == total:
+                message = f"none of the {total} edges of {owner} was published: {names}"
+            if way.modes and any(edge.when for edge in several):
+                message += f" (when {way.text})"
+            help = f"look whether it runs; --without {first.publisher.name} if it was not meant to"
+            if first.publisher.kind == ROBOT_STATE_PUBLISHER and all(edge.moving for edge in several):
+                help = "robot_state_publisher publishes nothing that moves without /joint_states: look who publishes "
+                help += "these"
+            topics = {f"/{'tf' if edge.moving else 'tf_static'}" for edge in several}
+            recorded = {name[name.rfind("/") :] for name in recording.topics}
+            if recording.timed and (lacking := sorted(topics - recorded)):
+                help = f"the recording has no {' and no '.join(lacking)}: record it, or look who publishes it"
+            yield problem("edge-missing", first.name, message, help)
 
 
 def stale(recording: Recording) -> Iterator[Diagnostic]:

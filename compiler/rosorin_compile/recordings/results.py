@@ -12,7 +12,7 @@ from xml.sax.saxutils import escape, quoteattr
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.wording import and_more, counted, masked, printable
 
-from .findings import seconds
+from .findings import rate_text, seconds
 
 if TYPE_CHECKING:
     from .expected import Expected
@@ -147,7 +147,7 @@ def result_of(recording: Recording, findings: Sequence[Diagnostic], source: str)
     from .judge import answer_outcome
     from .judge_edges import best_way
 
-    has_times = recording.timed and recording.start is not None
+    way, has_times = best_way(recording), recording.timed and recording.start is not None
     joints, states = recording.joints.ranges.items(), recording.joints.pace
     kind = "sensor_msgs/msg/JointState"
     sensors = [_copy(RecordedSensor, states, topic="/joint_states", type=kind, frame="-", early=0, lookups=[])]
@@ -157,18 +157,25 @@ def result_of(recording: Recording, findings: Sequence[Diagnostic], source: str)
         for use in recording.uses
     ]
     answers = [EchoAnswer(one.name, one.line, answer_outcome(recording, one)) for one in recording.answers]
+    plain = []
+    for one in findings:
+        place = next((related.span for related in one.related if related.span is not None), None)
+        evidence = [related.message for related in one.related if related.span is None]
+        file, line = (place.source.path, place.line) if place else (None, None)
+        finding = (one.rule, one.severity, one.of[0], one.message, one.worded().help, evidence, file, line)
+        plain.append(Finding(*finding))
     return Verified(
         robot=recording.description.robot.name,
         source=source,
         form=recording.form,
         messages=recording.messages,
         seconds=(recording.end - (recording.start or 0)) / 1e9 if has_times else None,
-        modes=dict(best_way(recording).modes),
-        edges=tuple(_edges(recording, {edge.child: edge for edge in best_way(recording).edges})),
+        modes=dict(way.modes),
+        edges=tuple(_edges(recording, {edge.child: edge for edge in way.edges})),
         joints=tuple(_copy(RecordedJoint, seen, name=name) for name, seen in joints),
         sensors=tuple(sensors),
         answers=tuple(answers),
-        findings=tuple(map(_finding, findings)),
+        findings=tuple(plain),
         as_described=not any(finding.severity == "error" for finding in findings),
         diagnostics=tuple(findings),
         data=recording,
@@ -187,8 +194,10 @@ def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[
     """Yield the edges, those of the description first."""
     rows = {row.child: row for row in recording.rows}
     for child in dict.fromkeys([*described, *recording.into, *rows]):
-        edge = described.get(child)
-        owner = _publishers(recording, edge)
+        edge, owner = described.get(child), ""
+        if edge is not None:  # a recording does not tell which of several nodes it was
+            known = [edge] if recording.description.options.modes else recording.description.by_child[child]
+            owner = " or ".join(dict.fromkeys(one.publisher.name for one in known))
         for series in recording.into.get(child, ()):
             oldest = series.pace.oldest_until(recording.end).seconds if recording.timed and not series.static else None
             yield _copy(RecordedEdge, series, series.pace, publisher=owner, value=_value(series), oldest=oldest)
@@ -199,13 +208,6 @@ def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[
             yield _copy(RecordedEdge, row, publisher=owner, value=value, count=None, mean_age=row.age)
         elif edge is not None and child not in recording.into and recording.complete:
             yield RecordedEdge(edge.parent, child, "", edge.publisher.name, "missing", 0)
-
-
-def _publishers(recording: Recording, edge: Expected | None) -> str:
-    """Return the nodes that may publish an edge: a recording does not tell which of several it was."""
-    if edge is None or recording.description.options.modes:
-        return edge.publisher.name if edge is not None else ""
-    return " or ".join(dict.fromkeys(one.publisher.name for one in recording.description.by_child[edge.child]))
 
 
 def _value(series: Series) -> str:
@@ -225,19 +227,23 @@ def _value(series: Series) -> str:
     return "known to its publisher alone"
 
 
-def _finding(finding: Diagnostic) -> Finding:
-    place = next((related.span for related in finding.related if related.span is not None), None)
-    evidence = [related.message for related in finding.related if related.span is None]
-    file, line = (place.source.path, place.line) if place else (None, None)
-    help = finding.worded().help
-    return Finding(finding.rule, finding.severity, finding.of[0], finding.message, help, evidence, file, line)
-
-
 def table(result: Verified) -> list[str]:
     """Return the edges, the stamped messages and the answers of tf2_echo as tables."""
     lines: list[str] = []
+    edges, sensors = list[Sequence[str]](), list[Sequence[str]]()
+    for edge in result.edges:
+        count = "yes" if edge.count is None else f"{edge.count:,}" if edge.count else "never"
+        gap = "-" if edge.largest_gap is None or (edge.count or 0) < 2 else seconds(edge.largest_gap)
+        pace = ("-", "-", "-") if edge.topic == "/tf_static" else (rate_text(edge.rate), gap, _age(edge))
+        edges.append((edge.name, edge.publisher or "?", edge.topic or "-", count, *pace, edge.value))
+    for use in result.sensors:
+        start = (use.topic, use.frame or '""', f"{use.count:,}", rate_text(use.rate))
+        lookups = [one for one in use.lookups if one.asked and one.target != use.frame]
+        sensors += [] if lookups else [(*start, "-", "-", "-")]
+        for one in lookups:
+            lag = f"{seconds(one.mean_lag)}, {seconds(one.largest_lag)}" if one.failed else "-"
+            sensors.append((*start, one.target, f"{one.asked - one.failed:,} of {one.asked:,}", lag))
     answers = [(answer.name, str(answer.line), answer.value) for answer in result.answers]
-    edges, sensors = [_edge_row(edge) for edge in result.edges], list(_sensor_rows(result))
     for head, rows in ((_EDGE_HEAD, edges), (_SENSOR_HEAD, sensors), (("tf2_echo", "line", "value"), answers)):
         if rows:
             lines += ([""] if lines else []) + _columns([head, *rows[:_MAX_ROWS]])
@@ -264,14 +270,6 @@ def summary(result: Verified, name: str, strict: bool) -> str:
     return f"{name}: as described{f', {problems}' if problems else ''}{size}"
 
 
-def _edge_row(edge: RecordedEdge) -> Sequence[str]:
-    count = "yes" if edge.count is None else f"{edge.count:,}" if edge.count else "never"
-    gap = "-" if edge.largest_gap is None or (edge.count or 0) < 2 else seconds(edge.largest_gap)
-    if edge.topic == "/tf_static":
-        return (edge.name, edge.publisher or "?", edge.topic, count, "-", "-", "-", edge.value)
-    return (edge.name, edge.publisher or "?", edge.topic or "-", count, _rate(edge.rate), gap, _age(edge), edge.value)
-
-
 def _age(edge: RecordedEdge) -> str:
     """Return the mean age of an edge, or how far it is dated ahead, and the largest age of its newest stamp."""
     if edge.mean_age is None:
@@ -281,21 +279,6 @@ def _age(edge: RecordedEdge) -> str:
     ahead = edge.mean_age < -_NO_TIME
     mean = f"{seconds(-edge.mean_age)} ahead" if ahead else seconds(max(0.0, edge.mean_age))
     return mean if edge.oldest is None else f"{mean}, {seconds(max(0.0, edge.oldest))}"
-
-
-def _rate(rate: float | None) -> str:
-    return "-" if rate is None else f"{rate:.1f} Hz"
-
-
-def _sensor_rows(result: Verified) -> Iterator[Sequence[str]]:
-    for use in result.sensors:
-        start = (use.topic, use.frame or '""', f"{use.count:,}", _rate(use.rate))
-        lookups = [one for one in use.lookups if one.asked and one.target != use.frame]
-        if not lookups:
-            yield (*start, "-", "-", "-")
-        for one in lookups:
-            lag = f"{seconds(one.mean_lag)}, {seconds(one.largest_lag)}" if one.failed else "-"
-            yield (*start, one.target, f"{one.asked - one.failed:,} of {one.asked:,}", lag)
 
 
 def _columns(rows: Sequence[Sequence[str]]) -> list[str]:

@@ -147,7 +147,7 @@ def _unknown(case: Case, mentions: _Mentions, materials: Set[str]) -> Iterator[D
             real = {*robot.link} if kind in (LINK, FRAME) else names[kind]
             # Without its prefix, as in a part.
             longer = sorted(one for one in real if one.endswith(name) and not one[: -len(name)][-1:].isalnum())
-            help = f"did you mean {quoted(longer[:_MAX_RELATED])}?"
+            help: Help = f"did you mean {quoted(longer[:_MAX_RELATED])}?"
             help = help if longer else case.suggest(path, name, real, f"name a {kind} of the robot")
         elif kind != "material" and carried and sure and name not in inside and name in {*robot.link, *robot.joint}:
             what = "link" if name in robot.link and kind != JOINT else "joint"

@@ -23,9 +23,6 @@ class Source(NamedTuple):
     path: str
     text: str
 
-    def __repr__(self) -> str:
-        return f"Source({self.path!r}, ...)"
-
     def line(self, number: int) -> str:
         """Return line ``number`` (1-based) without its line end; empty beyond the end of the file."""
         lines = split_lines(self.text)
@@ -78,8 +75,9 @@ class MadeSpan(Span):
 class Suggestion:
     """The help for an unknown name (``word``), computed for the diagnostics that are shown.
 
-    ``otherwise`` is before the list of candidates if none is similar; ``instead`` is in the place of the list, and
-    ``none`` is the help if there are no candidates. ``places`` are where the candidates are defined.
+    ``others`` are compared with it if no candidate is similar; if they are not either, ``otherwise`` is before the list
+    of candidates, or ``instead`` in its place. ``none`` is the help if there are no candidates. ``places`` are where
+    they are defined.
     """
 
     word: str
@@ -88,9 +86,11 @@ class Suggestion:
     instead: str = ""
     none: str = ""
     places: Mapping[str, Span] = field(default_factory=dict)
+    others: Collection[str] = ()
 
     def __call__(self) -> str:
-        help = did_you_mean(self.word, self.candidates, self.otherwise) or self.none
+        is_other = self.others and nearest(self.word, self.candidates) is None and nearest(self.word, self.others)
+        help = did_you_mean(self.word, self.others if is_other else self.candidates, self.otherwise) or self.none
         return self.instead if self.instead and not help.startswith("did") else help
 
     def related(self) -> tuple[Related, ...]:

@@ -185,7 +185,8 @@ class _Composer:
 
     def value(self, event: Any, depth: int) -> Any:
         """Return the value that begins with ``event``; reads the following events to its end."""
-        before, alias = self.nodes, self.anchors.get(event.anchor) if isinstance(event, yaml.AliasEvent) else None
+        is_alias, before = isinstance(event, yaml.AliasEvent), self.nodes
+        alias = self.anchors.get(event.anchor) if is_alias else None
         self.nodes += 1 + (alias[1] if alias else 0)
         if self.nodes > self.max_nodes:
             message = f"the file, or its aliases, have more than {self.max_nodes:,} values"
@@ -194,7 +195,7 @@ class _Composer:
             raise self.fail("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", event, "flatten the file")
         if type(event) is ScalarEvent and event.tag is None and not event.anchor:  # as nearly all are
             return Text(event.value) if event.style else plain_scalar(event.value)
-        if isinstance(event, yaml.AliasEvent):
+        if is_alias:
             if alias is not None:
                 return alias[0]
             spans = {anchor: span for anchor, (_, _, span) in self.anchors.items()}

@@ -1,8 +1,4 @@
-"""Find the folder of a ROS package by its name, with and without ROS.
-
-Places in this order: ``--package``, ``ROS_PACKAGE_PATH`` (ROS 1), ``AMENT_PREFIX_PATH`` (ROS 2), the folders in which
-Gazebo looks for models, and the folders around the file that is read.
-"""
+"""Find the folder of a ROS package by its name: as ROS 1, ROS 2 and Gazebo do, and around the file that is read."""
 
 from __future__ import annotations
 

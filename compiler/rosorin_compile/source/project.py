@@ -45,10 +45,7 @@ class Description:
 
     @classmethod
     def find(cls, names: list[str], outputs: str | None = None) -> list[Description]:
-        """Return the descriptions requested by name, folder or file; without names all of the project around here.
-
-        ``outputs`` gets a folder for each robot; by default it is next to ``descriptions``. Raises NoDescription.
-        """
+        """Return the descriptions requested by name, folder or file, or all of this project. Raises NoDescription."""
         paths = [first_file(name) for name in names] or all_here()
         if paths:
             return [cls.at(path, outputs) for path in paths]
@@ -60,7 +57,7 @@ class Description:
 
     @classmethod
     def at(cls, path: Path, outputs: str | None = None) -> Description:
-        """Return the description whose first file is at a path; ``outputs`` as in ``find``."""
+        """Return the description of a first file; ``outputs`` gets a folder for each robot."""
         folder = Path(os.path.abspath(path)).parent
         name = folder.name if path.name == ROOT_FILE else path.stem
         base = Path(cls.OUTPUTS if outputs is None else outputs)

@@ -122,7 +122,8 @@ OF_PLUGINS: dict[str, Rule] = {}
 
 def find(ids: Collection[str] | None = None) -> dict[str, Rule]:
     """Return the tool's own rules by id: all, or those of ``ids``; only modules that declare them are imported."""
-    package, found = Path(__file__).parents[1], {}
+    package = Path(__file__).parents[1]
+    found: dict[str, Rule] = {}
     quoted = [f'"{id}"'.encode() for id in ids or ()]
     for path in sorted(package.glob("**/*.py")):
         text = path.read_bytes()

@@ -66,12 +66,8 @@ def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
         looks_same = not (word + close[0]).isascii() and look(word) == look(close[0])
         reason = f" the two differ in {difference(word, close[0])}" if looks_same else ""
         return f"did you mean {' or '.join(quoted([name]) for name in close)}?{reason}"
-    return or_else(f"known: {first_of(names, MAX_LISTED)}" if names else "", otherwise)
-
-
-def or_else(guess: str, otherwise: str) -> str:
-    """Return 'did you mean "x"?' as it is, or what to do before a list of legal words."""
-    return guess if guess.startswith("did") or not otherwise else f"{otherwise} ({guess})".removesuffix(" ()")
+    known = f"known: {first_of(names, MAX_LISTED)}" if names else ""
+    return f"{otherwise} ({known})" if known and otherwise else known or otherwise
 
 
 # Letters of Cyrillic, Greek and Armenian, each before the one of Latin that it looks like; and dashes. They are of

@@ -98,7 +98,7 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
     diagnostics = reader.all_diagnostics()
     if tree is not None and not has_errors(diagnostics) and options.checked:
         tree, problems = accept(tree, options.lenient)
-        for one in problems:
+        for one in map(Diagnostic.worded, problems):
             help = f"{one.help}; --lenient leaves the mimic out" if one.rule == "mimic-unknown" else one.help
             diagnostics.append(replace(one, help=help))
     tree = None if has_errors(diagnostics) else tree

@@ -279,6 +279,6 @@ def _diagnostics(problem: ExtractProblem) -> list[Diagnostic]:
     if isinstance(problem, SourceProblem):
         return arrange(problem.diagnostics)
     if isinstance(problem, NotThere):
-        found = problem.diagnostic
+        found = problem.diagnostic.worded()
         raise RequestError(f"{found.message}; {found.help}" if found.help else found.message) from None
     return [problem.diagnostic]

@@ -190,7 +190,7 @@ class Scope:
         origin = None if rule in _OF_ENTRIES else argument_at(self, place.span, kinds)
         self.report_origin(rule, message, place, help, related, origin)
 
-    def failed(self, rule: str, message: str, place: Place, help: str = "", related: Sequence[Related] = ()) -> Failed:
+    def failed(self, rule: str, message: str, place: Place, help: Help = "", related: Sequence[Related] = ()) -> Failed:
         """Add an error as ``report`` does, and return the exception to raise."""
         self.report(rule, message, place, help, related)
         return Failed()

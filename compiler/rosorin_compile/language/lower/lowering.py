@@ -27,7 +27,7 @@ T = TypeVar("T")
 class LoweringError(Exception):
     """A value that cannot be converted; ``path`` is that of the mistake in the tree."""
 
-    def __init__(self, rule: str, message: str, path: Path = (), help: str = "") -> None:
+    def __init__(self, rule: str, message: str, path: Path = (), help: Help = "") -> None:
         super().__init__(message)
         self.rule, self.message, self.path, self.help = rule, message, path, help
 

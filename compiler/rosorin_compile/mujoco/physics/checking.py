@@ -135,10 +135,20 @@ def _check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> It
     """Yield a diagnostic for each link or mesh that cannot be right; ``meshes`` are those that could be read."""
     read = [shape for shape in shapes if shape.mesh in meshes]
     skipped = {shape.link for shape in shapes if shape.mesh not in meshes}
+    boxes = [bounds_of([shape]) for link in case.robot.links for shape in link.collision]
+    sizes = [*(math.dist((0, 0, 0), one.origin.xyz) for one in case.robot.joints), *(max(b.size) for b in boxes if b)]
     wrong_size: dict[Mesh, Diagnostic] = {}
     for shape in read:
-        if (found := _check_size(case, meshes, shape)) is not None:
-            wrong_size.setdefault(shape.mesh, found)
+        others = sorted(surface.extents.max() for mesh, surface in meshes.items() if mesh.file != shape.mesh.file)
+        rest = max([*sizes, *others[len(others) // 2 : len(others) // 2 + 1]], default=0.0)
+        longest = float(meshes[shape.mesh].extents.max())
+        is_long = longest > _LONGEST or (rest > _SHORTEST and longest > _TIMES * rest)
+        if is_long or longest < _SHORTEST:
+            file, key = shape.mesh.file.rpartition("/")[2], "scale" if shape.mesh.scale != (1, 1, 1) else "file"
+            looks = "looks like millimetres" if is_long else "looks shrunk by 1,000"
+            message = f'the mesh {file} of link "{shape.link}" is {longest:.3g} m long: that {looks}'
+            path = case.link(shape.link, shape.purpose, shape.number, "mesh", key)
+            wrong_size.setdefault(shape.mesh, case.problem("mesh-size", message, path))
             skipped.add(shape.link)
     yield from wrong_size.values()
     for name in dict.fromkeys(shape.link for shape in read):
@@ -153,25 +163,6 @@ def _check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> It
     for kind, members in kinds.items():
         message = f"collision meshes that are {kind} ({{count}}): {{names}}; simulators take the hull"
         yield from note(case, "mesh-not-closed", members.values(), message)
-
-
-def _check_size(case: Case, meshes: Meshes, shape: MeshShape) -> Diagnostic | None:
-    """Return a warning if the size of a mesh does not fit the rest of the robot."""
-    sizes = [math.dist((0, 0, 0), joint.origin.xyz) for joint in case.robot.joints]
-    boxes = [bounds_of([shape]) for link in case.robot.links for shape in link.collision]
-    sizes += [max(box.size) for box in boxes if box]
-    others = sorted(surface.extents.max() for mesh, surface in meshes.items() if mesh.file != shape.mesh.file)
-    rest = max([*sizes, *others[len(others) // 2 : len(others) // 2 + 1]], default=0.0)
-    longest = float(meshes[shape.mesh].extents.max())
-    if longest > _LONGEST or (rest > _SHORTEST and longest > _TIMES * rest):
-        problem = "looks like millimetres"
-    elif longest < _SHORTEST:
-        problem = "looks shrunk by 1,000"
-    else:
-        return None
-    file, key = shape.mesh.file.rpartition("/")[2], "scale" if shape.mesh.scale != (1, 1, 1) else "file"
-    message = f'the mesh {file} of link "{shape.link}" is {longest:.3g} m long: that {problem}'
-    return case.problem("mesh-size", message, case.link(shape.link, shape.purpose, shape.number, "mesh", key))
 
 
 def _check_link(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:

@@ -11,8 +11,9 @@ often a little wider than the parts allow. Parts that are not neighbours are one
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import product
 from typing import NamedTuple
 
 from rosorin_compile.language.suppressions import accepted
@@ -98,7 +99,27 @@ def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
     """Yield diagnostics for parts that overlap at rest, and for those that joints drive into each other."""
     poses = [("", nearest_to_zero(case.robot)), *((pose.name, pose.positions) for pose in case.robot.poses)]
     states = [State(name, positions, scene.overlaps([positions])[0]) for name, positions in poses]
-    driven, always = _sweep(case, scene, states)
+    always = set.intersection(*(set(state.overlaps) for state in states))
+    ranges = {joint: ends for joint in case.robot.joints if (ends := range_of(joint)) and ends[0] < ends[1]}
+    counts = {
+        joint: _SLIDE_STEPS if joint.type == "prismatic" else min(_MOST_STEPS, math.ceil((upper - lower) / _STEP))
+        for joint, (lower, upper) in ranges.items()
+    }
+    factor = min(1.0, _MOST_STATES / max(1, len(states) * sum(counts.values())))
+    driven: dict[tuple[str, Pair], Member | Diagnostic | None] = {}
+    for (number, state), joint in product(enumerate(states), ranges):
+        Progress.step("moving joints", number, len(states))
+        steps, start = max(2, round(factor * counts[joint])), state.positions.get(joint.name, 0.0)
+        lower, upper = ranges[joint]
+        every = [lower + (upper - lower) * index / steps for index in range(steps + 1)]
+        # From the start to each end; a start outside the range is left at once.
+        positions = [p for p in reversed(every) if p < start] + [p for p in every if p > start]
+        moved = scene.overlaps([{**state.positions, joint.name: position} for position in positions])
+        always = always.intersection(*moved)
+        for pair in dict.fromkeys(pair for several in moved for pair in several):
+            if driven.get((joint.name, pair)) is None:
+                overlaps = dict(zip(positions, moved, strict=True))
+                driven[joint.name, pair] = _driven(case, scene, state, joint, overlaps, pair)
     warnings, designs, hulls = list[tuple[float, Diagnostic]](), list[Member](), list[Member]()
     for pair in dict.fromkeys(pair for state in states for pair in state.overlaps):
         where = [state for state in states if pair in state.overlaps]
@@ -120,23 +141,24 @@ def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
         else:
             rule, what = "parts-overlap", f'link "{pair[1]}" is {depth} inside link "{pair[0]}"'
         # It is reported at its cause: a pose, the joint between neighbours, or the shape.
-        joint, pose = scene.joint_of(pair), where[0].name
+        between, pose = scene.joint_of(pair), where[0].name
         related = _shapes_of(case, inner, outer)
-        path = ("poses", pose) if pose else case.joint(joint, "xyz") if joint else _path(case, inner)
+        path = ("poses", pose) if pose else case.joint(between, "xyz") if between else _path(case, inner)
         names = quoted([state.name for state in where if state.name], _SHOWN)
         places = ["at zero"] * (not pose) + [f"in pose {names}"] * bool(where[-1].name)
         message = f"{what} {' and '.join(places)}: {_name(case, inner)} in {_name(case, outer)}"
-        found = case.problem(rule, message, path, related=related if pose or joint else related[1:], key=bool(pose))
+        related = related if pose or between else related[1:]
+        found = case.problem(rule, message, path, related=related, key=bool(pose))
         warnings.append((overlap.depth, replace(found, of=(inner.link, outer.link))))
     yield from (found for _, found in sorted(warnings, key=lambda warning: -warning[0]))
     message = "links that overlap in every position, or at their joint, as parts of one design do ({count}): {names}"
     yield from note(case, "parts-always-overlap", sorted(designs, key=lambda one: -one.depth), message, key=True)
     message = "hulls that overlap though their meshes do not touch ({count}): {names}; simulators push them apart"
     yield from note(case, "hulls-overlap", sorted(hulls, key=lambda one: -one.depth), message, key=True)
-    near = [one for one in driven if isinstance(one, Diagnostic)]
+    near = [one for one in driven.values() if isinstance(one, Diagnostic)]
     yield from sorted(near, key=lambda one: one.severity != WARNING)
     message = "joints that can each move a link into collision with one that is not adjacent ({count}): {names}"
-    yield from note(case, "joints-meet-parts", [one for one in driven if isinstance(one, Member)], message)
+    yield from note(case, "joints-meet-parts", [one for one in driven.values() if isinstance(one, Member)], message)
 
 
 def _path(case: Case, solid: Solid) -> Path:
@@ -157,36 +179,6 @@ def _name(case: Case, solid: Solid) -> str:
     elif len(shapes) > 1:
         name = f"{name} {solid.number + 1} of {len(shapes)}"
     return name + case.stands_in(_path(case, solid))
-
-
-def _sweep(case: Case, scene: Scene, states: Sequence[State]) -> tuple[list[Member | Diagnostic], set[Pair]]:
-    """Move each joint alone from each state.
-
-    Return what it drives together, adjacent links as a diagnostic and others as a member, and the pairs of links that
-    overlap in every position.
-    """
-    ranges = {joint: ends for joint in case.robot.joints if (ends := range_of(joint)) and ends[0] < ends[1]}
-    counts = {
-        joint: _SLIDE_STEPS if joint.type == "prismatic" else min(_MOST_STEPS, math.ceil((upper - lower) / _STEP))
-        for joint, (lower, upper) in ranges.items()
-    }
-    factor = min(1.0, _MOST_STATES / max(1, len(states) * sum(counts.values())))
-    always = set.intersection(*(set(state.overlaps) for state in states))
-    found: dict[tuple[str, Pair], Member | Diagnostic | None] = {}
-    for number, state in enumerate(states):
-        for joint, (lower, upper) in ranges.items():
-            Progress.step("moving joints", number, len(states))
-            steps, start = max(2, round(factor * counts[joint])), state.positions.get(joint.name, 0.0)
-            every = [lower + (upper - lower) * index / steps for index in range(steps + 1)]
-            # From the start to each end; a start outside the range is left at once.
-            positions = [p for p in reversed(every) if p < start] + [p for p in every if p > start]
-            moved = scene.overlaps([{**state.positions, joint.name: position} for position in positions])
-            overlaps = dict(zip(positions, moved, strict=True))
-            always = always.intersection(*moved)
-            for pair in dict.fromkeys(pair for several in moved for pair in several):
-                if found.get((joint.name, pair)) is None:
-                    found[joint.name, pair] = _driven(case, scene, state, joint, overlaps, pair)
-    return [one for one in found.values() if one is not None], always
 
 
 def _driven(

@@ -13,7 +13,7 @@ from functools import cached_property
 from importlib import import_module
 from itertools import combinations, product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Joint, Mesh, Robot, Shape, Transform
 from rosorin_compile.model.mesh_triangles import TriangleMesh
@@ -23,12 +23,7 @@ from rosorin_compile.source.progress import Progress
 
 from ..mjcf.bodies import weld_groups
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
-
+Floats = Any  # an array of numpy, which is imported where it is used
 Meshes = Mapping[Mesh, Any]  # readable meshes as ``trimesh.Trimesh`` in metres
 Positions = Mapping[str, Any]  # of joints in rad or m; of a joint with several coordinates, a sequence
 Pair = tuple[str, str]  # two links; in a scene the link nearer to the root is first
@@ -252,8 +247,7 @@ class Bodies:
         """Transform points (n, 3) from the link of one solid to that of another."""
         turns, places = self.data.xmat, self.data.xpos
         old, new = (int(self.model.geom_bodyid[self.solids.index(solid)]) for solid in (source, target))
-        moved: Floats = (points @ turns[old].reshape(3, 3).T + places[old] - places[new]) @ turns[new].reshape(3, 3)
-        return moved
+        return (points @ turns[old].reshape(3, 3).T + places[old] - places[new]) @ turns[new].reshape(3, 3)
 
     def touches(self, solids: tuple[Solid, Solid], positions: Positions) -> bool:
         """Return True if a corner or the middle of a triangle of a shape is inside the other, not only in its hull."""

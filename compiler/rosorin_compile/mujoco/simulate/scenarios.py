@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Joint, Output, Robot, Twist
+from rosorin_compile.model.drive import Drive
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.progress import Progress
 
@@ -106,13 +107,14 @@ class World:
         if base == FREE:
             floor = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05])
         self.model = spec.compile()
-        self.own = self._add_servos(spec) if base == FREE and robot.drive is not None else ()
+        self.own = self._add_servos(spec, robot.drive) if base == FREE and robot.drive is not None else ()
         self.model = spec.compile() if self.own else self.model
         self.floor = floor.id if base == FREE else -1
         self.data = mujoco.MjData(self.model)
         numbers = {mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_BODY, body_name(robot, n)): n for n in robot.link}
         self.link_of: dict[int, str] = {number: name for number, name in numbers.items() if number >= 0}
         self.actuators = self._actuators()
+        self.servos = {(one.joint, one.kind): one for one in reversed(self.actuators)}  # the first of several
         self.chunk = max(1, round(_SAMPLE / self.model.opt.timestep))
         self.sample = self.chunk * float(self.model.opt.timestep)
 
@@ -134,9 +136,9 @@ class World:
             actuators.append(Actuator(number, joint, kind, gear, gain, offset, stiffness, targets))
         return actuators
 
-    def _add_servos(self, spec: Any) -> tuple[str, ...]:
+    def _add_servos(self, spec: Any, drive: Drive) -> tuple[str, ...]:
         """Add a servo for each joint of the drive that has none; return the joints."""
-        drive, mujoco, added = self.robot.drive, self.mujoco, []
+        mujoco, added = self.mujoco, []
         existing = {(one.joint, one.kind) for one in self._actuators()}
         mass_per_wheel = float(self.model.body_mass.sum()) / len(drive.wheels)
         radius = {wheel.joint: wheel.radius for wheel in self.robot.driving.wheels}
@@ -175,10 +177,6 @@ class World:
             data.ctrl[servo.number] = servo.control(float(data.actuator_length[servo.number]))
         self.targets = {one.joint: self.position(one.joint) for one in servos if one.joint in self.robot.joint}
 
-    def servo(self, joint: str, kind: str) -> Actuator | None:
-        """Return the first actuator of a kind on a joint."""
-        return next((one for one in self.actuators if (one.joint, one.kind) == (joint, kind)), None)
-
     def hold(self, joint: str, position: float) -> None:
         """Set the target of the position servos of a joint."""
         for one in self.actuators:
@@ -188,7 +186,7 @@ class World:
 
     def turn(self, joint: str, speed: float, seconds: float) -> None:
         """Set the speed (rad/s) of a wheel for some seconds: a position servo is moved on."""
-        servo = self.servo(joint, VELOCITY)
+        servo = self.servos.get((joint, VELOCITY))
         if servo is not None:
             self.data.ctrl[servo.number] = servo.control(speed * servo.gear)
         elif joint in self.targets:
@@ -199,32 +197,28 @@ class World:
 
         It ends with a reason in ``broken`` if positions become infinite, or MuJoCo warns.
         """
-        start = self.data.time
-        for _ in range(round(seconds / self.sample)):
-            now = self.data.time
-            before(now - start)
-            began = time.process_time()
-            self.mujoco.mj_step(self.model, self.data, self.chunk)
-            self.cpu += time.process_time() - began
-            self.steps += self.chunk
-            if problem := self._problem(now):
-                self.broken = f"after {round(now, 3):.6g} s: {problem}"
-                return
-            yield self.data.time - start
-
-    def _problem(self, before: float) -> str:
-        """Return the warning of MuJoCo, or that it reset the state, since the time ``before``."""
         import numpy as np
 
-        for number in np.flatnonzero(self.data.warning.number).tolist():
-            index, kind = int(self.data.warning.lastinfo[number]), self.mujoco.mjtWarning(number).name
-            text = self.mujoco.mju_warningText(number, index).partition(". ")[0].rstrip(".")
-            if kind in ("mjWARN_BADQPOS", "mjWARN_INERTIA", "mjWARN_BADQVEL", "mjWARN_BADQACC"):
-                addresses = self.model.jnt_qposadr if kind == "mjWARN_BADQPOS" else self.model.jnt_dofadr
-                text += f', joint "{self.model.joint(int(np.flatnonzero(addresses <= index)[-1])).name}"'
-            return f"MuJoCo warns: {text}"
-        is_reset = self.data.time <= before or not np.isfinite(self.data.qpos).all()
-        return "its positions become infinite" if is_reset else ""
+        data, start = self.data, self.data.time
+        for _ in range(round(seconds / self.sample)):
+            now, problem = data.time, ""
+            before(now - start)
+            began = time.process_time()
+            self.mujoco.mj_step(self.model, data, self.chunk)
+            self.cpu += time.process_time() - began
+            self.steps += self.chunk
+            for number in np.flatnonzero(data.warning.number).tolist()[:1]:
+                index, kind = int(data.warning.lastinfo[number]), self.mujoco.mjtWarning(number).name
+                problem = f"MuJoCo warns: {self.mujoco.mju_warningText(number, index).partition('. ')[0].rstrip('.')}"
+                if kind in ("mjWARN_BADQPOS", "mjWARN_INERTIA", "mjWARN_BADQVEL", "mjWARN_BADQACC"):
+                    addresses = self.model.jnt_qposadr if kind == "mjWARN_BADQPOS" else self.model.jnt_dofadr
+                    problem += f', joint "{self.model.joint(int(np.flatnonzero(addresses <= index)[-1])).name}"'
+            if not problem and (data.time <= now or not np.isfinite(data.qpos).all()):
+                problem = "its positions become infinite"
+            if problem:
+                self.broken = f"after {round(now, 3):.6g} s: {problem}"
+                return
+            yield data.time - start
 
     def contacts(self) -> tuple[list[tuple[str, str]], list[str]]:
         """Return the pairs of links that touch each other, sorted, and the links that touch the floor."""
@@ -376,7 +370,7 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
     """Drive a command from a pose: half a second to get to speed, a second to settle, and one that counts."""
     driving, scale = world.robot.driving, 1.0
     for name, speed in driving.speeds(twist).items():  # as fast as the wheels can
-        servo, limit = world.servo(name, VELOCITY), world.robot.joint[name].limit
+        servo, limit = world.servos.get((name, VELOCITY)), world.robot.joint[name].limit
         ends = (servo.targets if servo else None) or ()
         fastest = [one for one in (*map(abs, ends), limit.known("velocity") if limit else None) if one]
         if fastest and abs(speed) > min(fastest):
@@ -424,7 +418,7 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
     """Return the joints that an actuator can move over a range, with the ends of it (rad or m)."""
     found, wheels = [], {*world.own, *(world.robot.drive.wheels if world.robot.drive is not None else ())}
     for joint in world.joints:
-        servo, ends = world.servo(joint.name, POSITION), range_of(joint)
+        servo, ends = world.servos.get((joint.name, POSITION)), range_of(joint)
         if servo and ends and joint.limit and joint.type != "continuous" and joint.name not in wheels:
             lower, upper = servo.targets or ends
             ends = (max(lower, ends[0]), min(upper, ends[1]))

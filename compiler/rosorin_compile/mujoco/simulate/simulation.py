@@ -204,7 +204,21 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
     for driven in result.drive:
         if driven.broken:
             yield broken(f"driving {driven.command}", driven.broken, ("drive",))
-        elif wrong := _wrong_drive(case, driven, limits, result.poses[0].stands_on):
+            continue
+        drive, on_floor, measured = robot.drive, result.poses[0].stands_on, _twist(driven.measured)
+        checks = {
+            f"{measured} where {_twist(driven.commanded)} is commanded ({driven.off:.0%} off)": ("drive", driven.off),
+            f"{driven.cross:.2g} of a velocity that was not commanded": ("cross", driven.cross),
+            f"{1000 * driven.ripple:.2g} mm up and down": ("ripple", driven.ripple),
+        }
+        wrong = [text for text, (limit, value) in checks.items() if value > limits[limit]]
+        if wrong and drive is not None:
+            names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ()))
+            links = {name: set(robot.below(robot.joint[name].child)) for name in names}
+            high = [name for name in drive.wheels if links[name].isdisjoint(on_floor)]
+            wrong += [f"not on the floor: {first_of(high, _SHOWN)}"] if high else []
+            others = [name for name in on_floor if name not in set().union(*links.values())]
+            wrong += [f"on the floor besides its wheels: {first_of(others, _SHOWN)}"] if others else []
             message = f"driving {driven.command}: {'; '.join(wrong)}"
             yield case.problem("drive-not-followed", message, ("drive",), key=True)
     for swept in result.ranges:
@@ -233,26 +247,6 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
         yield case.problem("energy-not-kept", message, ("robot",), key=True)
 
 
-def _wrong_drive(case: Case, driven: Driven, limits: Mapping[str, float], on_floor: Sequence[str]) -> list[str]:
-    """Return how a drive misses its command, and what else is wrong with its contact to the floor."""
-    wrong, drive, robot = [], case.robot.drive, case.robot
-    if driven.off > limits["drive"]:
-        commanded, measured = _twist(driven.commanded), _twist(driven.measured)
-        wrong.append(f"{measured} where {commanded} is commanded ({driven.off:.0%} off)")
-    if driven.cross > limits["cross"]:
-        wrong.append(f"{driven.cross:.2g} of a velocity that was not commanded")
-    if driven.ripple > limits["ripple"]:
-        wrong.append(f"{1000 * driven.ripple:.2g} mm up and down")
-    if wrong and drive is not None:
-        names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ()))
-        links = {name: set(robot.below(robot.joint[name].child)) for name in names}
-        high = [name for name in drive.wheels if links[name].isdisjoint(on_floor)]
-        wrong += [f"not on the floor: {first_of(high, _SHOWN)}"] if high else []
-        others = [name for name in on_floor if name not in set().union(*links.values())]
-        wrong += [f"on the floor besides its wheels: {first_of(others, _SHOWN)}"] if others else []
-    return wrong
-
-
 def _touching(pair: tuple[str, str] | None) -> str:
     return f': link "{pair[0]}" touches link "{pair[1]}"' if pair else ""
 
@@ -271,19 +265,21 @@ def tables(result: Simulated) -> str:
         return (name, f"broke {trial.broken.partition(':')[0]}") if trial.broken else (name, *cells)
 
     is_free = result.base == FREE
-    poses = [("pose", "largest error", "joint", "touches", *(("drift", "stands on") if is_free else ()))]
+    poses: list[tuple[str, ...]] = [
+        ("pose", "largest error", "joint", "touches", *(("drift", "stands on") if is_free else ()))
+    ]
     for held in result.poses:
         error = (f"{held.worst[1]:.4f} {result.units[held.worst[0]]}", held.worst[0]) if held.worst else ("-", "-")
         touches = listed([" - ".join(pair) for pair in held.touches], 2) or "-"
         floor = (f"{1000 * held.drift:.1f} mm", listed(held.stands_on, 2) or "-") if is_free else ()
         poses.append(row(held.pose, held, *error, touches, *floor))
-    drive = [("command", "commanded", "measured", "off", "cross", "ripple")]
+    drive: list[tuple[str, ...]] = [("command", "commanded", "measured", "off", "cross", "ripple")]
     for driven in result.drive:
         parts = zip(driven.commanded, driven.measured, ("m/s", "m/s", "rad/s"), strict=True)
         texts = [(f"{part:.3f} {unit}", f"{value:.3f} {unit}") for part, value, unit in parts if part]
         errors = (f"{driven.off:.1%}", f"{driven.cross:.3f}", f"{1000 * driven.ripple:.2f} mm")
         drive.append(row(driven.command, driven, *map(", ".join, zip(*texts, strict=True)), *errors))
-    ranges = [("joint", "lower", "error", "upper", "error", "touches")]
+    ranges: list[tuple[str, ...]] = [("joint", "lower", "error", "upper", "error", "touches")]
     for swept in result.ranges:
         unit = result.units[swept.joint]
         ends = [text for end in swept.ends for text in (f"{end.target:.3f}", f"{end.error:.4f}")]

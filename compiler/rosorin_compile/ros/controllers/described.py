@@ -18,7 +18,7 @@ from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
 from ..parameters.tables import MANAGER, manager
 from .checking import against_robot, claims, frames_of, missing
-from .derived import owned
+from .derived import owned, unmeasured_joints
 from .filled import Filled, filled, managed
 from .types import of_type
 
@@ -119,6 +119,7 @@ def _joint_states(case: Case, output: Output) -> Iterator[Diagnostic]:
     if not types or not states or first.name != output.name:
         return
     if any("joint_state_broadcaster" in one or one.endswith(_BROADCASTER) for one in types):
+        yield from _motionless(case)
         return
     block, joint = states[0]
     message = (
@@ -126,6 +127,17 @@ def _joint_states(case: Case, output: Output) -> Iterator[Diagnostic]:
     )
     help = "controllers: {joint_state_broadcaster: {type: joint_state_broadcaster}}"
     yield case.problem("controllers-joint-states", message, ("controllers",), help, severity=WARNING, key=True)
+
+
+def _motionless(case: Case) -> Iterator[Diagnostic]:
+    """Yield the moving joints of the URDF that no hardware block has the position of."""
+    for joint in unmeasured_joints(case.robot):
+        message = f'nobody publishes the position of joint "{joint.name}", which no hardware block has: '
+        message += f'"{joint.child}" has no transform, and MoveIt waits for a complete state'
+        help = (
+            f"in control: joints: {{{joint.name}: {{state: [position]}}}}; or let a node publish the joint: publisher"
+        )
+        yield case.problem("controllers-joint-states", message, case.joint(joint), help, severity=WARNING, key=True)
 
 
 def _apart(case: Case, output: Output, distribution: str) -> Iterator[Diagnostic]:
@@ -251,9 +263,9 @@ def _placed(case: Case, found: Finding, entry: Path, within: Path) -> Diagnostic
     path = (*path, value.index(found.unknown)) if isinstance(value, Seq) and found.unknown in value else path
     help = found.help
     if found.known:
-        from rosorin_compile.language.suggestions import name_meant
+        from rosorin_compile.language.suggestions import suggest_name
 
-        help = partial(name_meant, case.tree, path, found.unknown, found.known)
+        help = suggest_name(case.tree, path, found.unknown, found.known)
     return case.problem(found.rule, found.message, path, help, severity=found.severity, key=key)
 
 

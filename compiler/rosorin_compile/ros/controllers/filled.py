@@ -92,7 +92,7 @@ def _typed(found: Kind | None, key: str, value: Any) -> Any:
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the controllers.yaml of a robot, for the distribution that the output asks for."""
-    controllers = filled(robot, known_distribution(asked(output)))
+    controllers = filled(robot, asked(output))
     head = [f"Controllers of ros2_control, for {asked(output).capitalize()}."]
     text = files.text(robot, output, templates, head, _nodes(output, controllers))
     return text, [*_later(asked(output)), *_remaps(controllers, _namespace(output))]
@@ -100,7 +100,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 def view(robot: Robot, output: Output) -> files.Parameters:
     """Return what the controllers.yaml of a robot is meant to contain."""
-    return files.parameters_of(output, _nodes(output, filled(robot, known_distribution(asked(output)))))
+    return files.parameters_of(output, _nodes(output, filled(robot, asked(output))))
 
 
 def _namespace(output: Output) -> str:

@@ -50,7 +50,7 @@ def read_source(path: Path, asked: Span | None = None) -> Source:
     data = read_input(path, name, asked, MAX_BYTES, "check the name and the permissions")
     if not data.strip():
         raise MarkupError(error("file-empty", f"{name} is empty", asked, "is this the right file?"))
-    encoding = json.detect_encoding(data) if b"<" in data[:8] else "utf-8"  # by a mark, or zero bytes
+    encoding: str = json.detect_encoding(data) if b"<" in data[:8] else "utf-8"  # by a mark, or zero bytes
     if encoding == "utf-8":
         beginning = Source(name, data[:10_000].decode("ascii", "replace"))
         declaration = _DECLARATION.match(beginning.text)

@@ -77,7 +77,10 @@ class Variant:
 
 @dataclass(frozen=True)
 class Compiled:
-    """The model and the artifacts of a description, which exist only without errors, and all diagnostics."""
+    """The model and the artifacts of a description, which exist only without errors, and all diagnostics.
+
+    A change of a file in ``inputs``, of which those in ``missing`` were not found, may change the result.
+    """
 
     robot: Robot | None
     artifacts: tuple[Artifact, ...]

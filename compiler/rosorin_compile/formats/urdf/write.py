@@ -353,7 +353,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
             f'joint "{joint.name}" has a damping of {rounded(inertia / ratio)} {units[0]}{case.stands_in(path)} on'
         )
         message += f" {rounded(inertia)} {units[1]}: unstable in the explicit steps of PyBullet{more}"
-        help = f"stable up to {rounded(2 * inertia / STEP)} at 1/240 s; give that of a servo to its actuator: damping"
+        help = f"up to {rounded(2 * inertia / STEP)} is stable at 1/240 s; give the damping of a servo to its actuator"
         yield case.problem("explicit-damping-unstable", message, path, help, severity=WARNING)
     for section in sections_in_urdf(output):
         if section.check_urdf is not None:

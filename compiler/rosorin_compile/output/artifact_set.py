@@ -40,7 +40,7 @@ class WriteResult(NamedTuple):
     def diagnostics(self, folder: Path) -> list[Diagnostic]:
         """Return a warning for each replaced file that somebody else may have written."""
         texts = [f"{folder}/{name} may be of somebody else; it is {kept} now" for name, kept in self.renamed]
-        return [Diagnostic("output-kept", WARNING, t, help="if nobody needs it, remove that file") for t in texts]
+        return [Diagnostic("output-kept", WARNING, t, help="remove that file if it is not needed") for t in texts]
 
 
 def write_artifacts(

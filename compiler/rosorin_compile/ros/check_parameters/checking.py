@@ -265,8 +265,8 @@ def _nobody(node: Node, key: str, setting: Setting, heard: str, sources: Sequenc
     if not meant and not of_drive:
         return  # of somebody else, such as a camera
     source = next((one for one in sources if one.topic == meant), sources[0])
-    message = f'{node.shown} listens to the odometry {heard} ("{key}"{setting.how}), and no node in the files publishes '
-    message += f"that: {source.node.shown} publishes {source.topic}"
+    message = f'{node.shown} listens to the odometry {heard} ("{key}"{setting.how}), and no node in the files '
+    message += f"publishes that: {source.node.shown} publishes {source.topic}"
     help = f"{key}: {source.topic.strip('/')}" + ("" if meant else "; or say the remap: --remap NODE:FROM:=TO")
     related = (Related(f"{source.node.shown} is here", source.node.span),)
     yield Diagnostic("parameters-odometry", WARNING if meant else NOTE, message, setting.span, related, help)

@@ -48,8 +48,8 @@ RULES = (
     ),
     Rule(
         "deploy-kept",
-        "A warning: a file was changed since the tool wrote it, or it is unknown which program wrote it. It is replaced; as it"
-        " was, it is kept beside the new one.",
+        "A warning: a file was changed since the tool wrote it, or it is unknown which program wrote it. It is "
+        "replaced; as it was, it is kept beside the new one.",
         "Bring the change into the description, and remove what was kept.",
         Heading.PACKAGES,
     ),

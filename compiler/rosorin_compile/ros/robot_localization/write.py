@@ -45,8 +45,8 @@ RULES = (
     ),
     Rule(
         "filter-input",
-        "An input of a filter has no topic or a number with a gap before it, or lacks the values that are used of it, or it "
-        "is to give what such messages do not have. A warning where the filter has no inputs, or listens to an "
+        "An input of a filter has no topic or a number with a gap before it, or lacks the values that are used of it, "
+        "or it is to give what such messages do not have. A warning where the filter has no inputs, or listens to an "
         "odometry that no node publishes.",
         "As the message says.",
         Heading.NAVIGATION,

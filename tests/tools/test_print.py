@@ -149,7 +149,7 @@ def test_a_name_goes_before_a_format(home: Path, capsys: Shown) -> None:
 def test_an_unknown_output_is_met_with_what_there_is(capsys: Shown) -> None:
     said = ask(capsys, "print", str(ROSORIN), "udrf", code=2)
     assert 'error[unknown-output]: rosorin has no output "udrf", and there is no format of that name' in said
-    assert 'did you mean "urdf"?' in said
+    assert 'did you mean "urdf"? (its outputs: urdf_control, ' in said
     assert "; with their defaults: " in said
     assert "frames_picture, page, template)" in said
 

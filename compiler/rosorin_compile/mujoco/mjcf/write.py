@@ -121,14 +121,6 @@ def stands(joint: Joint) -> Pose:
     return pose_of(joint.transform(ref)) if ref else joint.origin
 
 
-def free_joint(robot: Robot) -> str:
-    """Return a name for the joint of a floating base that no other joint has."""
-    name = f"{robot.root}_free"
-    while name in robot.joint:
-        name += "_"
-    return name
-
-
 def several(joint: Joint, printer: ElementPrinter) -> list[Markup]:
     """Return the attributes of the joints that a body has for a planar, floating or ball joint, in their order."""
     if is_free(printer.robot, joint):
@@ -255,20 +247,6 @@ _NO_DRAG = {"mass": "0", "contype": "0", "conaffinity": "0", "group": "5", "rgba
 _NO_DRAG |= {"fluidshape": "ellipsoid", "fluidcoef": "0 0 0 0 0"}
 
 
-class Body(NamedTuple):
-    """A body as the attributes of its elements, and the indents of the bodies that end after it, innermost first."""
-
-    indent: str
-    names: str
-    inertial: Markup | str
-    joints: Sequence[Markup]
-    geoms: Sequence[Markup]
-    site: str
-    elements: Sequence[Part]
-    kept: Sequence[str]
-    ends: Sequence[str]
-
-
 class Frame(NamedTuple):
     """A node of the tree of frames: a link, or a static transform that another node publishes (``link`` is None)."""
 
@@ -293,11 +271,11 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     usual = "own" if any(link.visual for link in robot.links) else "from_collision"
     shown = colours_of(robot) if output.options.get("visuals", usual) == "from_collision" else {}
     printer = ElementPrinter(robot, number, shown.values())
-    sensors = sensor_elements(robot, templates, printer)
+    parts, sensors, sections, diagnostics = sensor_elements(robot, templates, printer)
     moving = [joint for joint in joints if joint.moves]
     shared = [Named("joint", joint.name, single(joint, printer), joint.name) for joint in moving]
     shared += [printer.actuator(drive) for drive in drives]
-    classes = Classes(robot.name, shared, [*robot.mjcf, *(text for _, text in sensors.sections)])
+    classes = Classes(robot.name, shared, [*robot.mjcf, *(text for _, text in sections)])
     implied = output.options.get("contacts", "implied") == "implied"
     rolls = rolling(robot) if implied else frozenset[str]()
     geoms = _Geoms(robot, output, printer, classes, rolls, frozenset(shown))
@@ -309,7 +287,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
     printed = {joint.name: classes.printed(place) for place, joint in enumerate(moving)}
     framed = attributes(**{"class": classes.named(FRAME)})
-    bodies: list[tuple[list[Markup], Body]] = []
+    bodies: list[tuple[object, ...]] = []  # as the template takes them; the last are indents of bodies that end here
     for frame, after in zip(frames, [*frames[1:], None], strict=True):
         link, joint, indent = frame.link or Link(frame.name), frame.joint, _indent(frame.depth - top)
         made = [*geoms.of(link, COLLISION, link.collision), *geoms.of(link, VISUAL, link.visual)]
@@ -320,18 +298,20 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
             place = place_of(pose.xyz, pose.rpy, number)
             names = attribute("name", body_name(robot, frame.name)) + attributes(**place)
             names += printer.printed({**link.limited_values("mjcf"), **link.mjcf})
-        body = Body(
+        free_joint = [_free_joint(robot, printer)] if free and not bodies else []
+        body = (
+            free_joint,
             indent,
             names,
             _inertial(_LEAST_INERTIAL if link.name in none else link.inertial, number),
             [] if joint is None else [printed[joint.name]] if joint.moves else several(joint, printer),
             made,
             attribute("name", frame.name) + framed,
-            [*sensors.bodies.get(frame.name, ()), *map(printer.mark, link.marked)],
+            [*parts.get(frame.name, ()), *map(printer.mark, link.marked)],
             [indented(text, _indent(frame.depth - top + 1)) for text in link.mjcf_elements],
             [_indent(depth - top) for depth in range(frame.depth, (after.depth if after else top) - 1, -1)],
         )
-        bodies.append(([_free_joint(robot, printer)] if free and not bodies else [], body))
+        bodies.append(body)
     touching = contacts(robot, form_of(output), implied)
     values = {
         "robot": robot,
@@ -344,8 +324,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "followers": followers(robot, joints, number),
         "actuators": [Part(one.actuator.type, classes.printed(at)) for at, one in enumerate(drives, len(moving))],
         "equalities": [printer.constraint(one) for one in robot.constraints],
-        "sensors": sensors.sensors,
-        "sections": sensors.sections,
+        "sensors": sensors,
+        "sections": sections,
         "keys": keys(robot, joints, drives, stands_there if free else None),
         "excludes": touching.excluded,
         "contact_pairs": [[geoms.names[one.link, COLLISION, one.number] for one in pair] for pair in touching.pairs],
@@ -357,7 +337,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "kept": [indented(text, "  ") for text in robot.mjcf],
     }
     text = templates.own("mujoco/robot.xml.jinja", values)
-    told = [*refused(robot, free), *omitted(robot, joints), *unpaired(touching.left), *sensors.diagnostics]
+    told = [*refused(robot, free), *omitted(robot, joints), *unpaired(touching.left), *diagnostics]
     return text, [*told, *(named(text, geoms.left_out) if geoms.left_out else ())]
 
 
@@ -383,7 +363,9 @@ def _walk(robot: Robot) -> Iterator[Frame]:
 
 def _free_joint(robot: Robot, printer: ElementPrinter) -> Markup:
     root = robot.root_in_world
-    name = root.joint or free_joint(robot)
+    name = root.joint or f"{robot.root}_free"
+    while name in robot.joint and not root.joint:
+        name += "_"
     if set(root.values) <= {"group", "align"}:
         return Markup("<freejoint{}/>").format(printer.printed({"name": name, **root.values}))
     return Markup("<joint{}/>").format(printer.printed({"name": name, "type": "free", **root.values}))

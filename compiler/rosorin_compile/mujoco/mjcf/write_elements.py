@@ -9,7 +9,7 @@ from __future__ import annotations
 import posixpath
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 from markupsafe import Markup
 
@@ -183,13 +183,8 @@ def _free(name: str, taken: Collection[str]) -> str:
     return name
 
 
-class SensorElements(NamedTuple):
-    """What sensors are made of: by body, the list of sensors, and text by section of the file."""
-
-    bodies: Mapping[str, Sequence[Part]]
-    sensors: Sequence[Part]
-    sections: Sequence[tuple[str, str]]
-    diagnostics: Sequence[Diagnostic]
+# What sensors are made of: by body, the list of sensors, text by section of the file, and diagnostics.
+SensorElements = tuple[Mapping[str, Sequence[Part]], Sequence[Part], Sequence[tuple[str, str]], Sequence[Diagnostic]]
 
 
 def sensor_elements(robot: Robot, templates: Templates, printer: ElementPrinter) -> SensorElements:
@@ -228,7 +223,7 @@ def sensor_elements(robot: Robot, templates: Templates, printer: ElementPrinter)
             if part.pose is not None:
                 site = Part("site", attributes(name=part.site, **place), around)
                 bodies.setdefault(part.link, []).append(site)
-    return SensorElements(bodies, sensors, sections, diagnostics)
+    return bodies, sensors, sections, diagnostics
 
 
 def _damaged(sensor: Sensor, part: Simulated, text: str) -> Iterator[Diagnostic]:

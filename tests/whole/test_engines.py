@@ -18,7 +18,7 @@ import pytest
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.formats.urdf.content import elements_of
+from rosorin_compile.formats.urdf.write import elements_of
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.mujoco.mjcf.contacts import refused
 from rosorin_compile.mujoco.rest_pose import home_of, stands_at

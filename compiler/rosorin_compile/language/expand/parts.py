@@ -15,7 +15,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, Span, did_you_mean, nearest
+from rosorin_compile.source.diagnostics import (
+    WARNING,
+    Diagnostic,
+    Source,
+    Span,
+    Suggestion,
+    nearest,
+)
 from rosorin_compile.source.load import LoadError, load_mapping, load_own
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
@@ -189,11 +196,10 @@ class Parts:
                 raise scope.failed("unknown-part", f'there is no file "{file}" of parts', place, help)
             parts, home = loaded[0].get("parts") or {}, loaded[1]
         if short not in parts:
-            help = did_you_mean(name, [f"{file}{slash}{part}" for part in parts])
-            help = help if help.startswith("did") else self._near(short) or help or "define it under parts"
-            meant = nearest(short, parts)
-            near = [Related("the suggestion is defined here", parts.key_spans[meant])] if meant else []
-            raise scope.failed("unknown-part", f'there is no part "{name}"', place, help, near)
+            places = {f"{file}{slash}{part}": parts.key_spans[part] for part in parts}
+            instead, none = self._near(short), "define it under parts"
+            suggestion = Suggestion(name, places, instead=instead, none=none, places=places)
+            raise scope.failed("unknown-part", f'there is no part "{name}"', place, suggestion)
         body = parts[short]
         if id(body) not in self.sound:
             self.sound[id(body)] = declarations.check_part(short, parts, home)

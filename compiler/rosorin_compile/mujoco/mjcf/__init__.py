@@ -17,9 +17,17 @@ from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.format import BOXES_OF_HEIGHT_MAPS as BOXES
-from rosorin_compile.formats.format import FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Format, xml_syntax
-from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_PUBLISHERS, Unsupported
+from rosorin_compile.formats.format import (
+    BOXES_OF_HEIGHT_MAPS,
+    FORMS_OF_BOXES,
+    MODEL_KEYS,
+    NUMBER_FORMAT,
+    OF_PUBLISHERS,
+    Asked,
+    Format,
+    Unsupported,
+    xml_syntax,
+)
 from rosorin_compile.source.files import record, version
 
 from .settings import SETTINGS
@@ -110,7 +118,7 @@ _OPTIONS = {
     ),
     "height_maps": _one_of(
         (*FORMS_OF_BOXES, "hfield"),
-        f"What height maps are; default: merged. Boxes: {BOXES}; hfield: a height field, which does not"
+        f"What height maps are; default: merged. Boxes: {BOXES_OF_HEIGHT_MAPS}; hfield: a height field, which does not"
         " collide with planes.",
     ),
     "contacts": _one_of(
@@ -142,6 +150,8 @@ _UNSUPPORTED = {
     "sensors.*.optical.joint": _NO_JOINT,
     "joints.*.calibration": Unsupported("no calibration of joints"),
     "joints.*.safety_controller": Unsupported("no soft limits"),
+    "joints.*.limit.velocity": Unsupported("it decides on drives alone", one_way=True),
+    "root": Unsupported("worlds are not read", one_way=True),
 }
 
 FORMAT = Format(
@@ -163,10 +173,6 @@ FORMAT = Format(
     read=_lazy(".read_back", "read"),
     asked=_asked,
     optional=True,
-    lacks=frozenset(
-        {"velocity", "calibration", "safety", "servo", "sensor", "publisher", "edge", "fixed joint name"}
-        | {"urdf_elements", "drive", "simulation"}
-    ),
     adds=_adds,
     why="a simulation has sites and cameras of its own for the sensors of a description",
     beside=lambda text: _FILE.findall(text),

@@ -216,7 +216,7 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
     for body in spec.bodies:
         if body.explicitinertial:
             full = body.fullinertia.tolist()
-            made["bodies"][body.id]["said"] = {"pos": body.ipos.tolist(), "full": full if full[0] == full[0] else None}
+            made["bodies"][body.id]["text"] = {"pos": body.ipos.tolist(), "full": full if full[0] == full[0] else None}
     usual = type(spec)().add_mesh().inertia
     for mesh in spec.meshes:
         entry = made["meshes"][mesh.id]

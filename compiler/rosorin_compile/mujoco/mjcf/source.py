@@ -17,8 +17,7 @@ from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Span, error
 from rosorin_compile.source.rule_registry import READING, Rule
-from rosorin_compile.source.xml.files import mended, read_source
-from rosorin_compile.source.xml.markup import Attribute, Document, Element, MarkupError, parse
+from rosorin_compile.source.xml.markup import Attribute, Document, Element, MarkupError, mended, parse, read_source
 
 from .process import Answer
 

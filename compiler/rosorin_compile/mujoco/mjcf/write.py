@@ -1,31 +1,20 @@
 """MJCF: the robot for MuJoCo 4, and only the robot: no floor, no light, for ``<include>`` or attaching to a scene.
 
-Every link is a body of the whole tree, from its root, and also a site of the same name in the frame of the link: a body
-and a site can be asked for under the name of the frame, whether or not it has mass. Static transforms of other nodes
-whose numbers are known are frames too.
-
-What there is to know about the format (MuJoCo 4.0.0, XMLreference):
+Every link is a body of the whole tree, from its root, and also a site of the same name in the frame of the link. Static
+transforms of other nodes whose numbers are known are frames too. About the format (MuJoCo 4.0.0, XMLreference):
 
 - Sizes of geoms are halves. Rotations are quaternions (w x y z), because what ``euler`` means is a setting.
-- A geom without mass of its own would get the mass of water, so every geom has density 0: the only masses are those of
-  the description. A moving body that has none with what is fixed to it is refused by MuJoCo, and therefore here; if it
-  carries mass by further joints, it has the least that MuJoCo takes.
-- The torque of a joint is clamped once, at the joint (actuatorfrcrange), for actuators of the user's own too.
-- There is no word for a velocity limit. A range whose ends are equal means no range.
+- A geom without mass of its own would get the mass of water, so every geom has density 0. MuJoCo refuses a moving body
+  that has no mass with what is fixed to it; if it carries mass by further joints, it has the least that MuJoCo takes.
+- The torque of a joint is clamped once, at the joint (actuatorfrcrange). There is no word for a velocity limit. A range
+  whose ends are equal means no range.
 - There is a free joint at the top of the tree alone. A floating joint is therefore three slides and a ball on one body,
-  and a planar joint two slides and a hinge (``bodies`` has their names).
+  and a planar joint two slides and a hinge.
 - ``mimic`` is an equality constraint, which is soft: positions that are set by hand have to be set for followers too.
-- MuJoCo lets a link not collide with the link that it is jointed to, along with what is fixed to either; except where
-  one of the two is fixed to the world, as the base of a robot with ``base: fixed`` is. Excluded contacts and pairs say
-  for every joint who may touch whom (``contacts``), so that the base makes no difference.
-- A height map is merged boxes, or what ``height_maps`` asks for; as a height field (``hfield``) it is never smaller
-  than they are, and does not collide with planes.
-- Visual geoms collide with nothing and are in group 2. Collision geoms are in group 3, which viewers hide; in group 0
-  if there is nothing else to look at. A link of a robot without visuals is seen as its collision shapes, in one colour:
-  these are in group 2.
-- What MuJoCo takes an attribute for is not said: a place at zero, a hinge, the axis z, a sphere.
-- The sites of frames are in group 4, which viewers hide.
-- What sensors are made of stands in the bodies of their frames and in the list of sensors (``write_sensors``).
+- MuJoCo filters contacts of neighbours except where one is fixed to the world (see ``contacts``).
+- Visual geoms are in group 2. Collision geoms are in group 3, which viewers hide; in group 0 if there is nothing else
+  to look at, or in group 2 if they are shown for want of visuals. The sites of frames are in group 4, which is hidden.
+- What MuJoCo takes for an attribute that is absent is not written: a place at zero, a hinge, the axis z, a sphere.
 """
 
 from __future__ import annotations
@@ -78,14 +67,17 @@ from .bodies import (
     STIFF,
     VISUAL,
     WHEEL,
+    Field,
     body_name,
+    field_of,
+    form_of,
     is_free,
     reference,
     rolling,
+    solids,
 )
 from .classes import Classes, Named, Part
 from .contacts import contacts
-from .height_fields import Field, field_of, form_of, solids
 from .omissions import (
     LEAST,
     LEAST_EIGENVALUE,

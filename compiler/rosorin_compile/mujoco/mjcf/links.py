@@ -162,7 +162,7 @@ def add_links(reading: Reading) -> None:
 
 def _inertial(body: Mapping[str, Any], element: Element) -> Map:
     """Return mass and inertia as the file has them, or as MuJoCo calculated them from the geoms."""
-    entry, written = Map(element.span), body.get("said")
+    entry, written = Map(element.span), body.get("written")
     put_number(entry, "mass", tidy(body["mass"]), element, "mass")
     place, rows = tidy_vector(written["pos"] if written else body["ipos"]), rotation(body["iquat"])
     moments, pose = full_inertia(body["inertia"], rows), transform(place)

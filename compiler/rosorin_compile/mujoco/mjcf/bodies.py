@@ -123,11 +123,9 @@ class Mask(NamedTuple):
     conaffinity: int = 1
 
     def meets(self, other: Mask) -> bool:
-        """Say whether MuJoCo lets geoms with these bits touch."""
         return bool(self.contype & other.conaffinity or other.contype & self.conaffinity)
 
     def attributes(self) -> dict[str, str]:
-        """Return the attributes of a geom."""
         return {"contype": str(self.contype), "conaffinity": str(self.conaffinity)}
 
 
@@ -150,7 +148,6 @@ class Masks:
             self._of_links[name].add(self.of(name, shape))
 
     def of(self, link: str, shape: Shape) -> Mask:
-        """Return the mask of a collision shape."""
         if link in self.rolling:
             return ROLLS
         contact = shape.contact
@@ -162,11 +159,9 @@ class Masks:
         )
 
     def meet(self, one: str, other: str) -> bool:
-        """Say whether some shape of a link may touch one of another link."""
         return any(mask.meets(theirs) for mask in self._of_links[one] for theirs in self._of_links[other])
 
     def pair(self, one: Geom, other: Geom) -> bool:
-        """Say whether two shapes may touch."""
         return self.of(one.link, one.solid.shape).meets(self.of(other.link, other.solid.shape))
 
 

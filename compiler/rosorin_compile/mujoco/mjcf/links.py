@@ -362,7 +362,6 @@ def _put_details(
 
 
 def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -> dict[str, str]:
-    """Set the dynamics of a joint; return what they have no word for and is not read elsewhere."""
     dynamics = Map(element.span)
     words = {key: text for key, text in attributes.items() if key in _OF_DYNAMICS and any(map(float, text.split()))}
     pair = [float(number) for number in attributes.get("springdamper", "").split()]

@@ -439,7 +439,6 @@ class _Geoms:
         return {**made, **place_of(pose.xyz, pose.rpy, number)}
 
     def printed_meshes(self) -> list[Markup]:
-        """Return the attributes of the meshes."""
         made = []
         for (mesh, *_), name in self.meshes.items():
             values = {"name": name, "file": mesh_path(mesh.file), "scale": numbers(mesh.scale, self.printer.number)}

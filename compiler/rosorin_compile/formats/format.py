@@ -70,6 +70,14 @@ BOXES_OF_HEIGHT_MAPS = (
     "rows, one for each run of equal heights in a row; merged, equal heights along x and y; grounded, rows down to"
     " z = 0 whatever bottom says"
 )
+HEIGHT_MAPS: Mapping[str, Any] = {
+    "enum": FORMS_OF_BOXES,
+    "description": f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}.",
+}
+VISUALS: Mapping[str, Any] = {
+    "enum": ["from_collision"],
+    "description": "from_collision: a link without a visual is seen as its collision shapes, a colour a link.",
+}
 
 # Distributions of ROS 2: those that artifacts can be written for. Those after Jazzy are taken to be as it is.
 HUMBLE, JAZZY = "humble", "jazzy"

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
 from ..format import (
-    BOXES_OF_HEIGHT_MAPS,
     DISTRIBUTIONS,
-    FORMS_OF_BOXES,
+    HEIGHT_MAPS,
     MODEL_KEYS,
     NUMBER_FORMAT,
     OF_MUJOCO,
     OF_PUBLISHERS,
+    VISUALS,
     Asked,
     Format,
     Unsupported,
@@ -75,14 +75,12 @@ def _unsupported(output: Output) -> Mapping[str, Unsupported | None]:
 
 
 _ELEMENTS = "Which elements of links and joints to carry beside the kinematics; default all."
-_BOXES = f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}."
 _FRAMES = (
     "published (default): the joints that robot_state_publisher publishes; all: every joint; bodies: every joint that"
     " moves and every link with a mass, for simulators. Only the first is given to robot_state_publisher."
 )
-_VISUALS = "from_collision: a link without a visual is seen as its collision shapes, a colour a link."
 _VERSION = "Version of the format. 1.0 (default) is read by everything; 1.2 has a word for capsules."
-_GAZEBO = "Whether it has the sensors for Gazebo: true or harmonic, fortress, classic; default false."
+_GAZEBO = "Whether it has the sensors and drives for Gazebo: true or harmonic, fortress, classic; default false."
 _CONTROL = "The distribution of ROS 2 that it has the hardware blocks of control for; default: none."
 _CARRIED = {"enum": ["inertial", "visual", "collision", "dynamics", "urdf_elements"]}
 
@@ -97,9 +95,9 @@ FORMAT = Format(
     options={
         "number_format": NUMBER_FORMAT,
         "elements": {"type": "array", "description": _ELEMENTS, "items": _CARRIED},
-        "height_maps": {"enum": FORMS_OF_BOXES, "description": _BOXES},
+        "height_maps": HEIGHT_MAPS,
         "frames": {"enum": ["published", "all", "bodies"], "description": _FRAMES},
-        "visuals": {"enum": ["from_collision"], "description": _VISUALS},
+        "visuals": VISUALS,
         "version": {"enum": ["1.0", "1.2", 1.0, 1.2], "description": _VERSION},
         "gazebo": {"enum": [True, False, "harmonic", "fortress", "classic"], "description": _GAZEBO},
         "control": {"enum": DISTRIBUTIONS, "description": _CONTROL},

@@ -11,13 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Joined, Opened, Placed
-from rosorin_compile.formats.urdf.reading import (
-    ANGLES,
-    LENGTHS,
-    PLAIN,
-    Reading,
-    numbers,
-)
+from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, PLAIN, Reading, numbers
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import DisabledCollision, Output, Robot, Transform
 from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint

@@ -24,8 +24,10 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 RULES = (
-    Rule("mesh-converted", "A note: a mesh is converted for MuJoCo.", "Nothing to do.", FORMATS, asked="meshes"),
-    Rule("mesh-not-read", "MuJoCo cannot read a mesh or a texture.", "See the message.", FORMATS, asked="meshes"),
+    Rule(
+        "mesh-converted", "A note: a mesh is converted for MuJoCo.", "Nothing is to be done.", FORMATS, asked="meshes"
+    ),
+    Rule("mesh-not-read", "A warning: MuJoCo cannot read a file.", "See the message.", FORMATS, asked="meshes"),
 )
 
 MAX_BYTES = 500_000_000

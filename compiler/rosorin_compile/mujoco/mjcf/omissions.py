@@ -21,7 +21,10 @@ from .bodies import WORLD, body_name, has_volume, is_free, weld_groups
 
 RULES = (
     Rule(
-        "mjcf-cannot-say", "MJCF cannot express something, or MuJoCo reads it otherwise.", "See the message.", FORMATS
+        "mjcf-cannot-say",
+        "A warning or a note: MJCF cannot express something, or MuJoCo reads it otherwise.",
+        "See the message.",
+        FORMATS,
     ),
     Rule("mjcf-left-out", "Something names a shape that the MJCF leaves out.", "Add the file of its mesh.", FORMATS),
     Rule("mjcf-reserved-name", "A sensor has a site with the name of a link.", "Rename its element.", FORMATS),

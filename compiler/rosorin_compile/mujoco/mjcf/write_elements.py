@@ -214,7 +214,8 @@ def sensor_elements(robot: Robot, templates: Templates, printer: ElementPrinter)
         elif part.kind == SENSOR_ELEMENT:
             is_frame = part.element.startswith("frame")
             values |= {"objtype": "site", "objname": part.site} if is_frame else {"site": part.site}
-            sensors.append(Part(part.element, attributes(**{**values, **more})))
+            values = {name: value for name, value in values.items() if part.attributes.get(name, "") is not None}
+            sensors.append(Part(part.element, attributes(**{**values, **more})))  # such as clock without a site
             if part.pose is not None:
                 site = Part("site", attributes(name=part.site, **place), around)
                 bodies.setdefault(part.link, []).append(site)

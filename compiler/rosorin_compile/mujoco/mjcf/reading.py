@@ -14,7 +14,7 @@ from rosorin_compile.source.xml.markup import Element
 
 from .bodies import COLLISION, SHOWN, SHOWN_WHEEL, WHEEL
 from .source import Markup, Places
-from .values import Attributes, Node, Rename, legal, put, put_words
+from .values import Attributes, Node, legal, put, put_words
 
 RULES = (
     Rule("import-changed", "A note: the description has something of an MJCF in another form.", topic=READING),
@@ -122,10 +122,9 @@ class Reading:
         element: Element,
         what: str,
         words: Mapping[str, str] | None = None,
-        rename: Rename = lambda _, name: name,
     ) -> None:
         """Set the keys of an entry that attributes have; report those that no key can express as lost of ``what``."""
-        for name in put_words(entry, attributes, kind, element, words, rename):
+        for name in put_words(entry, attributes, kind, element, words):
             self.lost(f'"{name}" of {what}', element.span)
 
     def lost(self, what: str, span: Span) -> None:

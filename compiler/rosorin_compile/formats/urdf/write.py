@@ -44,9 +44,7 @@ _SERVO = "The damping of a servo belongs to its `actuator`, which no URDF has; e
 RULES = (
     Rule("urdf-without-mass", _WITHOUT_MASS, _SECOND, FORMATS),
     Rule("explicit-damping-unstable", _UNSTABLE, _SERVO, FORMATS, accept="joint", imported="always"),
-    Rule(
-        "urdf-cannot-say", "A warning: URDF cannot express something.", '`version: "1.2"` or `frames: bodies`.', FORMATS
-    ),
+    Rule("urdf-cannot-say", "A warning: URDF has no word for it.", '`version: "1.2"` or `frames: bodies`.', FORMATS),
     Rule("urdf-mass-sum", "Masses that move to one link of the URDF are together no number.", "Correct them.", FORMATS),
 )
 

@@ -40,17 +40,9 @@ if TYPE_CHECKING:
     from .templating import Templates
 
 RULES = (
+    Rule("number-format", "`number_format: six` for static_transform_publisher.", "`exact`, or leave it out.", OUTPUTS),
     Rule(
-        "number-format",
-        "`number_format: six` for arguments of static_transform_publisher.",
-        "`exact`, or leave it out.",
-        OUTPUTS,
-    ),
-    Rule(
-        "static-tf-no-urdf",
-        "A warning: robot_state_publisher needs a URDF, and no output is one.",
-        "Add an output `urdf`.",
-        FORMATS,
+        "static-tf-no-urdf", "A warning: no output is robot_state_publisher's URDF.", "Add an output `urdf`.", FORMATS
     ),
 )
 

@@ -77,10 +77,10 @@ class Rule:
         return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
 
-def declare(topic: str, rules: Mapping[str, str], **settings: str) -> tuple[Rule, ...]:
-    """Declare rules of one topic: by id, what is wrong, then "Fix:" and what to do; ``settings`` are those of Rule."""
+def declare(topic: str, rules: Mapping[str, str]) -> tuple[Rule, ...]:
+    """Declare rules of one topic that ``Case.problem`` reports: by id, what is wrong, then "Fix:" and what to do."""
     texts = {id: text.partition(" Fix: ") for id, text in rules.items()}
-    declared = tuple(Rule(id, what, help, topic, **settings) for id, (what, _, help) in texts.items())
+    declared = tuple(Rule(id, what, help, topic) for id, (what, _, help) in texts.items())
     DECLARED.update((rule.id, rule) for rule in declared)
     return declared
 

@@ -35,12 +35,7 @@ from .scope import Scope, value_place
 RULES = (
     Rule("unknown-part", "There is no such part or file of parts.", "See [the library](parts-library.md).", ARGUMENTS),
     Rule("unknown-sensor-type", "There is no such sensor type.", "See [the library](parts-library.md).", ARGUMENTS),
-    Rule(
-        "mirrored-element",
-        "An element of MJCF with a position or a direction is in a mirrored part.",
-        "Use keys of the language, such as `sites`.",
-        ARGUMENTS,
-    ),
+    Rule("mirrored-element", "MJCF with a position is in a mirrored part.", "Use keys of the language.", ARGUMENTS),
     Rule("part-cycle", "Parts use each other without end, or too deep.", "End a recursion with an `if`.", ARGUMENTS),
 )
 

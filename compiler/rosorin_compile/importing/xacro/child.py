@@ -97,7 +97,12 @@ def main() -> None:
         os.environ.clear()
         os.environ.update(request["environment"])
     with recording() as paths:
-        answer = Expansion(request).answer()
+        if "inlined" in request:
+            from .symbolic import Program
+
+            answer = Program(request).program()
+        else:
+            answer = Expansion(request).answer()
     answer["recorded"] = [[os.path.abspath(path), version] for path, version in paths.items()]
     with answer_to:
         json.dump(answer, answer_to)

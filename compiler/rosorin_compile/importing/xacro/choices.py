@@ -13,7 +13,7 @@ from typing import Any
 
 from ..key_order import in_order
 from ..layout import Expression, Verbatim
-from .expressions import all_of, negated, written
+from .formulas import all_of, negated, written
 
 IF = Verbatim("if")
 _ZEROS = ("xyz", "rpy")

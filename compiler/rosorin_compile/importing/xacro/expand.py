@@ -203,7 +203,8 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
         yield Diagnostic("import-machine-path", WARNING, message, span, (), help)
 
 
-def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
+def _expand(path: Path, options: ReadOptions, plan: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Run xacro in a child process; with a ``plan``, on symbols instead of values."""
     seconds = _seconds()
     wait = _PATIENCE * seconds + _START
     request = {
@@ -212,6 +213,7 @@ def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
         "packages": {name: os.path.abspath(folder) for name, folder in options.packages.items()},
         "seconds": seconds,
         "environment": None if options.environment is None else dict(options.environment),
+        **(plan or {}),
     }
     variables = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}
     try:

@@ -1,0 +1,1345 @@
+"""Run xacro with symbols for its arguments and for the parameters of its macros.
+
+The xacro library executes the file, so that scopes, lazy evaluation, includes and namespaces are exactly those of
+xacro. Three things are different. The value of an expression is a ``Symbol``: the formula, with an example of the value.
+A condition that depends on an argument stays in the document, with the elements of its branch. The call of a macro that
+becomes a part stays in the document, and the body of the macro is evaluated once, with symbols for its parameters.
+Everything in ``Plan`` is expanded as xacro does it. This module runs in the child process.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import glob
+import math
+import operator
+import os
+import re
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from copy import copy
+from typing import Any
+
+from .child import Expansion, _causes, _portable, elements
+
+MAX_RUNS, MAX_DEPTH, MAX_FILES = 60, 40, 20
+TOKEN = re.compile("\ua657(\\d+)\ua657")  # a letter that no file uses: a token is a name in an expression
+_MARK, _COMMENTS = "rosorin_place", "rosorin_comments"
+_UNKNOWN = object()  # an example that cannot be computed
+LEVELS = ("robot", "link", "joint", "visual", "collision", "inertial", "geometry")
+_CONSTANTS = ("pi", "e", "tau", "inf", "nan")
+FUNCTIONS = frozenset(
+    ["abs", "acos", "all", "any", "asin", "atan", "atan2", "bool", "ceil", "copysign", "cos", "cosh", "degrees", "enumerate", "exp", "float", "floor", "fmod", "gcd", "hypot", "int", "isclose", "len", "list", "log", "log10", "log2", "max", "min", "pow", "radians", "range", "reversed", "round", "sin", "sinh", "sorted", "sqrt", "str", "sum", "tan", "tanh", "trunc", "zip"]
+)
+METHODS = frozenset(["endswith", "get", "items", "join", "keys", "lower", "replace", "split", "startswith", "strip", "upper", "values"])
+_BINARY = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow,
+}  # fmt: skip
+_COMPARE = {
+    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
+    ast.GtE: operator.ge, ast.In: lambda a, b: a in b, ast.NotIn: lambda a, b: a not in b,
+}  # fmt: skip
+
+
+class Restart(Exception):
+    """Something has to be added to the plan, and the run begins again."""
+
+
+class Failed(Exception):
+    """An expression that cannot be translated where its value depends on an argument or a parameter."""
+
+    def __init__(self, reason: str, node: ast.AST) -> None:
+        super().__init__(reason)
+        self.node = node
+
+
+class Symbol:
+    """The formula of a value, and an example of it; if it is ``known``, that is the value."""
+
+    def __init__(self, node: ast.expr, value: Any, known: bool, program: Program) -> None:
+        self.node = node
+        self.value = value
+        self.known = known
+        self.program = program
+        self.number = -1
+
+    def __str__(self) -> str:
+        if self.number < 0:
+            self.number = len(self.program.tokens)
+            self.program.tokens.append(self)
+        return f"\ua657{self.number}\ua657"
+
+
+def node_of(value: Any) -> ast.expr:
+    """Return the formula of a value."""
+    if isinstance(value, Symbol):
+        return value.node
+    if isinstance(value, (list, tuple)):
+        return ast.List([node_of(item) for item in value], ast.Load())
+    if isinstance(value, dict):
+        return ast.Dict([ast.Constant(key) for key in value], [node_of(dict.get(value, key)) for key in value])
+    if isinstance(value, (bool, int, float, str, type(None))):
+        return ast.Constant(value)
+    raise Failed(f"{type(value).__name__} cannot be translated", ast.Constant(0))
+
+
+def example_of(value: Any) -> Any:
+    return value.value if isinstance(value, Symbol) else value
+
+
+def is_known(value: Any) -> bool:
+    return not isinstance(value, Symbol) or value.known
+
+
+def names_in(node: ast.AST) -> set[str]:
+    return {one.id for one in ast.walk(node) if isinstance(one, ast.Name)}
+
+
+def compute(function: Any, values: list[Any]) -> Any:
+    """Return a function of examples, or no example."""
+    if any(value is _UNKNOWN for value in values):
+        return _UNKNOWN
+    return function(*values)
+
+
+class Macro:
+    """A macro that stays: the names and symbols of its parameters, and its body as it was evaluated."""
+
+    def __init__(self, definition: Any, level: str) -> None:
+        self.id = f"{place_key(definition)} {level}"
+        self.definition = definition
+        self.name = definition.body.getAttribute("name").removeprefix("xacro:")
+        self.level = level
+        self.parameters: dict[str, str] = {}  # ids of variables
+        self.blocks: list[str] = []
+        self.reads: dict[str, str] = {}
+        self.depth = 0
+        self.body: Any = None
+
+
+class Evaluator:
+    """Evaluates one expression in a table of symbols."""
+
+    def __init__(self, program: Program, symbols: Any, arguments: bool = False) -> None:
+        self.program = program
+        self.symbols = symbols
+        self.arguments = arguments  # names are those of arguments, as in $(eval)
+
+    def make(self, node: ast.expr, function: Any, *parts: Any) -> Any:
+        """Return the symbol of an operation. Raises what the operation raises, if its operands are known."""
+        known = all(map(is_known, parts))
+        try:
+            value = compute(function, [example_of(part) for part in parts])
+        except Exception:
+            if known:
+                raise
+            value = _UNKNOWN
+        return Symbol(node, value, known, self.program)
+
+    def eval(self, node: Any) -> Any:
+        method = getattr(self, f"eval_{type(node).__name__.lower()}", None)
+        return method(node) if method is not None else self.python(node)
+
+    def eval_constant(self, node: ast.Constant) -> Any:
+        return self.program.joined(node.value) if isinstance(node.value, str) else node.value
+
+    def eval_name(self, node: ast.Name) -> Any:
+        token = TOKEN.fullmatch(node.id)
+        if token:
+            return self.program.literal(self.program.tokens[int(token[1])])
+        if self.arguments and node.id in self.program.arguments:
+            return self.program.literal(self.program.argument(node.id))
+        return self.program.read(self.symbols, node.id)
+
+    def eval_binop(self, node: ast.BinOp) -> Any:
+        left, right = self.eval(node.left), self.eval(node.right)
+        if isinstance(node.op, ast.Mod) and isinstance(example_of(left), str):
+            form = str(example_of(left)) if is_known(left) else ""
+            values = (
+                right.node.elts if isinstance(right, Symbol) and isinstance(right.node, ast.List) else [node_of(right)]
+            )
+            if re.sub("%s", "", form).count("%") or form.count("%s") != len(values):
+                return self.plain(operator.mod, [left, right], node)
+            parts = [one for pair in zip(form.split("%s"), [*values, None]) for one in (ast.Constant(pair[0]), pair[1])]
+            made = ast.Call(ast.Name("__join"), parts[:-1], [])
+            return self.make(made, lambda text, value: text % (tuple(value) if len(values) > 1 else value), left, right)
+        made = ast.BinOp(node_of(left), node.op, node_of(right))
+        return self.make(made, _BINARY[type(node.op)], left, right)
+
+    def eval_unaryop(self, node: ast.UnaryOp) -> Any:
+        operand = self.eval(node.operand)
+        functions = {ast.USub: operator.neg, ast.UAdd: operator.pos, ast.Not: operator.not_}
+        return self.make(ast.UnaryOp(node.op, node_of(operand)), functions[type(node.op)], operand)
+
+    def eval_boolop(self, node: ast.BoolOp) -> Any:
+        wins = isinstance(node.op, ast.Or)
+        left: list[Any] = []
+        for item in node.values:
+            value = self.eval(item)
+            if not is_known(value):
+                left.append(value)
+            elif bool(example_of(value)) == wins:
+                return (
+                    value
+                    if not left
+                    else self.make(ast.BoolOp(node.op, [*map(node_of, left), node_of(value)]), any, left)
+                )
+        if not left:
+            return value
+        if len(left) == 1:
+            return left[0]
+        examples = [example_of(one) for one in left]
+        found = _UNKNOWN if _UNKNOWN in examples else next((one for one in examples if bool(one) == wins), examples[-1])
+        return Symbol(ast.BoolOp(node.op, [*map(node_of, left)]), found, False, self.program)
+
+    def eval_compare(self, node: ast.Compare) -> Any:
+        items = [self.eval(item) for item in (node.left, *node.comparators)]
+        if any(type(op) not in _COMPARE for op in node.ops):
+            return self.plain(lambda *_: self.python(node), items, node)
+        made = ast.Compare(node_of(items[0]), node.ops, [node_of(item) for item in items[1:]])
+
+        def holds(*values: Any) -> bool:
+            return all(_COMPARE[type(op)](values[i], values[i + 1]) for i, op in enumerate(node.ops))
+
+        self.program.note_comparison(items)
+        return self.make(made, holds, *items)
+
+    def eval_ifexp(self, node: ast.IfExp) -> Any:
+        test = self.eval(node.test)
+        if is_known(test):
+            return self.eval(node.body if example_of(test) else node.orelse)
+        return self.program.choice(test, self.eval(node.body), self.eval(node.orelse))
+
+    def eval_list(self, node: Any) -> Any:
+        items = [self.eval(item) for item in node.elts]
+        return self.make(ast.List([*map(node_of, items)], ast.Load()), lambda *values: list(values), *items)
+
+    eval_tuple = eval_list
+
+    def eval_dict(self, node: ast.Dict) -> Any:
+        keys, values = [self.eval(key) for key in node.keys], [self.eval(value) for value in node.values]
+        made = ast.Dict([*map(node_of, keys)], [*map(node_of, values)])
+        return self.make(made, lambda *all: dict(zip(all[: len(keys)], all[len(keys) :], strict=True)), *keys, *values)
+
+    def eval_subscript(self, node: ast.Subscript) -> Any:
+        base = self.eval(node.value)
+        if isinstance(node.slice, ast.Slice):
+            ends = [
+                None if end is None else self.eval(end) for end in (node.slice.lower, node.slice.upper, node.slice.step)
+            ]
+            made = ast.Slice(*(None if end is None else node_of(end) for end in ends))
+            cut: Any = ast.Subscript(node_of(base), made, ast.Load())
+            return self.make(cut, lambda table, *index: table[slice(*index)], base, *ends)
+        index = self.eval(node.slice)
+        return self.make(ast.Subscript(node_of(base), node_of(index), ast.Load()), operator.getitem, base, index)
+
+    def eval_attribute(self, node: ast.Attribute) -> Any:
+        owner = self.eval(node.value)
+        if isinstance(owner, self.program.xacro.NameSpace):
+            return self.program.read(owner, node.attr, own=True)
+        if not isinstance(owner, Symbol) and not isinstance(owner, dict):
+            return getattr(owner, node.attr)
+        made: Any = ast.Subscript(node_of(owner), ast.Constant(node.attr), ast.Load())
+        return self.make(made, lambda table: getattr(table, node.attr), owner)
+
+    def eval_joinedstr(self, node: ast.JoinedStr) -> Any:
+        texts = [one.value if isinstance(one, ast.Constant) else str(self.eval(one.value)) for one in node.values]  # type: ignore[attr-defined]
+        return self.program.joined("".join(map(str, texts)))
+
+    def eval_call(self, node: ast.Call) -> Any:
+        arguments = [self.eval(item) for item in node.args]
+        if node.keywords:
+            named = {one.arg: self.eval(one.value) for one in node.keywords}
+            if isinstance(node.func, ast.Name) and node.func.id == "dict" and not arguments:
+                made: ast.expr = ast.Dict([ast.Constant(key) for key in named], [*map(node_of, named.values())])
+                return self.make(made, lambda *values: dict(zip(named, values, strict=True)), *named.values())
+            return self.python(node)
+        if isinstance(node.func, ast.Attribute):
+            owner = self.eval(node.func.value)
+            if isinstance(owner, (Symbol, str, dict, list)) and not isinstance(owner, self.program.xacro.NameSpace):
+                return self.method(node, owner, arguments)
+        function = self.eval(node.func)
+        name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+        if isinstance(function, Symbol):
+            raise Failed(f"{name}() cannot be translated", function.node)
+        if name == "load_yaml":
+            return self.program.load(arguments[0])
+        if name == "dotify":
+            return self.make(node_of(arguments[0]), function, *arguments)
+        if name == "arg" and len(arguments) == 1:
+            return self.program.literal(self.program.argument(example_of(arguments[0])))
+        if name == "str" and len(arguments) == 1:
+            return self.program.joined(f"{arguments[0]}" + "") if is_known(arguments[0]) else self.text(arguments[0])
+        if name not in FUNCTIONS or any(isinstance(one, (Iterator, Callable)) for one in arguments):
+            return self.plain(function, arguments, node)
+        return self.make(ast.Call(ast.Name(name), [*map(node_of, arguments)], []), function, *arguments)
+
+    def text(self, value: Any) -> Any:
+        return self.make(ast.Call(ast.Name("__join"), [node_of(value)], []), str, value)
+
+    def method(self, node: ast.Call, owner: Any, arguments: list[Any]) -> Any:
+        name = node.func.attr  # type: ignore[attr-defined]
+
+        def call(value: Any, *rest: Any) -> Any:
+            found = getattr(value, name)(*rest)
+            return list(found) if name in ("keys", "values", "items") else found
+
+        if name not in METHODS:
+            return self.plain(call, [owner, *arguments], node)
+        made = ast.Call(ast.Name(name), [node_of(owner), *map(node_of, arguments)], [])
+        return self.make(made, call, owner, *arguments)
+
+    def plain(self, function: Any, arguments: list[Any], node: ast.expr) -> Any:
+        """Return the value of what the language has no word for; the arguments have to be known."""
+        for one in arguments:
+            if not is_known(one):
+                raise Failed(f"{ast.unparse(node)[:60]} cannot be translated", one.node)
+        return function(*map(example_of, arguments))
+
+    def python(self, node: ast.expr) -> Any:
+        """Evaluate anything else as Python does, with the values of its names; a list comprehension stays."""
+        own = {one.id for one in ast.walk(node) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)}
+        own |= {one.arg for one in ast.walk(node) if isinstance(one, ast.arg)}
+        values = {name: self.eval_name(ast.Name(name)) for name in names_in(node) - own}
+
+        class Names(ast.NodeTransformer):
+            def visit_Name(self, one: ast.Name) -> ast.AST:
+                return node_of(values[one.id]) if isinstance(values.get(one.id), Symbol) else one
+
+        symbols = [one for one in values.values() if isinstance(one, Symbol)]
+        code = compile(ast.fix_missing_locations(ast.Expression(node)), "<expression>", "eval")
+
+        def run(*_: Any) -> Any:
+            names = {name: example_of(value) for name, value in values.items()}
+            found = eval(code, {"__builtins__": {}, **names})  # noqa: S307 - as xacro does it, in the child
+            return list(found) if isinstance(node, ast.GeneratorExp) else found
+
+        if isinstance(node, (ast.ListComp, ast.GeneratorExp)):
+            made = Names().visit(ast.parse(ast.unparse(node), mode="eval").body)
+            return self.make(ast.ListComp(made.elt, made.generators), run, *symbols)
+        return self.plain(run, symbols, node)
+
+
+class Program(Expansion):
+    """A run of a file with symbols. ``plan``: macros to expand (by place), values of arguments, implicit parameters."""
+
+    def __init__(self, request: dict[str, Any]) -> None:
+        super().__init__(request)
+        self.inlined: dict[str, str] = dict(request["inlined"])  # places of macros, with the reason
+        self.fixed: dict[str, list[str]] = dict(request["fixed"])
+        self.implicit: dict[str, set[str]] = {key: set(names) for key, names in request["implicit"].items()}
+        self.plain: set[str] = set(request["plain"])  # places of properties that are no named values
+
+    def program(self) -> dict[str, Any]:
+        """Return the program of the file, or the error."""
+        import xacro
+
+        self.xacro: Any = xacro
+        self.prepare(xacro)
+        self.patch(xacro)
+        document: Any = None
+        for _ in range(MAX_RUNS):
+            self.reset()
+            try:
+                document = self.expanded(xacro, {})
+                break
+            except Restart:
+                continue
+            except Exception as problem:
+                causes = list(_causes(problem))
+                if any(isinstance(one, Restart) for one in causes):
+                    continue
+                failed = next((one for one in causes if isinstance(one, Failed)), None)
+                if failed is None or not self.blame(failed.node, str(failed)):
+                    return {"error": str(failed or problem) or repr(problem), "line": 0}
+        if document is None:
+            return {"error": "too much of it cannot be translated"}
+        return self.answer_of(document)
+
+    def reset(self) -> None:
+        self.tokens: list[Symbol] = []
+        self.arguments: dict[str, dict[str, Any]] = {}
+        self.variables: dict[str, dict[str, Any]] = {}
+        self.macros: dict[str, Macro] = {}
+        self.building: list[Macro] = []
+        self.levels: list[str] = ["robot"]
+        self.assumed: dict[str, bool] = {}
+        self.depth = 0
+        self.called: dict[str, str] = {}
+        self.made: dict[str, bool] = {}
+        self.defined: dict[str, tuple[str, Any]] = {}
+        self.bound: dict[tuple[int, str], tuple[Any, Any]] = {}
+        self.tables: list[Any] = []
+        self.candidates: dict[str, list[Any]] = {}
+        self.loaded: dict[str, str] = {}
+        self.open: list[str] = []
+        self.xacro.all_includes[:] = []
+        for name, text in self.given.items():
+            if name not in self.fixed:
+                self.declare(name, text, None, given=True)
+
+    def blame(self, node: ast.AST, reason: str) -> bool:
+        """Give up what a formula depends on: the macros whose parameters it has, else its arguments."""
+        found = False
+        variables = [self.variables[name] for name in names_in(node) if name in self.variables]
+        for one in variables:
+            key = one["owner"].rpartition(" ")[0]
+            if key and key not in self.inlined:
+                self.inlined[key] = reason
+                found = True
+        for one in variables if not found else ():
+            if one["kind"] == "argument" and one["name"] not in self.fixed:
+                self.fixed[one["name"]] = [str(one["value"]), reason]
+                found = True
+            elif one["kind"] == "let" and "node" in one:
+                found = self.blame(one["node"], reason) or found
+        return found
+
+    # Values.
+
+    def variable(self, kind: str, name: str, value: Any, known: bool, **more: Any) -> Symbol:
+        key = f"v{len(self.variables)}_"
+        self.variables[key] = {"id": key, "kind": kind, "name": name, "value": value, "owner": "", **more}
+        return Symbol(ast.Name(key, ast.Load()), value, known, self)
+
+    def joined(self, text: str) -> Any:
+        """Return a text with tokens as a symbol."""
+        parts = TOKEN.split(text)
+        if len(parts) == 1:
+            return text
+        pieces: list[Any] = [self.tokens[int(part)] if index % 2 else part for index, part in enumerate(parts)]
+        pieces = [piece for piece in pieces if piece != ""]
+        if len(pieces) == 1:
+            return pieces[0]
+        made = ast.Call(ast.Name("__join"), [*map(as_printed, pieces)], [])
+        examples = [example_of(piece) for piece in pieces]
+        value = _UNKNOWN if any(one is _UNKNOWN for one in examples) else "".join(map(str, examples))
+        return Symbol(made, value, all(map(is_known, pieces)), self)
+
+    def literal(self, value: Any) -> Any:
+        """Return the value of a text, as xacro takes it for that of a property."""
+        own = self.own_literal
+        if not isinstance(value, Symbol):
+            return own(value)
+        made = own(value.value) if isinstance(value.value, str) else value.value
+        if made is value.value or isinstance(made, str):
+            return value
+        kind = "__flag" if isinstance(made, bool) else "__number"
+        return Symbol(ast.Call(ast.Name(kind), [value.node], []), made, value.known, self)
+
+    def choice(self, test: Any, then: Any, other: Any) -> Any:
+        """Return one of two values, by a condition."""
+        if isinstance(test.node, ast.UnaryOp) and isinstance(test.node.op, ast.Not):
+            test = Symbol(test.node.operand, _UNKNOWN if test.value is _UNKNOWN else not test.value, False, self)
+            then, other = other, then
+        same = ast.dump(test.node)
+        nodes = [node_of(then), node_of(other)]
+        for index, name in ((0, "body"), (1, "orelse")):
+            node = nodes[index]
+            while isinstance(node, ast.IfExp) and ast.dump(node.test) == same:
+                node = getattr(node, name)
+            nodes[index] = node
+        examples = [example_of(then), example_of(other)]
+        if ast.dump(nodes[0]) == ast.dump(nodes[1]):
+            return then
+        value = _UNKNOWN if test.value is _UNKNOWN else examples[0] if self.holds(test.value) else examples[1]
+        return Symbol(ast.IfExp(test.node, *nodes), value, False, self)
+
+    def holds(self, value: Any) -> bool:
+        return bool(self.xacro.get_boolean_value(value, "")) if value is not _UNKNOWN else False
+
+    def note_comparison(self, items: list[Any]) -> None:
+        """Record the values that an argument is compared with: they are used to verify the translation."""
+        texts = [
+            one for item in map(example_of, items) for one in (item if isinstance(item, (list, tuple)) else [item])
+        ]
+        for item in items:
+            for name in names_in(item.node) if isinstance(item, Symbol) and not item.known else ():
+                self.candidates.setdefault(name, []).extend(
+                    one for one in texts if isinstance(one, (str, int, float)) and not isinstance(one, bool)
+                )
+
+    def load(self, name: Any) -> Any:
+        """Return the table of a YAML file, which an argument may choose."""
+        path = example_of(name)
+        if path is _UNKNOWN:
+            raise Failed("the file that is loaded is not known", node_of(name))
+        value = self.xacro.load_yaml(str(path))
+        node: Any = node_of(name)
+        if is_known(name):
+            node = ast.Constant(self.address(str(path)))
+        else:
+            self.address(str(path))
+            self.note_files(name)
+            node = self.package_first(node)
+        return Symbol(ast.Call(ast.Name("load"), [node], []), value, is_known(name), self)
+
+    def address(self, name: str) -> str:
+        """Return the name of a YAML file in the description, and record the file."""
+        path = os.path.abspath(str(self.xacro.abs_filename_spec(name)))
+        if "://" not in name and not os.path.isabs(name):
+            name = os.path.normpath(name)
+        else:
+            name = _portable(path, self.packages, [*self.files, self.file])
+        self.loaded[name] = path
+        return name
+
+    def note_files(self, name: Any) -> None:
+        """Record the YAML files that an argument chooses from."""
+        base = os.path.dirname(os.path.abspath(self.xacro.filestack[-1]))
+        for one in names_in(name.node) & self.variables.keys():
+            self.variables[one]["names_file"] = True
+        with suppress(Failed):
+            for _, path in self.matching(name.node, "load"):
+                self.address(os.path.relpath(path, base) if path.startswith(base) else path)
+
+    def package_first(self, node: Any) -> Any:
+        """Return the name of a file whose folder is found by its package as an address of the package."""
+        parts = parts_of(node)
+        first = parts[0]
+        if isinstance(first, ast.Call) and getattr(first.func, "id", "") == "find":
+            parts[0] = ast.Constant(f"package://{first.args[0].value}")  # type: ignore[attr-defined]
+        return ast.Call(ast.Name("__join"), parts, [])
+
+    def matching(self, node: Any, what: str) -> list[tuple[dict[str, str], str]]:
+        """Return the files with a name that depends on arguments, each with their values. Raises Failed."""
+        pattern, form, names = "", "", {}
+        for part in parts_of(node):
+            if isinstance(part, ast.Constant):
+                pattern, form = pattern + glob.escape(str(part.value)), form + re.escape(str(part.value))
+            elif isinstance(part, ast.Call) and getattr(part.func, "id", "") == "find":
+                folder = self.share(part.args[0].value)  # type: ignore[attr-defined]
+                pattern, form = pattern + glob.escape(folder), form + re.escape(folder)
+            elif isinstance(part, ast.Name) and self.variables.get(part.id, {}).get("kind") == "argument":
+                form += f"(?P={names[part.id]})" if part.id in names else f"(?P<{part.id}>[^/]+)"
+                pattern, names[part.id] = pattern + "*", part.id
+            else:
+                raise Failed(f"the file to {what} is chosen by an expression", node)
+        if not re.search(r"\w", pattern):
+            raise Failed(f"the file to {what} is named by it", node)
+        base = "" if pattern.startswith("/") else f"{os.path.dirname(os.path.abspath(self.xacro.filestack[-1]))}/"
+        found = []
+        for path in sorted(glob.glob(glob.escape(base) + pattern))[:MAX_FILES]:
+            match = re.fullmatch(re.escape(base) + form, path)
+            if match and os.path.isfile(path):
+                found.append((match.groupdict(), path))
+        self.note_choices(found)
+        return found
+
+    def note_choices(self, found: list[tuple[dict[str, str], str]]) -> None:
+        for values, _ in found:
+            for name, value in values.items():
+                self.candidates.setdefault(name, []).append(value)
+
+    # Arguments.
+
+    def declare(self, name: str, text: Any, node: Any, given: bool = False, environment: bool = False) -> None:
+        if name in self.arguments:
+            self.arguments[name]["place"] = self.arguments[name]["place"] or getattr(node, _MARK, None)
+            return
+        example = example_of(text)
+        place, comments = getattr(node, _MARK, None), getattr(node, _COMMENTS, [])
+        symbol = self.variable("argument", name, str(example), False, default=node_of(text), place=place)
+        made = self.variables[symbol.node.id]  # type: ignore[attr-defined]
+        made |= {"comments": comments, "environment": environment, "given": given}
+        self.arguments[name] = made
+
+    def argument(self, name: str) -> Any:
+        if name in self.fixed:
+            self.fixed[name] = self.fixed[name][:2]
+            return self.fixed[name][0]
+        if name not in self.arguments:
+            from xacro.substitution_args import ArgException
+
+            raise ArgException(name)
+        made = self.arguments[name]
+        return Symbol(ast.Name(made["id"], ast.Load()), made["value"], False, self)
+
+    def extension(self, text: str, symbols: Any) -> Any:
+        """Return the value of $(...)."""
+        kind, _, rest = text.strip().partition(" ")
+        rest = rest.strip()
+        if kind == "arg":
+            return self.argument(rest)
+        if kind == "eval":
+            return Evaluator(self, symbols, arguments=True).eval(ast.parse(rest.strip(), mode="eval").body)
+        if kind == "find" and not TOKEN.search(rest):
+            return Symbol(ast.Call(ast.Name("find"), [ast.Constant(rest)], []), self.share(rest), True, self)
+        if kind in ("env", "optenv"):
+            name, _, default = rest.partition(" ")
+            if kind == "env" and name not in os.environ:
+                return self.own_extension(f"$({text})")
+            if name not in self.fixed:
+                self.declare(name, os.environ.get(name, default.strip()), None, environment=True)
+            return self.argument(name)
+        found = TOKEN.search(text)
+        if found:
+            raise Failed(f"$({kind}) cannot be translated", self.tokens[int(found[1])].node)
+        return self.own_extension(f"$({text})")
+
+    def eval_text(self, text: str, symbols: Any, inner: bool = False) -> Any:
+        """Return the value of a text, as xacro does."""
+        xacro, results = self.xacro, []
+        lexer = xacro.QuickLexer(xacro.LEXER)
+        lexer.lex(text)
+        while lexer.peek():
+            kind, found = lexer.peek()[0], lexer.next()[1]
+            if kind == lexer.EXPR:
+                expression = self.eval_text(found[2:-1], symbols, inner=True)
+                try:
+                    tree = ast.parse(expression.strip(), mode="eval").body
+                    results.append(Evaluator(self, symbols).eval(tree))
+                except (Restart, Failed):
+                    raise
+                except Exception as problem:
+                    suffix = f"{os.linesep}when evaluating expression '{found[2:-1]}'"
+                    raise xacro.XacroException(exc=problem, suffix=suffix) from problem
+            elif kind == lexer.EXTENSION:
+                results.append(self.extension(self.eval_text(found[2:-1], symbols, inner=True), symbols))
+            else:
+                results.append(found[1:] if kind == lexer.DOLLAR_DOLLAR_BRACE else found)
+        if inner:
+            return "".join(map(str, results))
+        if len(results) == 1:
+            return self.joined(results[0]) if isinstance(results[0], str) else results[0]
+        return self.joined("".join(map(str, results)))
+
+    # Properties.
+
+    def read(self, table: Any, name: str, own: bool = False) -> Any:
+        """Return what a name stands for: a global name of xacro, or a property, a parameter."""
+        xacro, holder = self.xacro, table
+        while isinstance(holder, xacro.Table) and not dict.__contains__(holder, name):
+            holder = holder.parent
+        if not isinstance(holder, xacro.Table) or (isinstance(holder, xacro.NameSpace) and holder.parent == {}):
+            value = holder[name] if name in holder else self.missing_name(name)
+            if name in _CONSTANTS:
+                return Symbol(ast.Name(name, ast.Load()), value, True, self)
+            return value
+        value = self.named(holder, name)
+        for macro in reversed(self.building) if not own else ():
+            if holder.depth >= macro.depth:
+                break
+            owners = (
+                {self.variables[one]["owner"] for one in names_in(node_of(value)) if one in self.variables}
+                if (isinstance(value, Symbol))
+                else set()
+            )
+            if owners - {"", macro.id}:
+                self.implicit.setdefault(place_key(macro.definition), set()).add(name)
+                raise Restart
+            macro.reads.setdefault(name, self.identity(value))
+        return value
+
+    def missing_name(self, name: str) -> Any:
+        raise NameError(f"name '{name}' is not defined")
+
+    def identity(self, value: Any) -> str:
+        try:
+            return ast.dump(node_of(value))
+        except Failed:
+            return str(id(value))
+
+    def named(self, table: Any, name: str) -> Any:
+        """Return the value of a property as a reference to it."""
+        value = table[name]
+        if "rosorin_plain" in vars(table) or isinstance(value, self.xacro.Table):
+            return value
+        known = self.bound.get((id(table), name))
+        if known is not None and known[0] is value:
+            return known[1]
+        if isinstance(value, Symbol) and isinstance(parts_of(value.node)[0], ast.Name) and not is_let(value, self):
+            return value
+        try:
+            node = node_of(value)
+        except Failed:
+            return value
+        owner = vars(table).get("rosorin_owner", "")
+        place, comments, raw = vars(table).get("rosorin_places", {}).get(name, (None, [], ""))
+        if isinstance(value, float) and value == math.pi:
+            return Symbol(ast.Name("pi", ast.Load()), value, True, self)
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if place is not None and str(place[:2]) in self.plain:
+            return value
+        made = self.variable(
+            "let", name, example_of(value), is_known(value), node=node, place=place, comments=comments,
+            raw=raw if is_number and self.own_literal(raw) == value else "",
+        )  # fmt: skip
+        self.variables[made.node.id]["owner"] = owner  # type: ignore[attr-defined]
+        self.tables.append(table)
+        self.bound[id(table), name] = (value, made)
+        return made
+
+    # Elements.
+
+    def patch(self, xacro: Any) -> None:
+        self.own_literal, self.own_extension = xacro.Table._eval_literal, xacro.eval_extension
+        own_include = xacro.process_include
+        self.own_include = own_include
+        xacro.Table._eval_literal = staticmethod(self.literal)
+        xacro.eval_text = self.eval_text
+        xacro.eval_all = self.eval_all
+        xacro.handle_macro_call = self.call
+        xacro.remove_previous_comments = self.take_comments
+        own_table, own_boolean = xacro.eval_default_arg, xacro.get_boolean_value
+
+        def boolean(value: Any, condition: Any) -> Any:
+            return own_boolean(example_of(value), condition)
+
+        xacro.get_boolean_value = boolean
+        self.own_default = own_table
+
+    def take_comments(self, node: Any) -> None:
+        """Remove the comments before an element of xacro and remember them with it."""
+        found: list[str] = []
+        before = node.previousSibling
+        while before is not None:
+            if before.nodeType == before.TEXT_NODE and before.data.isspace() and before.data.count("\n") <= 1:
+                before = before.previousSibling
+            elif before.nodeType == before.COMMENT_NODE:
+                found.insert(0, before.data)
+                before, gone = before.previousSibling, before
+                gone.parentNode.removeChild(gone)
+            else:
+                break
+        after = node.nextSibling
+        if after is not None and after.nodeType == after.TEXT_NODE and "\n" not in after.data and after.data.isspace():
+            after = after.nextSibling
+        if (
+            after is not None and after.nodeType == after.COMMENT_NODE and "\n" not in after.data
+        ):  # behind it on its line
+            found.append(after.data)
+            after.parentNode.removeChild(after)
+        setattr(node, _COMMENTS, [*getattr(node, _COMMENTS, []), *found])
+
+    def eval_all(self, node: Any, macros: Any, symbols: Any) -> None:
+        """Evaluate an element and what it contains."""
+        for name, value in list(node.attributes.items()):
+            if name.startswith("xacro:") or name == "xmlns:xacro":
+                node.removeAttribute(name)
+            else:
+                node.setAttribute(name, str(self.eval_text(value, symbols)))
+        child = node.firstChild
+        while child is not None:
+            if child.nodeType == child.ELEMENT_NODE and child.tagName.startswith("xacro:"):
+                self.take_comments(child)
+            following = child.nextSibling
+            if child.nodeType == child.ELEMENT_NODE:
+                if child.tagName == "xacro:element":
+                    name = self.eval_text(child.getAttribute("xacro:name"), symbols)
+                    if not is_known(name):
+                        raise Failed("the name of an element depends on it", name.node)
+                    child.removeAttribute("xacro:name")
+                    child.nodeName = child.tagName = str(example_of(name))
+                    continue
+                self.element(child, macros, symbols)
+            elif child.nodeType == child.TEXT_NODE and child.data.strip():
+                child.data = str(self.eval_text(child.data, symbols))
+            child = following
+
+    def element(self, node: Any, macros: Any, symbols: Any) -> None:
+        xacro, tag = self.xacro, node.tagName
+        if tag in ("xacro:if", "xacro:unless"):
+            self.condition(node, macros, symbols)
+        elif tag == "xacro:include":
+            self.include(node, macros, symbols)
+        elif tag == "xacro:property":
+            self.property(node, symbols)
+        elif tag == "xacro:macro":
+            place = getattr(node, _MARK, None)
+            name = node.getAttribute("name")
+            xacro.grab_macro(node, macros)
+            self.defined.setdefault(str(place), (name, place))
+        elif tag == "xacro:arg":
+            self.take_comments(node)
+            name = node.getAttribute("name")
+            if name not in self.fixed and (name not in self.arguments or self.arguments[name]["place"] is None):
+                self.declare(name, self.eval_text(node.getAttribute("default"), symbols), node)
+            elif name in self.arguments and not self.arguments[name]["comments"]:
+                self.arguments[name]["comments"] = getattr(node, _COMMENTS, [])
+            xacro.replace_node(node, by=None)
+        elif tag == "xacro:insert_block":
+            self.insert(node, macros, symbols)
+        elif tag == "xacro:attribute":
+            name, value = (self.eval_text(node.getAttribute(one), symbols) for one in ("name", "value"))
+            if not is_known(name):
+                raise Failed("the name of an attribute depends on it", name.node)
+            node.parentNode.setAttribute(str(example_of(name)), str(value))
+            xacro.replace_node(node, by=None)
+        elif not self.call(node, macros, symbols):
+            self.eval_all(node, macros, symbols)
+
+    def property(self, node: Any, symbols: Any) -> None:
+        scope = node.getAttribute("scope")
+        if scope == "global":
+            for macro in self.building:
+                self.give_up(macro, "it sets a property of its caller")
+        elif scope == "parent" and self.building and symbols is self.building[-1].table:
+            self.give_up(self.building[-1], "it sets a property of its caller")
+        name = str(example_of(self.eval_text(node.getAttribute("name"), symbols)))
+        self.take_comments(node)
+        place = (getattr(node, _MARK, None), getattr(node, _COMMENTS, []), node.getAttribute("value"))
+        vars(symbols).setdefault("rosorin_places", {})[name] = place
+        self.bound.pop((id(symbols), name), None)
+        self.xacro.grab_property(node, symbols)
+
+    def give_up(self, macro: Macro, reason: str) -> None:
+        self.inlined[place_key(macro.definition)] = reason
+        raise Restart
+
+    def insert(self, node: Any, macros: Any, symbols: Any) -> None:
+        """Insert a block; one that is handed to a macro that stays is a parameter."""
+        name = node.getAttribute("name")
+        key = f"**{name}" if f"**{name}" in symbols else f"*{name}"
+        if key not in symbols:
+            raise self.xacro.XacroException(f'Undefined block "{name}"')
+        block, holder = symbols[key], symbols
+        while not dict.__contains__(holder, key):
+            holder = holder.parent
+        for macro in self.building:
+            if holder.depth < macro.depth and isinstance(getattr(block, "rosorin_of", None), Macro):
+                self.give_up(macro, "it inserts a block of its caller")
+        block = block.cloneNode(deep=True)
+        block.rosorin_of = None
+        if block.tagName != "xacro-block":
+            self.eval_all(block, macros, symbols)
+        else:
+            block.setAttribute("content", str(int(key.startswith("**") or block.getAttribute("content") == "1")))
+        only = key.startswith("**") and block.tagName != "xacro-block"
+        self.xacro.replace_node(node, by=block, content_only=only)
+
+    def include(self, node: Any, macros: Any, symbols: Any) -> None:
+        """Include a file; one that an argument chooses is included on the condition that it does."""
+        name = self.eval_text(node.getAttribute("filename"), symbols)
+        if not is_known(name):
+            chosen = list(self.matching(name.node, "include"))
+            self.alternatives(
+                node, name, "filename", [(one, path.replace("${", "$${")) for one, path in chosen], macros, symbols
+            )
+            return
+        node.setAttribute("filename", str(example_of(name)).replace("${", "$${"))
+        self.levels.append("robot" if self.levels[-1] == "robot" else self.levels[-1])
+        try:
+            self.own_include(node, macros, symbols, self.eval_all)
+        finally:
+            self.levels.pop()
+
+    def alternatives(
+        self,
+        node: Any,
+        name: Symbol,
+        attribute: str,
+        chosen: list[tuple[dict[str, str], str]],
+        macros: Any,
+        symbols: Any,
+    ) -> None:
+        """Replace an element with an attribute that depends on a variable by one for each of its values."""
+        if not chosen:
+            raise Failed(f"{ast.unparse(name.node)[:60]} names nothing", name.node)
+        self.take_comments(node)
+        for values, text in chosen:
+            made, inner = node.ownerDocument.createElement("xacro:if"), node.cloneNode(deep=True)
+            inner.setAttribute(attribute, text)
+            made.appendChild(inner)
+            setattr(made, _MARK, getattr(node, _MARK, None))
+            setattr(made, _COMMENTS, getattr(node, _COMMENTS, []))
+            node.parentNode.insertBefore(made, node)
+            tests = [ast.Compare(ast.Name(one, ast.Load()), [ast.Eq()], [ast.Constant(v)]) for one, v in values.items()]
+            test: Any = tests[0] if len(tests) == 1 else ast.BoolOp(ast.And(), tests)
+            holds = all(str(self.variables[one]["value"]) == value for one, value in values.items())
+            self.branch(made, Symbol(test, holds, False, self), True, macros, symbols)
+        node.parentNode.removeChild(node)
+
+    def matching_macros(self, name: Symbol, macros: Any) -> list[tuple[dict[str, str], str]]:
+        """Return the macros with a name that depends on variables, each with their values. Raises Failed."""
+        pattern, names = "", set()
+        for part in parts_of(name.node):
+            if isinstance(part, ast.Constant):
+                pattern += re.escape(str(part.value))
+            elif isinstance(part, ast.Name):
+                pattern += f"(?P={part.id})" if part.id in names else f"(?P<{part.id}>.+)"
+                names.add(part.id)
+            else:
+                raise Failed("the macro that is called is named by an expression", name.node)
+        defined: list[str] = []
+        while isinstance(macros, dict):
+            defined += [one for one in dict.keys(macros) if isinstance(one, str)]
+            macros = vars(macros).get("parent") if hasattr(macros, "__dict__") else None
+        found = [(match.groupdict(), one) for one in dict.fromkeys(defined) if (match := re.fullmatch(pattern, one))]
+        self.note_choices(found)
+        return found
+
+    def condition(self, node: Any, macros: Any, symbols: Any) -> None:
+        self.take_comments(node)
+        text = node.getAttribute("value")
+        test, holds = self.eval_text(text, symbols), node.tagName == "xacro:if"
+        if not is_known(test) and type(self.own_literal(test.value)) in (int, float):
+            self.note_comparison([test, 0, 1])
+        if is_known(test):
+            decided: bool | None = bool(self.xacro.get_boolean_value(test, text))
+        else:
+            plain, positive = test.node, True
+            while isinstance(plain, ast.UnaryOp) and isinstance(plain.op, ast.Not):
+                plain, positive = plain.operand, not positive
+            found = self.assumed.get(ast.dump(plain))
+            decided = None if found is None else found == positive
+        if decided is None:
+            self.branch(node, test, holds, macros, symbols)
+        elif decided == holds:
+            self.eval_all(node, macros, symbols)
+            self.xacro.replace_node(node, by=node, content_only=True)
+        else:
+            self.xacro.replace_node(node, by=None)
+
+    def branch(self, node: Any, test: Symbol, holds: bool, macros: Any, symbols: Any) -> None:
+        """Evaluate what depends on a condition, and let the properties that it sets depend on it, too."""
+        before = list(self.state(symbols))
+        defined = [(table, name, copy(one)) for table, _, _ in self.state(macros) for name, one in dict.items(table)
+                   if isinstance(one, self.xacro.Macro)]  # fmt: skip
+        plain, positive = test.node, holds
+        while isinstance(plain, ast.UnaryOp) and isinstance(plain.op, ast.Not):
+            plain, positive = plain.operand, not positive
+        key = ast.dump(plain)
+        self.assumed[key] = positive
+        if node.hasAttribute("value"):
+            node.removeAttribute("value")
+        node.tagName = node.nodeName = "xacro-if"
+        stack = len(self.xacro.filestack), len(self.xacro.macrostack), self.depth, len(self.building), len(self.levels)
+        try:
+            self.eval_all(node, macros, symbols)
+        except Restart:
+            raise
+        except Exception as problem:
+            causes = list(_causes(problem))
+            if any(isinstance(one, Restart) for one in causes):
+                raise Restart from None
+            taken = test.value is not _UNKNOWN and self.holds(test.value) == holds
+            deep = any(isinstance(one, RecursionError) for one in causes)
+            if (taken and not deep) or not self.blame(test.node, f"with another value of it, {reason_of(problem)}"):
+                raise
+            raise Restart from None
+        finally:
+            self.assumed.pop(key, None)
+        del stack
+        node.setAttribute("test", str(test))
+        node.setAttribute("holds", str(int(holds)))
+        for table, name, other in defined:
+            if table[name].body is not other.body:
+                made = copy(table[name])
+                made.rosorin_other = (test, holds, other)
+                dict.__setitem__(table, name, made)
+        for table, values, unevaluated in before:
+            for name in [one for one in table if dict.get(table, one) is not values.get(one, _UNKNOWN)]:
+                old, new = values.get(name, _UNKNOWN), dict.get(table, name)
+                if old is _UNKNOWN or not isinstance(new, (str, int, float, Symbol, list, dict)):
+                    continue
+                new = table[name]
+                dict.__setitem__(table, name, old)
+                table.unevaluated.discard(name)
+                if name in unevaluated:
+                    table.unevaluated.add(name)
+                old = table[name]
+                pair = (new, old) if holds else (old, new)
+                made = self.choice(as_condition(test), *pair)
+                dict.__setitem__(table, name, made)
+                self.bound.pop((id(table), name), None)
+
+    def state(self, symbols: Any) -> Iterator[tuple[Any, dict[str, Any], set[str]]]:
+        while isinstance(symbols, self.xacro.Table) and symbols is not symbols.root:
+            yield symbols, dict(dict.items(symbols)), set(symbols.unevaluated)
+            symbols = symbols.parent
+
+    # Macros.
+
+    def level(self, node: Any) -> str:
+        """Return where a call is: the element that it is in, of those that become entries; else ``xml``."""
+        parent = node.parentNode
+        while parent is not None and parent.nodeType == parent.ELEMENT_NODE:
+            tag = parent.tagName
+            if tag == "xacro:macro":
+                return self.levels[-1]
+            if parent.parentNode is None or parent.parentNode.nodeType == parent.DOCUMENT_NODE:
+                return "robot"
+            if tag not in ("xacro-if", "xacro:if", "xacro:unless"):
+                return "" if tag.startswith("xacro") else tag if self.is_entry(parent) else "xml"
+            parent = parent.parentNode
+        return self.levels[-1]
+
+    def is_entry(self, node: Any) -> bool:
+        """Return True if an element is a link or a joint, or belongs to one."""
+        order = {"link": (), "joint": (), "inertial": ("link",), "visual": ("link",), "collision": ("link",)}
+        order["geometry"] = ("visual", "collision")
+        tag = node.tagName
+        if tag not in order:
+            return False
+        above = node.parentNode
+        while (
+            above is not None
+            and above.nodeType == above.ELEMENT_NODE
+            and above.tagName in ("xacro-if", "xacro:if", "xacro:unless")
+        ):
+            above = above.parentNode
+        if above is None or above.nodeType != above.ELEMENT_NODE or above.tagName == "xacro:macro":
+            return (self.levels[-1] if above is not None else "robot") in (order[tag] or ("robot",))
+        if not order[tag]:
+            return above.parentNode is None or above.parentNode.nodeType == above.DOCUMENT_NODE
+        return above.tagName in order[tag] and self.is_entry(above)
+
+    def call(self, node: Any, macros: Any, symbols: Any) -> bool:
+        xacro = self.xacro
+        if not node.tagName.startswith("xacro:"):
+            return False
+        if node.tagName == "xacro:call":
+            name = self.eval_text(node.getAttribute("macro"), symbols)
+            if not is_known(name):
+                self.alternatives(node, name, "macro", self.matching_macros(name, macros), macros, symbols)
+                return True
+            node.removeAttribute("macro")
+            node.tagName = node.nodeName = f"xacro:{example_of(name)}"
+        name = node.tagName.removeprefix("xacro:")
+        try:
+            own_macros, own_symbols, macro = xacro.resolve_macro(name, macros, symbols)
+        except KeyError:
+            raise xacro.XacroException(f"unknown macro name: {node.tagName}") from None
+        if "rosorin_other" in vars(macro):
+            self.call_either(node, macro, macros, symbols)
+            return True
+        macro = copy(macro)  # the name may be defined again
+        key = place_key(macro)
+        self.called.setdefault(key, name)
+        level = self.level(node)
+        self.depth += 1
+        if self.depth > MAX_DEPTH * (1 if self.assumed else 5):
+            raise RecursionError("macros call each other without end")
+        xacro.macrostack.append(macro)
+        values, defaulted, blocks = self.given_to(macro, node, macros, symbols, own_symbols)
+        if self.stays(macro, key, level):
+            self.keep(macro, key, node, level, values, defaulted, blocks, own_macros, own_symbols)
+        else:
+            self.expand(macro, key, node, values, blocks, own_macros, own_symbols)
+        xacro.macrostack.pop()
+        self.depth -= 1
+        return True
+
+    def call_either(self, node: Any, macro: Any, macros: Any, symbols: Any) -> None:
+        """Call a macro that is defined in two ways, on a condition: each on its condition."""
+        test, holds, other = macro.rosorin_other
+        name = node.tagName.removeprefix("xacro:")
+        for one, side in ((macro, holds), (other, not holds)):
+            made = node.ownerDocument.createElement("xacro:if")
+            made.appendChild(node.cloneNode(deep=True))
+            node.parentNode.insertBefore(made, node)
+            table = self.xacro.Table(macros)
+            one = copy(one)
+            vars(one).pop("rosorin_other", None) if one.__dict__.get("rosorin_other", (test,))[0] is test else None
+            dict.__setitem__(table, name, one)
+            self.branch(made, test, side, table, symbols)
+        node.parentNode.removeChild(node)
+
+    def given_to(
+        self, macro: Any, node: Any, macros: Any, symbols: Any, own_symbols: Any
+    ) -> tuple[dict[str, Any], set[str], dict[str, Any]]:
+        """Return the values of the parameters of a call, which of them are defaults, and the blocks."""
+        xacro, parameters = self.xacro, list(macro.params)
+        values: dict[str, Any] = {}
+        for name, text in node.attributes.items():
+            if name not in parameters:
+                raise xacro.XacroException(f'Invalid parameter "{name}"', macro=macro)
+            parameters.remove(name)
+            values[name] = self.literal(self.eval_text(text, symbols))
+            node.setAttribute(name, "")
+        self.eval_all(node, macros, symbols)
+        blocks: dict[str, Any] = {}
+        block = xacro.first_child_element(node)
+        for name in [one for one in parameters if one.startswith("*")]:
+            if not block:
+                raise xacro.XacroException("Not enough blocks", macro=macro)
+            if block.tagName == "xacro-if":
+                self.blame_block(block, macro)
+            parameters.remove(name)
+            blocks[name] = block
+            block = xacro.next_sibling_element(block)
+        if block is not None:
+            raise xacro.XacroException(f'Unused block "{block.tagName}"', macro=macro)
+        table = xacro.Table(own_symbols)
+        for name, value in values.items():
+            dict.__setitem__(table, name, value)
+        table.rosorin_plain = True
+        defaulted = set()
+        for name in parameters:
+            forward, default = macro.defaultmap.get(name, (None, None))
+            if forward is None and default is None:
+                raise xacro.XacroException(f"Undefined parameters [{name}]", macro=macro)
+            if forward is not None and forward in symbols:
+                value = self.read(symbols, forward)
+            elif default is None:
+                raise xacro.XacroException(f"Undefined property to forward: {forward}", macro=macro)
+            else:
+                value = self.eval_text(default, symbols)
+                defaulted.add(name)
+            values[name] = self.literal(value)
+        return values, defaulted, blocks
+
+    def blame_block(self, block: Any, macro: Any) -> None:
+        token = TOKEN.search(block.getAttribute("test"))
+        node = self.tokens[int(token[1])].node if token else ast.Constant(0)
+        raise Failed("a block depends on a condition", node)
+
+    def stays(self, macro: Any, key: str, level: str) -> bool:
+        if key in self.inlined or not level:
+            return False
+        if any(place_key(one.definition) == key for one in self.building):
+            self.inlined[key] = "it calls itself"
+            raise Restart
+        return True
+
+    def keep(
+        self, definition: Any, key: str, node: Any, level: str, values: dict[str, Any], defaulted: set[str],
+        blocks: dict[str, Any], macros: Any, symbols: Any,
+    ) -> None:  # fmt: skip
+        """Replace a call by an element that describes it; evaluate the body of the macro at its first call."""
+        for name in sorted(self.implicit.get(key, ())):
+            with_name = self.try_read(symbols, name)
+            if with_name is not _UNKNOWN and name not in values:
+                values[name] = with_name
+        macro = self.macros.get(f"{key} {level}")
+        if macro is None:
+            macro = self.macros[f"{key} {level}"] = Macro(definition, level)
+            self.build(macro, key, values, blocks, macros, symbols)
+        else:
+            for name, before in macro.reads.items():
+                if self.identity(self.try_read(symbols, name)) != before and name not in self.implicit.get(key, ()):
+                    self.implicit.setdefault(key, set()).add(name)
+                    raise Restart
+        self.take_comments(node)
+        made = node.ownerDocument.createElement("xacro-call")
+        made.setAttribute("macro", macro.id)
+        for name in list(values):
+            if name not in macro.parameters:
+                self.give_up(macro, f'its calls have different parameters: "{name}"')
+        for value in values.values():
+            if not is_known(value) and str(value.value).endswith((".yaml", ".yml")):
+                self.note_files(value)
+        texts = {
+            name: [ast.unparse(self.fixed_node(node_of(value))), name in defaulted] for name, value in values.items()
+        }
+        made.rosorin_given = texts
+        made.rosorin_examples = {name: example_of(value) for name, value in values.items()}
+        made.rosorin_blocks = {name.lstrip("*"): block.cloneNode(deep=True) for name, block in blocks.items()}
+        for name, block in made.rosorin_blocks.items():
+            block.rosorin_content = f"**{name}" in blocks
+        setattr(made, _MARK, getattr(node, _MARK, None))
+        setattr(made, _COMMENTS, getattr(node, _COMMENTS, []))
+        self.xacro.replace_node(node, by=made)
+
+    def fixed_node(self, node: ast.expr) -> ast.expr:
+        return ast.fix_missing_locations(node)
+
+    def try_read(self, symbols: Any, name: str) -> Any:
+        try:
+            return self.read(symbols, name)
+        except (NameError, KeyError):
+            return _UNKNOWN
+
+    def build(
+        self, macro: Macro, key: str, values: dict[str, Any], blocks: dict[str, Any], macros: Any, symbols: Any
+    ) -> None:
+        table = self.xacro.Table(symbols)
+        table.rosorin_owner = macro.id
+        for name, value in values.items():
+            example = example_of(value)
+            made = self.variable("parameter", name, example, False)
+            self.variables[made.node.id]["owner"] = macro.id  # type: ignore[attr-defined]
+            macro.parameters[name] = made.node.id  # type: ignore[attr-defined]
+            dict.__setitem__(table, name, made)
+        body = macro.definition.body.cloneNode(deep=True)
+        for name in blocks:
+            macro.blocks.append(name.lstrip("*"))
+            made_block = body.ownerDocument.createElement("xacro-block")
+            made_block.setAttribute("macro", macro.id)
+            made_block.setAttribute("name", name.lstrip("*"))
+            made_block.setAttribute("content", str(int(name.startswith("**"))))
+            made_block.rosorin_of = macro
+            dict.__setitem__(table, name, made_block)
+        for name in ("name", "params"):
+            if body.hasAttribute(name):
+                body.removeAttribute(name)
+        macro.depth, macro.table = table.depth, table  # type: ignore[attr-defined]
+        outer, self.assumed = self.assumed, {}
+        self.building.append(macro)
+        self.levels.append(macro.level)
+        holder = body.ownerDocument.createElement("xacro:macro")
+        holder.appendChild(body)
+        self.eval_all(body, self.xacro.Table(macros), table)
+        self.levels.pop()
+        self.building.pop()
+        self.assumed = outer
+        macro.body = body
+        self.made[key] = True
+
+    def expand(
+        self, macro: Any, key: str, node: Any, values: dict[str, Any], blocks: dict[str, Any], macros: Any, symbols: Any
+    ) -> None:
+        """Expand a call in its place, as xacro does."""
+        table = self.xacro.Table(symbols)
+        table.rosorin_plain = True
+        for name, value in (values | blocks).items():
+            dict.__setitem__(table, name, value)
+        body = macro.body.cloneNode(deep=True)
+        for name in ("name", "params"):
+            if body.hasAttribute(name):
+                body.removeAttribute(name)
+        parent = node.parentNode
+        self.take_comments(node)
+        level = self.level(node)
+        self.levels.append(level or "xml")
+        # the body is evaluated where it belongs, so that calls in it know what they are in
+        holder = node.ownerDocument.createElement("xacro:macro")
+        holder.appendChild(body)
+        body.tagName = body.nodeName = "xacro:macro"
+        self.eval_all(body, self.xacro.Table(macros), table)
+        self.levels.pop()
+        if any(child.nodeType == child.ELEMENT_NODE for child in body.childNodes):
+            self.made[key] = True
+        self.made.setdefault(key, False)
+        first = next((child for child in body.childNodes if child.nodeType == child.ELEMENT_NODE), None)
+        if first is not None and getattr(node, _COMMENTS, []):
+            setattr(first, _COMMENTS, [*getattr(node, _COMMENTS), *getattr(first, _COMMENTS, [])])
+        self.xacro.import_xml_namespaces(parent, body.attributes)
+        self.xacro.replace_node(node, by=body, content_only=True)
+
+    # The answer.
+
+    def answer_of(self, document: Any) -> dict[str, Any]:
+        body = list(self.nodes(document.documentElement))
+        macros = [
+            {
+                "key": key, "name": one.name, "level": one.level, "parameters": one.parameters, "blocks": one.blocks,
+                "body": list(self.nodes(one.body)), "place": getattr(one.definition.body, _MARK, None),
+                "comments": getattr(one.definition.body, _COMMENTS, []),
+            }
+            for key, one in self.macros.items()
+        ]  # fmt: skip
+        tokens = [self.source(as_printed(one)) for one in self.tokens]
+        variables = []
+        for one in self.variables.values():
+            value = one["value"]
+            plain = value if isinstance(value, (str, int, float, bool)) else None
+            kind = "list" if isinstance(value, (list, tuple)) else "table" if isinstance(value, dict) else ""
+            made = {**one, "value": plain, "shape": kind, "candidates": self.candidates.get(one["id"], [])}
+            for name in ("node", "default"):
+                if name in made:
+                    made[name] = self.source(made[name])
+            variables.append(made)
+        return {
+            "name": document.documentElement.getAttribute("name"),
+            "body": body, "macros": macros, "tokens": tokens, "variables": variables,
+            "inlined": [[*self.defined.get(key, (key, None)), why, key] for key, why in self.inlined.items() if key in self.called],
+            "silent": [self.defined[key][0] for key, made in self.made.items() if not made and key in self.defined],
+            "uncalled": [name for key, (name, _) in self.defined.items() if key not in self.called],
+            "defined": [[key, name, place] for key, (name, place) in self.defined.items()],
+            "fixed": self.fixed, "reasons": self.inlined,
+            "implicit": {key: sorted(names) for key, names in self.implicit.items()},
+            "files": list(self.files), "loaded": self.loaded,
+            "packages": {name: str(folder) for name, folder in self.packages.found()},
+        }  # fmt: skip
+
+    def source(self, node: ast.expr) -> str:
+        return ast.unparse(ast.fix_missing_locations(node))
+
+    def nodes(self, parent: Any) -> Iterator[dict[str, Any]]:
+        for node in parent.childNodes:
+            if node.nodeType == node.COMMENT_NODE:
+                yield {"comment": node.data}
+            elif node.nodeType == node.TEXT_NODE:
+                if node.data.strip():
+                    yield {"text": node.data.strip()}
+                elif "\n" in node.data:
+                    yield {"text": "", "lines": node.data.count("\n")}
+            elif node.nodeType == node.ELEMENT_NODE:
+                yield self.element_of(node)
+
+    def element_of(self, node: Any) -> dict[str, Any]:
+        place = getattr(node, _MARK, None)
+        made: dict[str, Any] = {"place": place, "comments": getattr(node, _COMMENTS, [])}
+        if node.tagName == "xacro-call":
+            blocks = {name: [self.element_of(one)] for name, one in node.rosorin_blocks.items()}
+            contents = {name for name, one in node.rosorin_blocks.items() if one.rosorin_content}
+            for name in contents:
+                one = node.rosorin_blocks[name]
+                blocks[name] = list(self.nodes(one)) if one.tagName != "xacro-block" else blocks[name]
+            examples = {
+                n: v if isinstance(v, (str, int, float, bool)) else None for n, v in node.rosorin_examples.items()
+            }
+            return {
+                **made,
+                "call": node.getAttribute("macro"),
+                "given": node.rosorin_given,
+                "blocks": blocks,
+                "examples": examples,
+            }
+        if node.tagName == "xacro-if":
+            test = int(TOKEN.fullmatch(node.getAttribute("test"))[1])  # type: ignore[index]
+            return {**made, "test": test, "holds": node.getAttribute("holds") == "1", "body": list(self.nodes(node))}
+        if node.tagName == "xacro-block":
+            return {
+                **made,
+                "block": node.getAttribute("name"),
+                "of": node.getAttribute("macro"),
+                "content": node.getAttribute("content") == "1",
+            }
+        attributes = dict(node.attributes.items())
+        if "filename" in attributes and node.tagName in ("mesh", "texture"):
+            attributes["filename"] = self.portable(attributes["filename"])
+        return {**made, "tag": node.tagName, "attributes": attributes, "body": list(self.nodes(node))}
+
+    def portable(self, text: str) -> str:
+        text = text.removeprefix("file://") if TOKEN.match(text.removeprefix("file://")) else text
+        token = TOKEN.match(text)
+        if token:
+            node = self.tokens[int(token[1])].node
+            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "find":
+                return f"package://{node.args[0].value}{text[token.end() :]}"  # type: ignore[attr-defined]
+        return _portable(text, self.packages, [*map(str, self.xacro.all_includes), self.file])
+
+
+def parts_of(node: Any) -> list[Any]:
+    """Return the pieces of a text."""
+    parts = list(node.args) if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "__join" else [node]
+    plain = ("__number", "__flag")
+    return [one.args[0] if isinstance(one, ast.Call) and getattr(one.func, "id", "") in plain else one for one in parts]
+
+
+def as_printed(value: Any) -> ast.expr:
+    """Return the formula of what is printed: an entry of a table may be true or false."""
+    node = node_of(value)
+    is_entry = isinstance(node, ast.Subscript) and isinstance(example_of(value), bool)
+    return ast.Call(ast.Name("__flag"), [node], []) if is_entry else node
+
+
+def as_condition(test: Symbol) -> Symbol:
+    """Return a condition of xacro, which may be a text such as "true", as one of Python."""
+    if not isinstance(test.value, str):
+        return test
+    return Symbol(ast.Call(ast.Name("__flag"), [test.node], []), test.value, test.known, test.program)
+
+
+def place_key(macro: Any) -> str:
+    """Return the key of a macro: the place of its definition."""
+    return str(getattr(macro.body, _MARK, None))
+
+
+def is_let(value: Symbol, program: Program) -> bool:
+    is_text = isinstance(value.node, ast.Call) and getattr(value.node.func, "id", "") == "__join"
+    return is_text or (
+        isinstance(value.node, ast.Name) and program.variables.get(value.node.id, {}).get("kind") == "let"
+    )
+
+
+def reason_of(problem: BaseException) -> str:
+    return " ".join(str(problem).split())[:120] or type(problem).__name__
+
+
+__all__ = ["Program", "builtins", "elements", "math"]

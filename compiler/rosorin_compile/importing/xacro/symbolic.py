@@ -30,9 +30,56 @@ _UNKNOWN = object()  # an example that cannot be computed
 LEVELS = ("robot", "link", "joint", "visual", "collision", "inertial", "geometry")
 _CONSTANTS = ("pi", "e", "tau", "inf", "nan")
 FUNCTIONS = frozenset(
-    ["abs", "acos", "all", "any", "asin", "atan", "atan2", "bool", "ceil", "copysign", "cos", "cosh", "degrees", "enumerate", "exp", "float", "floor", "fmod", "gcd", "hypot", "int", "isclose", "len", "list", "log", "log10", "log2", "max", "min", "pow", "radians", "range", "reversed", "round", "sin", "sinh", "sorted", "sqrt", "str", "sum", "tan", "tanh", "trunc", "zip"]
+    [
+        "abs",
+        "acos",
+        "all",
+        "any",
+        "asin",
+        "atan",
+        "atan2",
+        "bool",
+        "ceil",
+        "copysign",
+        "cos",
+        "cosh",
+        "degrees",
+        "enumerate",
+        "exp",
+        "float",
+        "floor",
+        "fmod",
+        "gcd",
+        "hypot",
+        "int",
+        "isclose",
+        "len",
+        "list",
+        "log",
+        "log10",
+        "log2",
+        "max",
+        "min",
+        "pow",
+        "radians",
+        "range",
+        "reversed",
+        "round",
+        "sin",
+        "sinh",
+        "sorted",
+        "sqrt",
+        "str",
+        "sum",
+        "tan",
+        "tanh",
+        "trunc",
+        "zip",
+    ]
 )
-METHODS = frozenset(["endswith", "get", "items", "join", "keys", "lower", "replace", "split", "startswith", "strip", "upper", "values"])
+METHODS = frozenset(
+    ["endswith", "get", "items", "join", "keys", "lower", "replace", "split", "startswith", "strip", "upper", "values"]
+)
 _BINARY = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
     ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow,

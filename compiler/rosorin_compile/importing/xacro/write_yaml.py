@@ -152,6 +152,7 @@ class Writer:
         self.words = words
         self.used: set[Variable] = set()
         self.printed: set[Variable] = set()
+        self.file_names: set[Variable] = set()  # parameters that are names of files
         self.formulas = Formulas(program.variables, self.use)
         self.formulas.found = self.find_package
         self.named = Packages({}, os.environ, target.folder / Description.ROOT_FILE)
@@ -183,8 +184,8 @@ class Writer:
         self.name_parts()
         self.copy_data()
         before = -1
-        while before != len(self.used):
-            before = len(self.used)
+        while before != len(self.used) + len(self.file_names):
+            before = len(self.used) + len(self.file_names)
             self.name_variables()
             self.documents = Documents()
             self.keys: set[str] = set()
@@ -955,6 +956,9 @@ class Writer:
         first = pieces[0] if pieces else ""
         if first == "file://":
             return self.file_name(pieces[1:])
+        named = self.program.variables.get(getattr(first, "id", ""))
+        if named is not None and named.kind == PARAMETER and len(pieces) == 1:
+            self.file_names.add(named)
         node, seen = first, 0
         while isinstance(node, ast.Name) and seen < len(self.program.variables):
             variable = self.program.variables.get(node.id)
@@ -1071,7 +1075,10 @@ class Writer:
         """Return the call of a named value as an expression."""
         macro, arguments = call.macro, []
         for name, variable in macro.parameters.items():
-            arguments.append(self.argument(call.given[name][0], variable.type))
+            node = call.given[name][0]
+            if variable in self.file_names:
+                node = ast.Call(ast.Name("__join"), [_constant(one) for one in self.file_name(flattened([node]))], [])
+            arguments.append(self.argument(node, variable.type))
         for variable, pieces in self.leaf_values(call):
             words = in_words(pieces)
             if variable.type == LIST and len(words) > 1:
@@ -1200,6 +1207,12 @@ class Writer:
         for block, leaves in macro.leaves.items():
             for path, variable in leaves if block != self.pose.get(macro) else ():
                 made[variable.ours] = {"type": variable.type}
+                if any(
+                    one is variable and _is_missing(text)
+                    for call in macro.calls
+                    for one, text in self.leaf_values(call)
+                ):
+                    made[variable.ours] = {"default": Expression("${none}")}
                 if path.rpartition("@")[2] in _OPTIONAL:
                     made[variable.ours]["default"] = [Verbatim("0")] * 3
         return made
@@ -1226,12 +1239,13 @@ class Writer:
             if self.is_implied(macro, one):
                 continue
             node, defaulted = call.given[name]
-            if not defaulted or self.default_of(macro, name) is None:
+            if one in self.file_names:
+                given[one.ours] = self.text(flattened([node]), file=True)
+            elif not defaulted or self.default_of(macro, name) is None:
                 given[one.ours] = self.value(node, one.type)
         for leaf, pieces in self.leaf_values(call):
             unit = ANGLES if leaf.name.endswith("rpy") else LENGTHS if leaf.name.endswith("xyz") else ""
-            if isinstance(pieces[0], ast.Constant) and pieces[0].value is None:
-                given[leaf.ours] = Expression("${none}")
+            if _is_missing(pieces):
                 continue
             if leaf.type == LIST:
                 count = len(in_words(pieces))
@@ -1548,6 +1562,10 @@ def _value(node: ast.expr, unit: str) -> Any:
 
 def _constant(piece: Any) -> ast.expr:
     return ast.Constant(piece) if isinstance(piece, str) else piece
+
+
+def _is_missing(pieces: Pieces) -> bool:
+    return len(pieces) == 1 and isinstance(pieces[0], ast.Constant) and pieces[0].value is None
 
 
 def _is_find(node: Any) -> bool:

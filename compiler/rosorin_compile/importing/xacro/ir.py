@@ -71,18 +71,9 @@ class Call:
 
     macro: Macro
     given: dict[str, tuple[ast.expr, bool]]
-    blocks: dict[str, list[Any]]
     place: Place | None = None
     comments: tuple[str, ...] = ()
     caller: Macro | None = None
-
-
-@dataclass(eq=False, repr=False)
-class Block:
-    """The place where a macro inserts a block that it is given."""
-
-    macro: Macro
-    name: str
 
 
 @dataclass(eq=False, repr=False)
@@ -110,12 +101,10 @@ class Macro:
     name: str
     level: str
     parameters: dict[str, Variable]
-    blocks: list[str]
     place: Place
     comments: tuple[str, ...]
     body: list[Any] = field(default_factory=list)
     calls: list[Call] = field(default_factory=list)
-    leaves: dict[str, list[tuple[str, Variable]]] = field(default_factory=dict)
     ours: str = ""
 
     @property
@@ -202,7 +191,7 @@ class _Builder:
     def macro(self, one: Mapping[str, Any]) -> Macro:
         parameters = {name: self.variables[key] for name, key in one["parameters"].items()}
         place: Any = _place(one["place"])
-        return Macro(one["key"], one["name"], one["level"], parameters, one["blocks"], place, tuple(one["comments"]))
+        return Macro(one["key"], one["name"], one["level"], parameters, place, tuple(one["comments"]))
 
     def pieces(self, text: str) -> Pieces:
         """Return a text with formulas for its tokens."""
@@ -220,12 +209,9 @@ class _Builder:
         place, comments = _place(one["place"]), tuple(one["comments"])
         if "test" in one:
             return If(self.tokens[one["test"]], one["holds"], [*map(Comment, comments), *self.nodes(one["body"])])
-        if "block" in one:
-            return Block(self.macros[one["of"]], one["block"])
         if "call" in one:
             given = {name: (formula(text), default) for name, (text, default) in one["given"].items()}
-            blocks = {name: self.nodes(nodes) for name, nodes in one["blocks"].items()}
-            made = Call(self.macros[one["call"]], given, blocks, place, comments, self.caller)
+            made = Call(self.macros[one["call"]], given, place, comments, self.caller)
             made.macro.calls.append(made)
             for name, value in one["examples"].items():
                 made.macro.parameters[name].values.append(value)

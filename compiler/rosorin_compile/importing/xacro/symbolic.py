@@ -28,6 +28,8 @@ TOKEN = re.compile("\ua657(\\d+)\ua657")  # a letter that no file uses: a token 
 _MARK, _COMMENTS = "rosorin_place", "rosorin_comments"
 _UNKNOWN = object()  # an example that cannot be computed
 LEVELS = ("robot", "link", "joint", "visual", "collision", "inertial", "geometry")
+_TRANSPARENT = ("xacro-if", "xacro:if", "xacro:unless", "xacro-group")
+_ORIGIN = (("xyz", "0 0 0"), ("rpy", "0 0 0"))
 _CONSTANTS = ("pi", "e", "tau", "inf", "nan")
 FUNCTIONS = frozenset(
     [
@@ -160,7 +162,7 @@ class Macro:
         self.name = definition.body.getAttribute("name").removeprefix("xacro:")
         self.level = level
         self.parameters: dict[str, str] = {}  # ids of variables
-        self.blocks: list[str] = []
+        self.materials = False
         self.reads: dict[str, str] = {}
         self.depth = 0
         self.body: Any = None
@@ -377,6 +379,7 @@ class Program(Expansion):
         self.inlined: dict[str, str] = dict(request["inlined"])  # places of macros, with the reason
         self.fixed: dict[str, list[str]] = dict(request["fixed"])
         self.implicit: dict[str, set[str]] = {key: set(names) for key, names in request["implicit"].items()}
+        self.shapes: dict[str, dict[tuple[str, str], str]] = {}  # of the blocks of macros
         self.plain: set[str] = set(request["plain"])  # places of properties that are no named values
 
     def program(self) -> dict[str, Any]:
@@ -837,25 +840,19 @@ class Program(Expansion):
         raise Restart
 
     def insert(self, node: Any, macros: Any, symbols: Any) -> None:
-        """Insert a block; one that is handed to a macro that stays is a parameter."""
+        """Insert a block."""
         name = node.getAttribute("name")
         key = f"**{name}" if f"**{name}" in symbols else f"*{name}"
         if key not in symbols:
             raise self.xacro.XacroException(f'Undefined block "{name}"')
-        block, holder = symbols[key], symbols
+        block, holder = symbols[key].cloneNode(deep=True), symbols
         while not dict.__contains__(holder, key):
             holder = holder.parent
         for macro in self.building:
-            if holder.depth < macro.depth and isinstance(getattr(block, "rosorin_of", None), Macro):
+            if self.building[0].depth <= holder.depth < macro.depth:
                 self.give_up(macro, "it inserts a block of its caller")
-        block = block.cloneNode(deep=True)
-        block.rosorin_of = None
-        if block.tagName != "xacro-block":
-            self.eval_all(block, macros, symbols)
-        else:
-            block.setAttribute("content", str(int(key.startswith("**") or block.getAttribute("content") == "1")))
-        only = key.startswith("**") and block.tagName != "xacro-block"
-        self.xacro.replace_node(node, by=block, content_only=only)
+        self.eval_all(block, macros, symbols)
+        self.xacro.replace_node(node, by=block, content_only=key.startswith("**"))
 
     def include(self, node: Any, macros: Any, symbols: Any) -> None:
         """Include a file; one that an argument chooses is included on the condition that it does."""
@@ -1009,7 +1006,7 @@ class Program(Expansion):
                 return self.levels[-1]
             if parent.parentNode is None or parent.parentNode.nodeType == parent.DOCUMENT_NODE:
                 return "robot"
-            if tag not in ("xacro-if", "xacro:if", "xacro:unless"):
+            if tag not in _TRANSPARENT:
                 return "" if tag.startswith("xacro") else tag if self.is_entry(parent) else "xml"
             parent = parent.parentNode
         return self.levels[-1]
@@ -1022,11 +1019,7 @@ class Program(Expansion):
         if tag not in order:
             return False
         above = node.parentNode
-        while (
-            above is not None
-            and above.nodeType == above.ELEMENT_NODE
-            and above.tagName in ("xacro-if", "xacro:if", "xacro:unless")
-        ):
+        while above is not None and above.nodeType == above.ELEMENT_NODE and above.tagName in _TRANSPARENT:
             above = above.parentNode
         if above is None or above.nodeType != above.ELEMENT_NODE or above.tagName == "xacro:macro":
             return (self.levels[-1] if above is not None else "robot") in (order[tag] or ("robot",))
@@ -1152,9 +1145,11 @@ class Program(Expansion):
             if with_name is not _UNKNOWN and name not in values:
                 values[name] = with_name
         macro = self.macros.get(f"{key} {level}")
+        given = dict(values)
+        names = self.take_blocks(key, definition, blocks, values, defaulted)
         if macro is None:
             macro = self.macros[f"{key} {level}"] = Macro(definition, level)
-            self.build(macro, key, values, blocks, macros, symbols)
+            self.build(macro, key, values, blocks, names, macros, symbols)
         else:
             for name, before in macro.reads.items():
                 if self.identity(self.try_read(symbols, name)) != before and name not in self.implicit.get(key, ()):
@@ -1169,20 +1164,71 @@ class Program(Expansion):
         for value in values.values():
             if not is_known(value) and str(value.value).endswith((".yaml", ".yml")):
                 self.note_files(value)
-        texts = {
-            name: [ast.unparse(self.fixed_node(node_of(value))), name in defaulted] for name, value in values.items()
-        }
+        texts = {name: [self.source(node_of(value)), name in defaulted] for name, value in values.items()}
         made.rosorin_given = texts
         made.rosorin_examples = {name: example_of(value) for name, value in values.items()}
-        made.rosorin_blocks = {name.lstrip("*"): block.cloneNode(deep=True) for name, block in blocks.items()}
-        for name, block in made.rosorin_blocks.items():
-            block.rosorin_content = f"**{name}" in blocks
         setattr(made, _MARK, getattr(node, _MARK, None))
         setattr(made, _COMMENTS, getattr(node, _COMMENTS, []))
+        if macro.materials:
+            self.hoist(definition, key, node, given, blocks, macros, symbols)
         self.xacro.replace_node(node, by=made)
 
-    def fixed_node(self, node: ast.expr) -> ast.expr:
-        return ast.fix_missing_locations(node)
+    def take_blocks(
+        self, key: str, definition: Any, blocks: dict[str, Any], values: dict[str, Any], defaulted: set[str]
+    ) -> dict[tuple[str, str], str]:
+        """Make the attributes in the blocks of a call parameters; return their names by element and attribute."""
+        found: dict[tuple[str, str], Any] = {}
+        for name, block in blocks.items():
+            for number, element in enumerate(within(block)):
+                if element.tagName.startswith("xacro") or any(
+                    one.nodeType == one.TEXT_NODE and one.data.strip() for one in element.childNodes
+                ):
+                    self.inlined[key] = "a block has text, a macro or a condition in it"
+                    raise Restart
+                found[f"{name}/{number}{element.tagName}", ""] = None
+                for attribute, text in (*(_ORIGIN if element.tagName == "origin" else ()), *element.attributes.items()):
+                    found[f"{name}/{number}{element.tagName}", attribute] = text
+        shape = self.shapes.setdefault(key, {})
+        elements = [path for path, attribute in found if not attribute]
+        if shape and elements != [path for path, attribute in shape if not attribute]:
+            self.inlined[key] = "its calls have different elements in a block"
+            raise Restart
+        for path, attribute in [one for one in found if one not in shape]:
+            tag = path.partition("/")[2].lstrip("0123456789")
+            name = tag if attribute in ("value", "name", "link") else attribute
+            taken = {*shape.values(), *definition.params}
+            shape[path, attribute] = (
+                "" if not attribute else name if name not in taken else f"{path.split('/')[0][1:]}_{name}"
+            )
+            if key in {one.rpartition(" ")[0] for one in self.macros}:
+                self.shapes[key] = dict(shape)
+                raise Restart
+        for (path, attribute), name in shape.items():
+            text = found.get((path, attribute))
+            values.update({name: self.literal(self.joined(text)) if text is not None else None} if attribute else {})
+            if attribute and (text is None or (path.endswith("origin") and text == dict(_ORIGIN).get(attribute))):
+                defaulted.add(name)
+        return shape
+
+    def hoist(
+        self,
+        definition: Any,
+        key: str,
+        node: Any,
+        values: dict[str, Any],
+        blocks: dict[str, Any],
+        macros: Any,
+        symbols: Any,
+    ) -> None:
+        """Put the materials that a call makes before it: a robot shares them."""
+        group, call = (node.ownerDocument.createElement(tag) for tag in ("xacro-group", node.tagName))
+        node.parentNode.insertBefore(group, node)
+        group.appendChild(call)
+        self.expand(
+            definition, key, call, values, {k: one.cloneNode(deep=True) for k, one in blocks.items()}, macros, symbols
+        )
+        only_materials(group, True)
+        self.xacro.replace_node(group, by=group, content_only=True)
 
     def try_read(self, symbols: Any, name: str) -> Any:
         try:
@@ -1191,8 +1237,10 @@ class Program(Expansion):
             return _UNKNOWN
 
     def build(
-        self, macro: Macro, key: str, values: dict[str, Any], blocks: dict[str, Any], macros: Any, symbols: Any
-    ) -> None:
+        self, macro: Macro, key: str, values: dict[str, Any], blocks: dict[str, Any], names: dict[tuple[str, str], str],
+        macros: Any, symbols: Any,
+    ) -> None:  # fmt: skip
+        """Evaluate the body of a macro with symbols for its parameters."""
         table = self.xacro.Table(symbols)
         table.rosorin_owner = macro.id
         for name, value in values.items():
@@ -1202,14 +1250,13 @@ class Program(Expansion):
             macro.parameters[name] = made.node.id  # type: ignore[attr-defined]
             dict.__setitem__(table, name, made)
         body = macro.definition.body.cloneNode(deep=True)
-        for name in blocks:
-            macro.blocks.append(name.lstrip("*"))
-            made_block = body.ownerDocument.createElement("xacro-block")
-            made_block.setAttribute("macro", macro.id)
-            made_block.setAttribute("name", name.lstrip("*"))
-            made_block.setAttribute("content", str(int(name.startswith("**"))))
-            made_block.rosorin_of = macro
-            dict.__setitem__(table, name, made_block)
+        for name, block in blocks.items():
+            inner = block.cloneNode(deep=True)
+            for number, element in enumerate(within(inner)):
+                for (path, attribute), parameter in names.items():
+                    if attribute and path == f"{name}/{number}{element.tagName}":
+                        element.setAttribute(attribute, str(dict.__getitem__(table, parameter)))
+            dict.__setitem__(table, name, inner)
         for name in ("name", "params"):
             if body.hasAttribute(name):
                 body.removeAttribute(name)
@@ -1223,6 +1270,7 @@ class Program(Expansion):
         self.levels.pop()
         self.building.pop()
         self.assumed = outer
+        macro.materials = macro.level == "robot" and only_materials(body, False)
         macro.body = body
         self.made[key] = True
 
@@ -1263,7 +1311,7 @@ class Program(Expansion):
         body = list(self.nodes(document.documentElement))
         macros = [
             {
-                "key": key, "name": one.name, "level": one.level, "parameters": one.parameters, "blocks": one.blocks,
+                "key": key, "name": one.name, "level": one.level, "parameters": one.parameters,
                 "body": list(self.nodes(one.body)), "place": getattr(one.definition.body, _MARK, None),
                 "comments": getattr(one.definition.body, _COMMENTS, []),
             }
@@ -1312,11 +1360,6 @@ class Program(Expansion):
         place = getattr(node, _MARK, None)
         made: dict[str, Any] = {"place": place, "comments": getattr(node, _COMMENTS, [])}
         if node.tagName == "xacro-call":
-            blocks = {name: [self.element_of(one)] for name, one in node.rosorin_blocks.items()}
-            contents = {name for name, one in node.rosorin_blocks.items() if one.rosorin_content}
-            for name in contents:
-                one = node.rosorin_blocks[name]
-                blocks[name] = list(self.nodes(one)) if one.tagName != "xacro-block" else blocks[name]
             examples = {
                 n: v if isinstance(v, (str, int, float, bool)) else None for n, v in node.rosorin_examples.items()
             }
@@ -1324,19 +1367,11 @@ class Program(Expansion):
                 **made,
                 "call": node.getAttribute("macro"),
                 "given": node.rosorin_given,
-                "blocks": blocks,
                 "examples": examples,
             }
         if node.tagName == "xacro-if":
             test = int(TOKEN.fullmatch(node.getAttribute("test"))[1])  # type: ignore[index]
             return {**made, "test": test, "holds": node.getAttribute("holds") == "1", "body": list(self.nodes(node))}
-        if node.tagName == "xacro-block":
-            return {
-                **made,
-                "block": node.getAttribute("name"),
-                "of": node.getAttribute("macro"),
-                "content": node.getAttribute("content") == "1",
-            }
         attributes = dict(node.attributes.items())
         if "filename" in attributes and node.tagName in ("mesh", "texture"):
             attributes["filename"] = self.portable(attributes["filename"])
@@ -1364,6 +1399,24 @@ def as_printed(value: Any) -> ast.expr:
     node = node_of(value)
     is_entry = isinstance(node, ast.Subscript) and isinstance(example_of(value), bool)
     return ast.Call(ast.Name("__flag"), [node], []) if is_entry else node
+
+
+def within(block: Any) -> list[Any]:
+    """Return a block and the elements in it."""
+    inner = [child for child in block.childNodes if child.nodeType == child.ELEMENT_NODE]
+    return [block, *(one for child in inner for one in within(child))]
+
+
+def only_materials(node: Any, keep: bool) -> bool:
+    """Remove all but materials, or (unless ``keep``) the materials; return True if there are any."""
+    found = False
+    for child in list(node.childNodes):
+        is_group = child.nodeType == child.ELEMENT_NODE and child.tagName in _TRANSPARENT
+        is_material = child.nodeType == child.ELEMENT_NODE and child.tagName == "material"
+        found = (only_materials(child, keep) if is_group else is_material) or found
+        if not is_group and is_material != keep:
+            node.removeChild(child)
+    return found
 
 
 def as_condition(test: Symbol) -> Symbol:

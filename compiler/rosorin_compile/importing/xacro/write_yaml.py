@@ -38,9 +38,7 @@ from .ir import (
     LIST,
     NUMBER,
     PARAMETER,
-    TABLE,
     TEXT,
-    Block,
     Call,
     Comment,
     Element,
@@ -67,7 +65,6 @@ _NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][-+]?\d+)?")
 _WORD = re.compile(r"[A-Za-z_][\w-]*|\d*[A-Za-z_][\w-]*")
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
 _JOINT_PARTS = ("limit", "mimic", "dynamics", "calibration", "safety_controller")
-_MOST_CALLS = 30
 _OPTIONAL = {"xyz": "0 0 0", "rpy": "0 0 0"}  # attributes that a block may leave out
 _FULL_TURN, _LONG, _WIDTH = 6.2832, 20, 90
 _BYTES = 2_000_000
@@ -161,10 +158,9 @@ class Writer:
         self.data: dict[str, str] = {}
         self.documents = Documents()
         self.macro: Macro | None = None
-        self.tests: list[If] = []  # the conditions around what is written, in its macro
         self.prefix: dict[Macro, tuple[Variable, str]] = {}
         self.mount: dict[Macro, Variable] = {}
-        self.pose: dict[Macro, str] = {}
+        self.pose: dict[Macro, dict[str, Variable]] = {}
         self.is_xml = False
         self.is_passing = False  # what is written is given to a part, and not printed
         self.kind: Any = ""  # the type of the joint that is written
@@ -177,10 +173,6 @@ class Writer:
         """Return the documents. Raises GiveUp for what cannot be written."""
         program = self.program
         self.set_types()
-        for macro in program.macros.values():
-            for block in macro.blocks:
-                with _in(self, macro):
-                    self.block_leaves(macro, block)
         self.name_parts()
         self.copy_data()
         before = -1
@@ -195,7 +187,6 @@ class Writer:
                 with _in(self, macro):
                     self.one_macro(macro)
             with _in(self, None):
-                self.tests = []
                 self.body(program.body, None, (), None)
                 self.let_values()
                 self.arguments()
@@ -308,10 +299,7 @@ class Writer:
                 taken.add(variable.ours)
         for macro in self.program.macros.values():
             own: set[str] = set()
-            for variable in [
-                *macro.parameters.values(),
-                *(one for _, leaves in macro.leaves.items() for _, one in leaves),
-            ]:
+            for variable in macro.parameters.values():
                 variable.ours = usable(variable.name, own)
                 own.add(variable.ours)
             for variable in self.program.variables.values():
@@ -320,7 +308,7 @@ class Writer:
                     own.add(variable.ours)
 
     def name_parts(self) -> None:
-        """Find the prefix of each part, its mount, and the block that is the pose of its uses."""
+        """Find the prefix of each part, its mount, and what is the pose of its uses."""
         parts = [one for one in self.program.macros.values() if one.level == "robot"]
         names: dict[Macro, list[Pieces]] = {}
         for macro in parts:
@@ -402,34 +390,23 @@ class Writer:
         return flattened([node, more])
 
     def find_mount(self, macro: Macro) -> None:
-        """Find the parameter that is only the parent of joints, and the block that is only the origin of those."""
+        """Find the parameter that is only the parent of joints, and those that are only the origin of these joints."""
         joints = [one for one in walk(macro.body) if isinstance(one, Element) and one.tag == "joint"]
-        parents: dict[str, list[Element]] = {}
-        for joint in joints:
-            for one in joint.body:
-                if isinstance(one, Element) and one.tag == "parent":
-                    pieces = one.attributes.get("link", [])
-                    if len(pieces) == 1 and isinstance(pieces[0], ast.Name):
-                        parents.setdefault(pieces[0].id, []).append(joint)
         counts = self.occurrences(macro)
-        prefix = self.prefix.get(macro, (None, ""))[0]
-        found = [
-            variable
-            for variable in macro.parameters.values()
-            if variable.id in parents
-            and counts.get(variable.id) == len(parents[variable.id])
-            and variable is not prefix
-        ]
-        if len(found) != 1 or any("mount" in map(str, one.attributes.get("name", [])) for one in joints):
-            return
-        self.mount[macro] = found[0]
-        on_mount = parents[found[0].id]
-        for block in macro.blocks:
-            tags = {one.tag for call in macro.calls for one in call.blocks[block] if isinstance(one, Element)}
-            inner = [one for joint in on_mount for one in joint.body if isinstance(one, Block) and one.name == block]
-            if tags == {"origin"} and len(inner) == len(on_mount) and counts.get(f"*{block}") == len(inner):
-                if all(isinstance(one, Element) for call in macro.calls for one in call.blocks[block]):
-                    self.pose[macro] = block
+        for variable in macro.parameters.values():
+            on_mount = [one for one in joints if _sole(one, "parent", "link") == variable.id]
+            is_prefix = variable is self.prefix.get(macro, (None, ""))[0]
+            if not on_mount or counts.get(variable.id) != len(on_mount) or is_prefix or macro in self.mount:
+                continue
+            if any("mount" in map(str, one.attributes.get("name", [])) for one in joints):
+                continue
+            self.mount[macro] = variable
+            for key in ("xyz", "rpy"):
+                names = {_sole(one, "origin", key) for one in on_mount}
+                found = self.program.variables.get(names.pop()) if len(names) == 1 else None
+                is_only = found in macro.parameters.values() and counts.get(found.id) == len(on_mount)  # type: ignore[union-attr]
+                if found is not None and is_only and (key == "xyz" or "xyz" in self.pose.get(macro, ())):
+                    self.pose.setdefault(macro, {})[key] = found
 
     def occurrences(self, macro: Macro) -> dict[str, int]:
         """Return how often a macro reads each of its variables, and inserts each of its blocks."""
@@ -449,12 +426,8 @@ class Writer:
                     pieces = node.pieces
                 elif isinstance(node, If):
                     pieces = [node.test]
-                elif isinstance(node, Block):
-                    counts[f"*{node.name}"] = counts.get(f"*{node.name}", 0) + 1
                 elif isinstance(node, Call):
                     pieces = [one for one, _ in node.given.values()]
-                    for block in node.blocks.values():
-                        visit(block)
                 for piece in pieces:
                     if not isinstance(piece, str):
                         count(piece)
@@ -465,105 +438,6 @@ class Writer:
             if variable.kind == LET and variable.owner == macro.key and variable.node is not None:
                 count(variable.node)
         return counts
-
-    # Blocks.
-
-    def block_leaves(self, macro: Macro, block: str) -> list[Any]:
-        """Return the elements that a macro inserts for a block, with a parameter for each of their attributes."""
-        if block in macro.leaves:
-            return self.template(macro, block)
-        macro.leaves[block] = []
-        shapes = [self.shape(call.blocks[block]) for call in macro.calls]
-        first = shapes[0]
-        for shape in shapes[1:]:
-            if [path for path, _ in shape] != [path for path, _ in first]:
-                tags = {
-                    one.tag if isinstance(one, Element) else "" for call in macro.calls for one in call.blocks[block]
-                }
-                if len(tags) == 1 and tags <= {"visual", "collision", "inertial"}:
-                    self.whole_block(macro, block, tags.pop())
-                    return []
-                raise Unsupported(f'its calls have different elements for the block "{block}"')
-        taken = {*(one.name for one in macro.parameters.values())}
-        for other in macro.leaves.values():
-            taken |= {one.name for _, one in other}
-        names: list[Any] = list(
-            dict.fromkeys(name for shape in shapes for path, one in shape for name in ((path, key) for key in one))
-        )
-        for path, key in names:
-            count, _ = ATTRIBUTES.get(path[-1].split("#")[0], {}).get(key, (0, ""))
-            name = key if key not in ("value", "name", "link") else path[-1].split("#")[0]
-            name = name if name not in taken else f"{block}_{name}"
-            variable = Variable(f"v{len(self.program.variables)}_", PARAMETER, name, owner=macro.key)
-            variable.type = LIST if count > 1 else NUMBER if count == 1 else TEXT
-            self.program.variables[variable.id] = variable
-            taken.add(name)
-            macro.leaves[block].append((f"{'/'.join(path)}@{key}", variable))
-        return self.template(macro, block)
-
-    def whole_block(self, macro: Macro, block: str, tag: str) -> None:
-        """Make a block one parameter: a list of shapes, or an inertial."""
-        variable = Variable(f"v{len(self.program.variables)}_", PARAMETER, tag, owner=macro.key)
-        variable.type = TABLE if tag == "inertial" else LIST
-        self.program.variables[variable.id] = variable
-        macro.leaves[block] = [(tag, variable)]
-
-    def shape(self, nodes: list[Any], above: tuple[str, ...] = ()) -> list[tuple[tuple[str, ...], dict[str, Pieces]]]:
-        """Return the elements of a block by their paths, with their attributes."""
-        found: list[tuple[tuple[str, ...], dict[str, Pieces]]] = []
-        number = 0
-        for node in nodes:
-            if isinstance(node, Comment):
-                continue
-            if isinstance(node, Block):
-                inner = self.block_leaves(node.macro, node.name)
-                found += self.shape(inner, above)
-                continue
-            if not isinstance(node, Element):
-                raise Unsupported("a block has a macro or a condition in it")
-            path = (*above, f"{node.tag}#{number}" if number else node.tag)
-            number += 1
-            attributes = dict(node.attributes)
-            if node.tag == "origin":
-                attributes = {name: attributes.get(name, [text]) for name, text in _OPTIONAL.items()}
-            if any(isinstance(one, Words) for one in node.body):
-                raise Unsupported("a block has text in it")
-            found += [(path, attributes), *self.shape(node.body, path)]
-        return found
-
-    def template(self, macro: Macro, block: str) -> list[Any]:
-        leaves = dict(macro.leaves[block])
-
-        def made(nodes: list[Any], above: tuple[str, ...]) -> list[Any]:
-            result: list[Any] = []
-            number = 0
-            for node in nodes:
-                if isinstance(node, Block):
-                    result += made(self.template(node.macro, node.name), above)
-                elif isinstance(node, Element):
-                    path = (*above, f"{node.tag}#{number}" if number else node.tag)
-                    number += 1
-                    keys = [one for one in leaves if one.startswith(f"{'/'.join(path)}@")]
-                    attributes: dict[str, Pieces] = {
-                        one.rpartition("@")[2]: [ast.Name(leaves[one].id, ast.Load())] for one in keys
-                    }
-                    result.append(Element(node.tag, attributes, made(node.body, path), node.place))
-            return result
-
-        return made(macro.calls[0].blocks[block], ())
-
-    def leaf_values(self, call: Call) -> Iterator[tuple[Variable, Pieces]]:
-        """Yield the parameters that stand for blocks, with what a call gives for them."""
-        for block, leaves in call.macro.leaves.items():
-            if leaves and "@" not in leaves[0][0]:
-                continue
-            values = {
-                f"{'/'.join(path)}@{key}": text
-                for path, one in self.shape(call.blocks[block])
-                for key, text in one.items()
-            }
-            for path, variable in leaves:
-                yield variable, values.get(path, [ast.Constant(None)])
 
     # Bodies.
 
@@ -580,11 +454,7 @@ class Writer:
                 condition = all_of([one for one in (when, self.condition(node)) if one is not None])
                 if condition is None or folded(condition) is not False:
                     inner = [*map(Comment, comments), *node.body]
-                    self.tests.append(node)
                     self.body(inner, condition, path, target)
-                    self.tests.pop()
-            elif isinstance(node, Block):
-                self.body(self.template(node.macro, node.name), when, path, target)
             elif isinstance(node, Call):
                 with _in(self, self.macro, node):
                     self.use_part(node, when, path, target, [*comments, *node.comments])
@@ -697,40 +567,16 @@ class Writer:
             key = Expression(f"{key}${{''}}")
         section[key] = conditional(value, when)
 
-    def material(self, node: Element, when: ast.expr | None, file: str, comments: list[str], test: Any = None) -> None:
-        """Write a material, which the whole robot shares; one of a macro for each of its calls."""
-        whens = [] if when is None else [when]
-        macro = self.macro
-        for values in self.environments(macro) if macro is not None else [{}]:
-            made = _replaced(node, values, self.program) if macro is not None else node
-            with _in(self, None):
-                name = self.text(made.attributes.get("name", []))
-                value = self.finished(self.fragment(made.body, "material"))
-                tests = [self.formulas.flag(_substituted(one.test, values, self.program)) for one in self.tests]
-                tests = [one if each.holds else negated(one) for one, each in zip(tests, self.tests, strict=True)]
-            condition = all_of(whens if macro is None else tests)
-            if condition is not None and folded(condition) is False:
-                continue
-            holder = next((one for one in self.documents.files.values() if name in one.get("materials", ())), None)
-            section = holder["materials"] if holder is not None else self.documents.section(file, "materials")
-            known = self.alternatives.get((id(section), str(name)), [])
-            if not known or known[-1][1] is not None:
-                self.put(section, name, value, condition)
-                self.documents.remark(file, ("materials", name), comments)
-
-    def environments(self, macro: Macro, depth: int = 0) -> list[dict[str, ast.expr]]:
-        """Return what the parameters of a macro are, in terms of arguments, for each of its calls."""
-        found: list[dict[str, ast.expr]] = []
-        for call in macro.calls:
-            for outer in self.environments(call.caller, depth + 1) if call.caller is not None else [{}]:
-                values = {
-                    macro.parameters[name].id: _substituted(node, outer, self.program)
-                    for name, (node, _) in call.given.items()
-                }
-                found.append(values)
-        if len(found) > _MOST_CALLS or depth > _MOST_CALLS:
-            raise Unsupported("its materials are those of the robot")
-        return found
+    def material(self, node: Element, when: ast.expr | None, file: str, comments: list[str]) -> None:
+        """Write a material, which the whole robot shares."""
+        name = self.text(node.attributes.get("name", []))
+        value = self.finished(self.fragment(node.body, "material"))
+        holder = next((one for one in self.documents.files.values() if name in one.get("materials", ())), None)
+        section = holder["materials"] if holder is not None else self.documents.section(file, "materials")
+        known = self.alternatives.get((id(section), str(name)), [])
+        if not known or known[-1][1] is not None:
+            self.put(section, name, value, when)
+            self.documents.remark(file, ("materials", name), comments)
 
     # Links and joints.
 
@@ -753,14 +599,6 @@ class Writer:
                     for key, value, when in self.fragment(node.body, level):
                         both = all_of([one for one in (condition, when) if one is not None])
                         items.append((key, value, both))
-            elif isinstance(node, Block):
-                leaves = node.macro.leaves[node.name]
-                if self.pose.get(node.macro) == node.name:
-                    continue
-                if leaves and "@" not in leaves[0][0]:
-                    items.append((leaves[0][0], Expression(f"${{{leaves[0][1].ours}}}"), None))
-                    continue
-                items += self.fragment(self.template(node.macro, node.name), level)
             elif isinstance(node, Call):
                 items += self.call_items(node, level)
             elif isinstance(node, Element):
@@ -883,7 +721,8 @@ class Writer:
         made: dict[str, Any] = {}
         for name, (count, unit) in ATTRIBUTES[node.tag].items():
             pieces = node.attributes.get(name)
-            if pieces is None:
+            pose = self.pose.get(self.macro, {}) if self.macro is not None else {}
+            if pieces is None or (name in pose and node.tag == "origin" and _is_name(pieces, pose[name])):
                 continue
             unit = self.position if unit == "q" else unit
             value = self.list_of(pieces, count, unit) if count > 1 else self.number(pieces, unit)
@@ -908,6 +747,9 @@ class Writer:
         node = self.formulas.of_word(
             [one for one in (p.strip() if isinstance(p, str) else p for p in pieces) if one != ""]
         )
+        return self.in_unit(node, unit)
+
+    def in_unit(self, node: ast.expr, unit: str) -> Any:
         if unit == ANGLES:
             value = folded(node)
             degrees = in_degrees(float(value), "deg") if isinstance(value, (int, float)) else ""
@@ -993,7 +835,7 @@ class Writer:
             made, plain = f"{made}${{{written(node)}}}", False
         return made.replace("$${", "${") if plain else Expression(made)
 
-    def value(self, node: ast.expr, kind: str) -> Any:
+    def value(self, node: ast.expr, kind: str, unit: str = "") -> Any:
         """Return a formula as a value of a given type."""
         if isinstance(node, ast.Constant) and node.value is None:
             return None
@@ -1004,7 +846,7 @@ class Writer:
         if isinstance(node, ast.List) and any(isinstance(one, (ast.Dict, ast.List)) for one in node.elts):
             return [self.value(one, self.formulas.type(one)) for one in node.elts]
         if kind == LIST:
-            return self.list_value(node)
+            return self.list_value(node, unit)
         if kind == FLAG:
             made = self.formulas.flag(node)
             decided = folded(made)
@@ -1053,10 +895,12 @@ class Writer:
             made = made if raw else self.formulas.joined(flattened([made]))
         return ast.Call(ast.Name("load"), [made], [])
 
-    def list_value(self, node: ast.expr) -> Any:
+    def list_value(self, node: ast.expr, unit: str) -> Any:
+        if isinstance(node, ast.Constant) and len(words := str(node.value).split()) > 1:
+            return [_number(word, unit) for word in words]
         made = self.formulas.as_list(node) if not isinstance(node, ast.List) else self.formulas.node(node)
         if isinstance(made, ast.List):
-            return [_value(item, "") for item in made.elts]
+            return [self.in_unit(item, unit) for item in made.elts]
         return Expression(f"${{{written(made)}}}")
 
     def argument(self, node: ast.expr, kind: str) -> ast.expr:
@@ -1078,24 +922,11 @@ class Writer:
             node = call.given[name][0]
             if variable in self.file_names:
                 node = ast.Call(ast.Name("__join"), [_constant(one) for one in self.file_name(flattened([node]))], [])
-            arguments.append(self.argument(node, variable.type))
-        for variable, pieces in self.leaf_values(call):
-            words = in_words(pieces)
-            if variable.type == LIST and len(words) > 1:
-                arguments.append(ast.List([self.degrees(word, variable) for word in words], ast.Load()))
-            else:
-                node = pieces[0] if len(pieces) == 1 and not isinstance(pieces[0], str) else None
-                node = node or ast.Call(ast.Name("__join"), [_constant(one) for one in pieces], [])
-                if isinstance(node, ast.Call) and len(pieces) == 1 and isinstance(pieces[0], str):
-                    node = ast.Constant(pieces[0])
-                arguments.append(self.argument(node, variable.type))
+            made = self.argument(node, variable.type)
+            if variable.name.endswith("rpy") and isinstance(made, ast.List):
+                made = ast.List([_in_degrees(one) for one in made.elts], ast.Load())
+            arguments.append(made)
         return ast.Call(ast.Name(macro.ours, ast.Load()), arguments, [])
-
-    def degrees(self, word: Pieces, variable: Variable) -> ast.expr:
-        made = self.formulas.of_word(word)
-        value = folded(made) if variable.name.endswith("rpy") else None
-        degrees = in_degrees(float(value), "deg") if isinstance(value, (int, float)) and value else ""
-        return ast.Name(f"{degrees}" if not degrees.startswith("-") else f"({degrees})") if degrees else made
 
     def call_items(self, call: Call, level: str = "") -> list[Item]:
         """Return the keys that the call of a named value has."""
@@ -1151,16 +982,12 @@ class Writer:
                 only = only[0]
             self.results[macro] = (value, single)
             value, inside = only if single else value, self.inner
-        given = [
-            one.ours
-            for one in (*macro.parameters.values(), *(one for leaves in macro.leaves.values() for _, one in leaves))
-        ]
-        key = f"{macro.ours}({', '.join(given)})"
+        key = f"{macro.ours}({', '.join(one.ours for one in macro.parameters.values())})"
         self.documents.section(file, "let")[key] = value
         self.documents.remark(file, ("let", key), [*macro.comments, *inside])
 
     def part(self, macro: Macro) -> None:
-        file, self.tests = self.macro_file(), []
+        file = self.macro_file()
         made: dict[str, Any] = {}
         path = ("parts", macro.ours)
         self.body(macro.body, None, path, made)
@@ -1184,7 +1011,8 @@ class Writer:
         prefix = self.prefix.get(macro)
         is_prefix = prefix is not None and variable is prefix[0]
         needs = is_prefix and variable in self.used and (prefix[1] or not self.knows_prefix(macro))
-        return (is_prefix and not needs) or variable is self.mount.get(macro)
+        is_pose = variable in self.pose.get(macro, {}).values()
+        return (is_prefix and not needs) or variable is self.mount.get(macro) or is_pose
 
     def default_of(self, macro: Macro, name: str) -> ast.expr | None:
         """Return the default of a parameter, if it is the same in all calls."""
@@ -1202,19 +1030,10 @@ class Writer:
                 continue
             made[variable.ours] = {"type": variable.type} if variable.type else {}
             default = self.default_of(macro, name)
-            if default is not None:
+            if isinstance(default, ast.Constant) and default.value is None:
+                made[variable.ours] = {"default": Expression("${none}")}
+            elif default is not None:
                 made[variable.ours]["default"] = self.value(default, variable.type)
-        for block, leaves in macro.leaves.items():
-            for path, variable in leaves if block != self.pose.get(macro) else ():
-                made[variable.ours] = {"type": variable.type}
-                if any(
-                    one is variable and _is_missing(text)
-                    for call in macro.calls
-                    for one, text in self.leaf_values(call)
-                ):
-                    made[variable.ours] = {"default": Expression("${none}")}
-                if path.rpartition("@")[2] in _OPTIONAL:
-                    made[variable.ours]["default"] = [Verbatim("0")] * 3
         return made
 
     def use_part(
@@ -1242,24 +1061,10 @@ class Writer:
             if one in self.file_names:
                 given[one.ours] = self.text(flattened([node]), file=True)
             elif not defaulted or self.default_of(macro, name) is None:
-                given[one.ours] = self.value(node, one.type)
-        for leaf, pieces in self.leaf_values(call):
-            unit = ANGLES if leaf.name.endswith("rpy") else LENGTHS if leaf.name.endswith("xyz") else ""
-            if _is_missing(pieces):
-                continue
-            if leaf.type == LIST:
-                count = len(in_words(pieces))
-                value = self.list_of(pieces, count if count > 1 else 3, unit)
-            else:
-                value = self.number(pieces) if leaf.type == NUMBER else self.text(pieces, name=True)
-            is_zero = isinstance(value, list) and all(item == "0" for item in value)
-            if any(leaf is inner for _, inner in macro.leaves.get(self.pose.get(macro, ""), ())):
-                made |= {} if is_zero else {leaf.name.removeprefix(f"{self.pose[macro]}_"): value}
-            elif not (is_zero and leaf.name.endswith(("xyz", "rpy"))):
-                given[leaf.ours] = value
-        for block, leaves in macro.leaves.items():
-            if leaves and "@" not in leaves[0][0]:
-                given[leaves[0][1].ours] = self.finished(self.fragment(call.blocks[block], "link"))[leaves[0][0]]
+                given[one.ours] = self.value(node, one.type, ANGLES if name.endswith("rpy") else "")
+        for key, one in self.pose.get(macro, {}).items():
+            value = self.value(call.given[one.name][0], LIST, ANGLES if key == "rpy" else LENGTHS)
+            made |= {key: value} if value != [Verbatim("0")] * 3 else {}
         if given:
             made["with"] = given
         file = self.macro_file() if target is not None else self.program.file_of(call.place).name
@@ -1347,8 +1152,6 @@ class Writer:
                 if isinstance(before, If) and self.is_opposite(before, node):
                     continue
                 lines += self.xml_choice(node, nodes[at + 1] if at + 1 < len(nodes) else None, pad)
-            elif isinstance(node, Block):
-                lines += self.xml_lines(self.template(node.macro, node.name), pad)
             elif isinstance(node, Call):
                 lines.append(f"{pad}${{{written(self.call_node(node))}}}")
             else:
@@ -1494,33 +1297,6 @@ class _in:
             raise GiveUp(macro, problem) from None
 
 
-def _substituted(node: ast.expr, values: Mapping[str, ast.expr], program: Program) -> ast.expr:
-    """Return a formula of a macro with what its parameters are."""
-
-    class Names(ast.NodeTransformer):
-        def visit_Name(self, one: ast.Name) -> ast.AST:
-            variable = program.variables.get(one.id)
-            if one.id in values:
-                return values[one.id]
-            if variable is not None and variable.owner and variable.node is not None:
-                return _substituted(variable.node, values, program)
-            return one
-
-    return Names().visit(ast.parse(ast.unparse(node), mode="eval").body)  # type: ignore[no-any-return]
-
-
-def _replaced(node: Element, values: Mapping[str, ast.expr], program: Program) -> Element:
-    """Return an element of a macro with what the parameters of that are."""
-
-    def text(pieces: Pieces) -> Pieces:
-        return flattened([one if isinstance(one, str) else _substituted(one, values, program) for one in pieces])
-
-    body: list[Any] = [_replaced(one, values, program) if isinstance(one, Element) else one for one in node.body]
-    if any(not isinstance(one, (Element, Comment)) for one in body):
-        raise Unsupported("its materials are those of the robot")
-    return Element(node.tag, {name: text(one) for name, one in node.attributes.items()}, body, node.place)
-
-
 def _formula_of(node: Element) -> ast.expr:
     """Return all formulas in an element as one."""
     found: list[ast.expr] = []
@@ -1560,12 +1336,25 @@ def _value(node: ast.expr, unit: str) -> Any:
     return Expression(f"${{{written(node)}}}")
 
 
+def _in_degrees(node: ast.expr) -> ast.expr:
+    value = folded(node)
+    text = in_degrees(float(value), "deg") if isinstance(value, (int, float)) and value else ""
+    return ast.Name(f"({text})" if text.startswith("-") else text) if text else node
+
+
+def _is_name(pieces: Pieces, variable: Variable) -> bool:
+    return len(pieces) == 1 and isinstance(pieces[0], ast.Name) and pieces[0].id == variable.id
+
+
+def _sole(node: Element, tag: str, name: str) -> str:
+    """Return the variable that an attribute of a child is, or nothing."""
+    found = [one.attributes.get(name, []) for one in node.body if isinstance(one, Element) and one.tag == tag]
+    is_name = len(found) == 1 and len(found[0]) == 1 and isinstance(found[0][0], ast.Name)
+    return found[0][0].id if is_name else ""
+
+
 def _constant(piece: Any) -> ast.expr:
     return ast.Constant(piece) if isinstance(piece, str) else piece
-
-
-def _is_missing(pieces: Pieces) -> bool:
-    return len(pieces) == 1 and isinstance(pieces[0], ast.Constant) and pieces[0].value is None
 
 
 def _is_find(node: Any) -> bool:

@@ -10,10 +10,8 @@ Everything in ``Plan`` is expanded as xacro does it. This module runs in the chi
 from __future__ import annotations
 
 import ast
-import builtins
 import glob
 import math
-import operator
 import os
 import re
 from collections.abc import Callable, Iterator
@@ -21,75 +19,21 @@ from contextlib import suppress
 from copy import copy
 from typing import Any
 
-from .child import Expansion, _causes, _portable, elements
+from .child import Expansion, _causes, _portable
 
 MAX_RUNS, MAX_DEPTH, MAX_FILES = 60, 40, 20
 TOKEN = re.compile("\ua657(\\d+)\ua657")  # a letter that no file uses: a token is a name in an expression
 _MARK, _COMMENTS = "rosorin_place", "rosorin_comments"
 _UNKNOWN = object()  # an example that cannot be computed
-LEVELS = ("robot", "link", "joint", "visual", "collision", "inertial", "geometry")
 _TRANSPARENT = ("xacro-if", "xacro:if", "xacro:unless", "xacro-group")
 _ORIGIN = (("xyz", "0 0 0"), ("rpy", "0 0 0"))
 _CONSTANTS = ("pi", "e", "tau", "inf", "nan")
 FUNCTIONS = frozenset(
-    [
-        "abs",
-        "acos",
-        "all",
-        "any",
-        "asin",
-        "atan",
-        "atan2",
-        "bool",
-        "ceil",
-        "copysign",
-        "cos",
-        "cosh",
-        "degrees",
-        "enumerate",
-        "exp",
-        "float",
-        "floor",
-        "fmod",
-        "gcd",
-        "hypot",
-        "int",
-        "isclose",
-        "len",
-        "list",
-        "log",
-        "log10",
-        "log2",
-        "max",
-        "min",
-        "pow",
-        "radians",
-        "range",
-        "reversed",
-        "round",
-        "sin",
-        "sinh",
-        "sorted",
-        "sqrt",
-        "str",
-        "sum",
-        "tan",
-        "tanh",
-        "trunc",
-        "zip",
-    ]
+    "abs acos all any asin atan atan2 bool ceil copysign cos cosh degrees enumerate exp float floor fmod gcd hypot int "
+    "isclose len list log log10 log2 max min pow radians range reversed round sin sinh sorted sqrt str sum tan tanh "
+    "trunc zip".split()  # noqa: SIM905
 )
-METHODS = frozenset(
-    ["endswith", "get", "items", "join", "keys", "lower", "replace", "split", "startswith", "strip", "upper", "values"]
-)
-_BINARY = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow,
-}  # fmt: skip
-_COMPARE = {
-    ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
-    ast.GtE: operator.ge, ast.In: lambda a, b: a in b, ast.NotIn: lambda a, b: a not in b,
-}  # fmt: skip
+METHODS = frozenset("endswith get items join keys lower replace split startswith strip upper values".split())  # noqa: SIM905
 
 
 class Restart(Exception):
@@ -146,13 +90,6 @@ def names_in(node: ast.AST) -> set[str]:
     return {one.id for one in ast.walk(node) if isinstance(one, ast.Name)}
 
 
-def compute(function: Any, values: list[Any]) -> Any:
-    """Return a function of examples, or no example."""
-    if any(value is _UNKNOWN for value in values):
-        return _UNKNOWN
-    return function(*values)
-
-
 class Macro:
     """A macro that stays: the names and symbols of its parameters, and its body as it was evaluated."""
 
@@ -168,207 +105,209 @@ class Macro:
         self.body: Any = None
 
 
-class Evaluator:
-    """Evaluates one expression in a table of symbols."""
+class Evaluator(ast.NodeTransformer):
+    """Evaluates expressions in a table of symbols: the formula is transformed, the example is what Python computes."""
 
     def __init__(self, program: Program, symbols: Any, arguments: bool = False) -> None:
         self.program = program
         self.symbols = symbols
         self.arguments = arguments  # names are those of arguments, as in $(eval)
 
-    def make(self, node: ast.expr, function: Any, *parts: Any) -> Any:
-        """Return the symbol of an operation. Raises what the operation raises, if its operands are known."""
-        known = all(map(is_known, parts))
+    def eval(self, tree: ast.expr) -> Any:
+        """Return the value of an expression. Raises what Python raises, if its names are known, or Failed."""
+        if isinstance(tree, ast.Name):
+            return self.lookup(tree.id)
+        if isinstance(tree, ast.BoolOp):
+            return self.bool_of(tree)
+        if isinstance(tree, ast.IfExp):
+            test = self.eval(tree.test)
+            if is_known(test):
+                return self.eval(tree.body if example_of(test) else tree.orelse)
+            return self.program.choice(test, self.eval(tree.body), self.eval(tree.orelse))
+        if isinstance(tree, ast.Constant):
+            return self.program.joined(tree.value) if isinstance(tree.value, str) else tree.value
+        known = all(is_known(one) for one in self.names(tree).values())
         try:
-            value = compute(function, [example_of(part) for part in parts])
+            value = self.example(tree)
+        except Failed:
+            raise
         except Exception:
             if known:
                 raise
             value = _UNKNOWN
-        return Symbol(node, value, known, self.program)
+        if callable(value) or isinstance(value, (Iterator, self.program.xacro.NameSpace)):
+            return value
+        return Symbol(self.visit(_copied(tree)), value, known, self.program)
 
-    def eval(self, node: Any) -> Any:
-        method = getattr(self, f"eval_{type(node).__name__.lower()}", None)
-        return method(node) if method is not None else self.python(node)
-
-    def eval_constant(self, node: ast.Constant) -> Any:
-        return self.program.joined(node.value) if isinstance(node.value, str) else node.value
-
-    def eval_name(self, node: ast.Name) -> Any:
-        token = TOKEN.fullmatch(node.id)
+    def lookup(self, name: str) -> Any:
+        token = TOKEN.fullmatch(name)
         if token:
             return self.program.literal(self.program.tokens[int(token[1])])
-        if self.arguments and node.id in self.program.arguments:
-            return self.program.literal(self.program.argument(node.id))
-        return self.program.read(self.symbols, node.id)
+        if self.arguments and name in self.program.arguments:
+            return self.program.literal(self.program.argument(name))
+        return self.program.read(self.symbols, name)
 
-    def eval_binop(self, node: ast.BinOp) -> Any:
-        left, right = self.eval(node.left), self.eval(node.right)
-        if isinstance(node.op, ast.Mod) and isinstance(example_of(left), str):
-            form = str(example_of(left)) if is_known(left) else ""
-            values = (
-                right.node.elts if isinstance(right, Symbol) and isinstance(right.node, ast.List) else [node_of(right)]
-            )
-            if re.sub("%s", "", form).count("%") or form.count("%s") != len(values):
-                return self.plain(operator.mod, [left, right], node)
-            parts = [one for pair in zip(form.split("%s"), [*values, None]) for one in (ast.Constant(pair[0]), pair[1])]
-            made = ast.Call(ast.Name("__join"), parts[:-1], [])
-            return self.make(made, lambda text, value: text % (tuple(value) if len(values) > 1 else value), left, right)
-        made = ast.BinOp(node_of(left), node.op, node_of(right))
-        return self.make(made, _BINARY[type(node.op)], left, right)
+    def names(self, tree: ast.expr) -> dict[str, Any]:
+        """Return the values of the names in an expression, and of the texts with names in them."""
+        own = {one.id for one in ast.walk(tree) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)}
+        own |= {one.arg for one in ast.walk(tree) if isinstance(one, ast.arg)}
+        texts = [one.value for one in ast.walk(tree) if isinstance(one, ast.Constant) and isinstance(one.value, str)]
+        found = {text: self.program.joined(text) for text in texts if TOKEN.search(text)}
+        return found | {name: self.lookup(name) for name in names_in(tree) - own}
 
-    def eval_unaryop(self, node: ast.UnaryOp) -> Any:
-        operand = self.eval(node.operand)
-        functions = {ast.USub: operator.neg, ast.UAdd: operator.pos, ast.Not: operator.not_}
-        return self.make(ast.UnaryOp(node.op, node_of(operand)), functions[type(node.op)], operand)
+    def example(self, tree: ast.expr) -> Any:
+        """Return what Python computes with the examples of names."""
+        names = {name: example_of(value) for name, value in self.names(tree).items()}
+        if any(value is _UNKNOWN for value in names.values()):
+            return _UNKNOWN
+        program = self.program
 
-    def eval_boolop(self, node: ast.BoolOp) -> Any:
-        wins = isinstance(node.op, ast.Or)
+        class Texts(ast.NodeTransformer):
+            def visit_Constant(self, node: ast.Constant) -> ast.AST:
+                is_text = isinstance(node.value, str) and TOKEN.search(node.value)
+                return ast.Constant(names[node.value]) if is_text else node
+
+        plain = ast.fix_missing_locations(ast.Expression(Texts().visit(_copied(tree))))
+        for name in ("load_yaml", "arg"):
+            names[name] = {"load_yaml": program.load, "arg": program.argument}[name] if name in names else None
+        space = names.get("xacro")
+        if isinstance(space, program.xacro.NameSpace):
+            names["xacro"] = _Functions(space, load_yaml=lambda file: example_of(program.load(file)))
+        value = eval(compile(plain, "<expression>", "eval"), {"__builtins__": {}, **names})  # noqa: S307 - as xacro does
+        return example_of(value)
+
+    def bool_of(self, tree: ast.BoolOp) -> Any:
+        """Return the value of and, or; what is known decides, or is left out."""
+        wins = isinstance(tree.op, ast.Or)
         left: list[Any] = []
-        for item in node.values:
+        for item in tree.values:
             value = self.eval(item)
             if not is_known(value):
                 left.append(value)
-            elif bool(example_of(value)) == wins:
-                return (
-                    value
-                    if not left
-                    else self.make(ast.BoolOp(node.op, [*map(node_of, left), node_of(value)]), any, left)
-                )
-        if not left:
-            return value
+            elif bool(example_of(value)) == wins or item is tree.values[-1]:
+                left.append(value)
+                break
+        if len(left) > 1 and is_known(left[-1]) and bool(example_of(left[-1])) != wins:
+            left.pop()
         if len(left) == 1:
             return left[0]
         examples = [example_of(one) for one in left]
         found = _UNKNOWN if _UNKNOWN in examples else next((one for one in examples if bool(one) == wins), examples[-1])
-        return Symbol(ast.BoolOp(node.op, [*map(node_of, left)]), found, False, self.program)
+        return Symbol(ast.BoolOp(tree.op, [*map(node_of, left)]), found, False, self.program)
 
-    def eval_compare(self, node: ast.Compare) -> Any:
-        items = [self.eval(item) for item in (node.left, *node.comparators)]
-        if any(type(op) not in _COMPARE for op in node.ops):
-            return self.plain(lambda *_: self.python(node), items, node)
-        made = ast.Compare(node_of(items[0]), node.ops, [node_of(item) for item in items[1:]])
+    # Formulas.
 
-        def holds(*values: Any) -> bool:
-            return all(_COMPARE[type(op)](values[i], values[i + 1]) for i, op in enumerate(node.ops))
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        if isinstance(node.ctx, ast.Store):
+            return node
+        try:
+            value = self.lookup(node.id)
+        except (NameError, KeyError):  # of a comprehension
+            return node
+        return node_of(value)
 
-        self.program.note_comparison(items)
-        return self.make(made, holds, *items)
+    def visit_Constant(self, node: ast.Constant) -> ast.AST:
+        return node_of(self.program.joined(node.value)) if isinstance(node.value, str) else node
 
-    def eval_ifexp(self, node: ast.IfExp) -> Any:
-        test = self.eval(node.test)
-        if is_known(test):
-            return self.eval(node.body if example_of(test) else node.orelse)
-        return self.program.choice(test, self.eval(node.body), self.eval(node.orelse))
+    def visit_BoolOp(self, node: ast.BoolOp) -> ast.AST:
+        return node_of(self.eval(node)) if self.is_complete(node) else self.generic_visit(node)
 
-    def eval_list(self, node: Any) -> Any:
-        items = [self.eval(item) for item in node.elts]
-        return self.make(ast.List([*map(node_of, items)], ast.Load()), lambda *values: list(values), *items)
+    def visit_IfExp(self, node: ast.IfExp) -> ast.AST:
+        return node_of(self.eval(node)) if self.is_complete(node) else self.generic_visit(node)
 
-    eval_tuple = eval_list
+    def is_complete(self, node: ast.expr) -> bool:
+        """Return True if all names in an expression have values: it is not within a comprehension."""
+        try:
+            self.names(node)
+        except (NameError, KeyError):
+            return False
+        return True
 
-    def eval_dict(self, node: ast.Dict) -> Any:
-        keys, values = [self.eval(key) for key in node.keys], [self.eval(value) for value in node.values]
-        made = ast.Dict([*map(node_of, keys)], [*map(node_of, values)])
-        return self.make(made, lambda *all: dict(zip(all[: len(keys)], all[len(keys) :], strict=True)), *keys, *values)
+    def visit_Compare(self, node: ast.Compare) -> ast.AST:
+        if self.is_complete(node):
+            self.program.note_comparison([self.eval(item) for item in (node.left, *node.comparators)])
+        return self.generic_visit(node)
 
-    def eval_subscript(self, node: ast.Subscript) -> Any:
-        base = self.eval(node.value)
-        if isinstance(node.slice, ast.Slice):
-            ends = [
-                None if end is None else self.eval(end) for end in (node.slice.lower, node.slice.upper, node.slice.step)
-            ]
-            made = ast.Slice(*(None if end is None else node_of(end) for end in ends))
-            cut: Any = ast.Subscript(node_of(base), made, ast.Load())
-            return self.make(cut, lambda table, *index: table[slice(*index)], base, *ends)
-        index = self.eval(node.slice)
-        return self.make(ast.Subscript(node_of(base), node_of(index), ast.Load()), operator.getitem, base, index)
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        if (
+            not isinstance(node.op, ast.Mod)
+            or not isinstance(node.left, ast.Constant)
+            or not isinstance(node.left.value, str)
+        ):
+            return self.generic_visit(node)
+        values = node.right.elts if isinstance(node.right, ast.Tuple) else [node.right]
+        texts = node.left.value.split("%s")
+        if len(texts) != len(values) + 1 or "%" in "".join(texts):
+            return self.computed(node)
+        pieces = [
+            one for pair in zip(texts, values, strict=False) for one in (ast.Constant(pair[0]), self.visit(pair[1]))
+        ]
+        return ast.Call(ast.Name("__join"), [*pieces, ast.Constant(texts[-1])], [])
 
-    def eval_attribute(self, node: ast.Attribute) -> Any:
-        owner = self.eval(node.value)
-        if isinstance(owner, self.program.xacro.NameSpace):
-            return self.program.read(owner, node.attr, own=True)
-        if not isinstance(owner, Symbol) and not isinstance(owner, dict):
-            return getattr(owner, node.attr)
-        made: Any = ast.Subscript(node_of(owner), ast.Constant(node.attr), ast.Load())
-        return self.make(made, lambda table: getattr(table, node.attr), owner)
+    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        if isinstance(node.value, ast.Name) and self.is_complete(node.value):
+            owner = self.lookup(node.value.id)
+            if isinstance(owner, self.program.xacro.NameSpace):
+                return node_of(self.program.read(owner, node.attr, own=True))
+        return ast.Subscript(self.visit(node.value), ast.Constant(node.attr), ast.Load())
 
-    def eval_joinedstr(self, node: ast.JoinedStr) -> Any:
-        texts = [one.value if isinstance(one, ast.Constant) else str(self.eval(one.value)) for one in node.values]  # type: ignore[attr-defined]
-        return self.program.joined("".join(map(str, texts)))
+    def visit_Tuple(self, node: ast.Tuple) -> ast.AST:
+        is_target = isinstance(node.ctx, ast.Store)
+        return node if is_target else ast.List([self.visit(one) for one in node.elts], ast.Load())
 
-    def eval_call(self, node: ast.Call) -> Any:
-        arguments = [self.eval(item) for item in node.args]
-        if node.keywords:
-            named = {one.arg: self.eval(one.value) for one in node.keywords}
-            if isinstance(node.func, ast.Name) and node.func.id == "dict" and not arguments:
-                made: ast.expr = ast.Dict([ast.Constant(key) for key in named], [*map(node_of, named.values())])
-                return self.make(made, lambda *values: dict(zip(named, values, strict=True)), *named.values())
-            return self.python(node)
-        if isinstance(node.func, ast.Attribute):
-            owner = self.eval(node.func.value)
-            if isinstance(owner, (Symbol, str, dict, list)) and not isinstance(owner, self.program.xacro.NameSpace):
-                return self.method(node, owner, arguments)
-        function = self.eval(node.func)
+    def visit_GeneratorExp(self, node: ast.GeneratorExp) -> ast.AST:
+        return self.visit(ast.ListComp(node.elt, node.generators))
+
+    def visit_JoinedStr(self, node: ast.JoinedStr) -> ast.AST:
+        parts = [one if isinstance(one, ast.Constant) else self.visit(one.value) for one in node.values]  # type: ignore[attr-defined]
+        return ast.Call(ast.Name("__join"), parts, [])
+
+    def visit_Call(self, node: ast.Call) -> ast.AST:
         name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-        if isinstance(function, Symbol):
-            raise Failed(f"{name}() cannot be translated", function.node)
+        is_dict = name == "dict" and node.keywords and not node.args
+        if is_dict:
+            return ast.Dict(
+                [ast.Constant(one.arg) for one in node.keywords], [self.visit(one.value) for one in node.keywords]
+            )
+        is_space = isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name)
+        owner = self.lookup(node.func.value.id) if is_space and self.is_complete(node.func.value) else None  # type: ignore[attr-defined]
+        is_method = isinstance(node.func, ast.Attribute) and not isinstance(owner, self.program.xacro.NameSpace)
         if name == "load_yaml":
-            return self.program.load(arguments[0])
+            return node_of(self.program.load(self.eval(node.args[0])))
         if name == "dotify":
-            return self.make(node_of(arguments[0]), function, *arguments)
-        if name == "arg" and len(arguments) == 1:
-            return self.program.literal(self.program.argument(example_of(arguments[0])))
-        if name == "str" and len(arguments) == 1:
-            return self.program.joined(f"{arguments[0]}" + "") if is_known(arguments[0]) else self.text(arguments[0])
-        if name not in FUNCTIONS or any(isinstance(one, (Iterator, Callable)) for one in arguments):
-            return self.plain(function, arguments, node)
-        return self.make(ast.Call(ast.Name(name), [*map(node_of, arguments)], []), function, *arguments)
+            return self.visit(node.args[0])  # type: ignore[no-any-return]
+        if name == "arg" and not is_method:
+            return node_of(self.program.literal(self.program.argument(str(example_of(self.eval(node.args[0]))))))
+        if any(isinstance(one, ast.Lambda) for one in ast.walk(node)):
+            return self.computed(node)
+        plain = [self.visit(one) for one in node.args] if not node.keywords else []
+        if name == "str" and len(plain) == 1:
+            return ast.Call(ast.Name("__join"), plain, [])
+        if node.keywords or name not in (METHODS if is_method else FUNCTIONS):
+            return self.computed(node)
+        return ast.Call(ast.Name(name), [self.visit(node.func.value), *plain] if is_method else plain, [])  # type: ignore[attr-defined]
 
-    def text(self, value: Any) -> Any:
-        return self.make(ast.Call(ast.Name("__join"), [node_of(value)], []), str, value)
+    def computed(self, node: ast.expr) -> ast.AST:
+        """Return the value of what the language has no word for. Raises Failed if it is not known."""
+        unknown = [one.node for one in self.names(node).values() if not is_known(one)]
+        if unknown:
+            raise Failed(f"{ast.unparse(node)[:60]} cannot be translated", unknown[0])
+        value = self.example(node)
+        return node_of(list(value) if isinstance(value, Iterator) else value)
 
-    def method(self, node: ast.Call, owner: Any, arguments: list[Any]) -> Any:
-        name = node.func.attr  # type: ignore[attr-defined]
 
-        def call(value: Any, *rest: Any) -> Any:
-            found = getattr(value, name)(*rest)
-            return list(found) if name in ("keys", "values", "items") else found
+class _Functions:
+    """The functions of xacro, some of them replaced."""
 
-        if name not in METHODS:
-            return self.plain(call, [owner, *arguments], node)
-        made = ast.Call(ast.Name(name), [node_of(owner), *map(node_of, arguments)], [])
-        return self.make(made, call, owner, *arguments)
+    def __init__(self, space: Any, **own: Any) -> None:
+        self.space, self.own = space, own
 
-    def plain(self, function: Any, arguments: list[Any], node: ast.expr) -> Any:
-        """Return the value of what the language has no word for; the arguments have to be known."""
-        for one in arguments:
-            if not is_known(one):
-                raise Failed(f"{ast.unparse(node)[:60]} cannot be translated", one.node)
-        return function(*map(example_of, arguments))
+    def __getattr__(self, name: str) -> Any:
+        return self.own.get(name) or getattr(self.space, name)
 
-    def python(self, node: ast.expr) -> Any:
-        """Evaluate anything else as Python does, with the values of its names; a list comprehension stays."""
-        own = {one.id for one in ast.walk(node) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)}
-        own |= {one.arg for one in ast.walk(node) if isinstance(one, ast.arg)}
-        values = {name: self.eval_name(ast.Name(name)) for name in names_in(node) - own}
 
-        class Names(ast.NodeTransformer):
-            def visit_Name(self, one: ast.Name) -> ast.AST:
-                return node_of(values[one.id]) if isinstance(values.get(one.id), Symbol) else one
-
-        symbols = [one for one in values.values() if isinstance(one, Symbol)]
-        code = compile(ast.fix_missing_locations(ast.Expression(node)), "<expression>", "eval")
-
-        def run(*_: Any) -> Any:
-            names = {name: example_of(value) for name, value in values.items()}
-            found = eval(code, {"__builtins__": {}, **names})  # noqa: S307 - as xacro does it, in the child
-            return list(found) if isinstance(node, ast.GeneratorExp) else found
-
-        if isinstance(node, (ast.ListComp, ast.GeneratorExp)):
-            made = Names().visit(ast.parse(ast.unparse(node), mode="eval").body)
-            return self.make(ast.ListComp(made.elt, made.generators), run, *symbols)
-        return self.plain(run, symbols, node)
+def _copied(tree: ast.expr) -> Any:
+    return ast.parse(ast.unparse(tree), mode="eval").body
 
 
 class Program(Expansion):
@@ -1440,6 +1379,3 @@ def is_let(value: Symbol, program: Program) -> bool:
 
 def reason_of(problem: BaseException) -> str:
     return " ".join(str(problem).split())[:120] or type(problem).__name__
-
-
-__all__ = ["Program", "builtins", "elements", "math"]

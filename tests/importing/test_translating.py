@@ -119,8 +119,8 @@ HARDWARE = (
 
 
 def misplace(right: Callable[..., Any]) -> Callable[..., Any]:
-    def wrong(self: Writer, call: Any, when: Any, path: Any, target: Any, comments: Any) -> None:
-        right(self, call, when, path, target, comments)
+    def wrong(self: Writer, call: Any, when: Any, comments: Any) -> None:
+        right(self, call, when, comments)
         for document in self.documents.files.values():
             for entry in document.get("use", {}).values():
                 if "xyz" in entry:

@@ -90,6 +90,7 @@ _CHILD = (
     "from rosorin_compile.importing.xacro.child import main\n"
     "main()\n"
 )
+_SYMBOLIC = _CHILD.replace(".child", ".symbolic")
 # Elements of xacro that make nothing by themselves.
 _DEFINING = ("arg", "include", "macro", "property")
 # Those that make something, where other names are macros.
@@ -218,7 +219,7 @@ def _expand(path: Path, options: ReadOptions, plan: Mapping[str, Any] | None = N
     variables = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}
     try:
         child = subprocess.run(  # noqa: S603 - our own module; the warning about what it runs is given
-            [sys.executable, "-c", _CHILD],
+            [sys.executable, "-c", _CHILD if plan is None else _SYMBOLIC],
             input=json.dumps(request).encode(),
             capture_output=True,
             env=variables,

@@ -56,6 +56,7 @@ class Formulas:
         self.variables = variables
         self.use = use
         self.found: Callable[[str], None] = lambda _: None  # called with each package that is named
+        self.address: Callable[[str], str] = lambda name: name  # of a file that is loaded, or its beginning
 
     def type(self, node: ast.expr) -> str:
         """Return the type of what a formula of xacro results in, as far as it is certain."""
@@ -191,6 +192,10 @@ class Formulas:
             return self.of_number(node.args[0])
         if name == "__join":
             return self.joined(flattened([node]))
+        if name == "load":
+            first, *rest = flattened([node.args[0]])
+            first = self.address(first) if isinstance(first, str) else first
+            return ast.Call(ast.Name("load"), [self.joined(flattened([first, *rest]))], [])
         if name == "find":
             self.found(node.args[0].value)  # type: ignore[attr-defined]
         arguments = [self.node(item) for item in node.args]
@@ -279,7 +284,7 @@ class Formulas:
     def as_list(self, node: ast.expr) -> ast.expr:
         """Return a formula as an expression for a list of numbers."""
         if isinstance(node, ast.Constant) and is_list_text(node.value):
-            return ast.List([number_node(word) for word in node.value.split()], ast.Load())
+            return ast.List([number_node(word) for word in str(node.value).split()], ast.Load())
         if isinstance(node, ast.IfExp):
             return ast.IfExp(self.truth(node.test), self.as_list(node.body), self.as_list(node.orelse))
         if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "__join":

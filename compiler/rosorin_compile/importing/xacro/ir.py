@@ -58,6 +58,8 @@ class Variable:
 
 @dataclass(eq=False, repr=False)
 class Element:
+    """An element with its attributes and its content."""
+
     tag: str
     attributes: dict[str, Pieces]
     body: list[Any]
@@ -78,6 +80,8 @@ class Call:
 
 @dataclass(eq=False, repr=False)
 class If:
+    """Nodes that are there on a condition."""
+
     test: ast.expr
     holds: bool
     body: list[Any]
@@ -85,11 +89,15 @@ class If:
 
 @dataclass(eq=False, repr=False)
 class Words:
+    """Text in an element."""
+
     pieces: Pieces
 
 
 @dataclass(eq=False, repr=False)
 class Comment:
+    """A comment."""
+
     text: str
 
 
@@ -221,6 +229,7 @@ class _Builder:
 
 
 def formula(text: str) -> ast.expr:
+    """Parse a formula."""
     return ast.parse(text, mode="eval").body
 
 
@@ -258,6 +267,7 @@ def usable(name: str, taken: Any = ()) -> str:
 
 
 def is_list_text(value: Any) -> bool:
+    """Return True if a value is a text of several numbers."""
     return isinstance(value, str) and _NUMBERS.fullmatch(value) is not None
 
 

@@ -1,7 +1,7 @@
 """Run xacro with symbols for its arguments and for the parameters of its macros.
 
 The xacro library executes the file, so that scopes, lazy evaluation, includes and namespaces are exactly those of
-xacro. Three things are different. The value of an expression is a ``Symbol``: the formula, with an example of the value.
+xacro. Three things are different. The value of an expression is a ``Symbol``: a formula, with an example of its value.
 A condition that depends on an argument stays in the document, with the elements of its branch. The call of a macro that
 becomes a part stays in the document, and the body of the macro is evaluated once, with symbols for its parameters.
 Everything in ``Plan`` is expanded as xacro does it. This module runs in the child process.
@@ -14,12 +14,15 @@ import glob
 import math
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from copy import copy
+from importlib import import_module
+from pathlib import Path
 from typing import Any
 
-from .child import Expansion, _causes, _portable
+from . import child
+from .child import Expansion, causes, portable
 
 MAX_RUNS, MAX_DEPTH, MAX_FILES = 60, 40, 20
 TOKEN = re.compile("\ua657(\\d+)\ua657")  # a letter that no file uses: a token is a name in an expression
@@ -28,12 +31,12 @@ _UNKNOWN = object()  # an example that cannot be computed
 _TRANSPARENT = ("xacro-if", "xacro:if", "xacro:unless", "xacro-group")
 _ORIGIN = (("xyz", "0 0 0"), ("rpy", "0 0 0"))
 _CONSTANTS = ("pi", "e", "tau", "inf", "nan")
-FUNCTIONS = frozenset(
-    "abs acos all any asin atan atan2 bool ceil copysign cos cosh degrees enumerate exp float floor fmod gcd hypot int "
-    "isclose len list log log10 log2 max min pow radians range reversed round sin sinh sorted sqrt str sum tan tanh "
-    "trunc zip".split()  # noqa: SIM905
-)
-METHODS = frozenset("endswith get items join keys lower replace split startswith strip upper values".split())  # noqa: SIM905
+_FUNCTIONS = """
+    abs acos all any asin atan atan2 bool ceil copysign cos cosh degrees enumerate exp float floor fmod gcd hypot int
+    isclose len list log log10 log2 max min pow radians range reversed round sin sinh sorted sqrt str sum tan tanh
+    trunc zip
+"""  # of Python and of its mathematics that the language has too
+_METHODS = "endswith get items join keys lower replace split startswith strip upper values"
 
 
 class Restart(Exception):
@@ -79,14 +82,17 @@ def node_of(value: Any) -> ast.expr:
 
 
 def example_of(value: Any) -> Any:
+    """Return the example of a value."""
     return value.value if isinstance(value, Symbol) else value
 
 
 def is_known(value: Any) -> bool:
+    """Return True if a value depends on no argument and no parameter."""
     return not isinstance(value, Symbol) or value.known
 
 
 def names_in(node: ast.AST) -> set[str]:
+    """Return the names in a formula."""
     return {one.id for one in ast.walk(node) if isinstance(one, ast.Name)}
 
 
@@ -102,7 +108,13 @@ class Macro:
         self.materials = False
         self.reads: dict[str, str] = {}
         self.depth = 0
+        self.table: Any = None
         self.body: Any = None
+
+
+def main() -> None:
+    """Answer one request with the program of a file."""
+    child.main(lambda request: Program(request).program())
 
 
 class Evaluator(ast.NodeTransformer):
@@ -165,16 +177,14 @@ class Evaluator(ast.NodeTransformer):
         class Texts(ast.NodeTransformer):
             def visit_Constant(self, node: ast.Constant) -> ast.AST:
                 is_text = isinstance(node.value, str) and TOKEN.search(node.value)
-                return ast.Constant(names[node.value]) if is_text else node
+                return ast.Constant(names[str(node.value)]) if is_text else node
 
-        plain = ast.fix_missing_locations(ast.Expression(Texts().visit(_copied(tree))))
-        for name in ("load_yaml", "arg"):
-            names[name] = {"load_yaml": program.load, "arg": program.argument}[name] if name in names else None
         space = names.get("xacro")
         if isinstance(space, program.xacro.NameSpace):
             names["xacro"] = _Functions(space, load_yaml=lambda file: example_of(program.load(file)))
-        value = eval(compile(plain, "<expression>", "eval"), {"__builtins__": {}, **names})  # noqa: S307 - as xacro does
-        return example_of(value)
+        if "load_yaml" in names:
+            names["load_yaml"] = program.load
+        return example_of(program.xacro.safe_eval(ast.unparse(Texts().visit(_copied(tree))), names))
 
     def bool_of(self, tree: ast.BoolOp) -> Any:
         """Return the value of and, or; what is known decides, or is left out."""
@@ -256,7 +266,7 @@ class Evaluator(ast.NodeTransformer):
         return node if is_target else ast.List([self.visit(one) for one in node.elts], ast.Load())
 
     def visit_GeneratorExp(self, node: ast.GeneratorExp) -> ast.AST:
-        return self.visit(ast.ListComp(node.elt, node.generators))
+        return self.visit(ast.ListComp(node.elt, node.generators))  # type: ignore[no-any-return]
 
     def visit_JoinedStr(self, node: ast.JoinedStr) -> ast.AST:
         parts = [one if isinstance(one, ast.Constant) else self.visit(one.value) for one in node.values]  # type: ignore[attr-defined]
@@ -283,7 +293,7 @@ class Evaluator(ast.NodeTransformer):
         plain = [self.visit(one) for one in node.args] if not node.keywords else []
         if name == "str" and len(plain) == 1:
             return ast.Call(ast.Name("__join"), plain, [])
-        if node.keywords or name not in (METHODS if is_method else FUNCTIONS):
+        if node.keywords or name not in (_METHODS if is_method else _FUNCTIONS).split():
             return self.computed(node)
         return ast.Call(ast.Name(name), [self.visit(node.func.value), *plain] if is_method else plain, [])  # type: ignore[attr-defined]
 
@@ -323,9 +333,7 @@ class Program(Expansion):
 
     def program(self) -> dict[str, Any]:
         """Return the program of the file, or the error."""
-        import xacro
-
-        self.xacro: Any = xacro
+        xacro = self.xacro = import_module("xacro")
         self.prepare(xacro)
         self.patch(xacro)
         document: Any = None
@@ -337,10 +345,10 @@ class Program(Expansion):
             except Restart:
                 continue
             except Exception as problem:
-                causes = list(_causes(problem))
-                if any(isinstance(one, Restart) for one in causes):
+                chain = list(causes(problem))
+                if any(isinstance(one, Restart) for one in chain):
                     continue
-                failed = next((one for one in causes if isinstance(one, Failed)), None)
+                failed = next((one for one in chain if isinstance(one, Failed)), None)
                 if failed is None or not self.blame(failed.node, str(failed)):
                     return {"error": str(failed or problem) or repr(problem), "line": 0}
         if document is None:
@@ -363,7 +371,6 @@ class Program(Expansion):
         self.tables: list[Any] = []
         self.candidates: dict[str, list[Any]] = {}
         self.loaded: dict[str, str] = {}
-        self.open: list[str] = []
         self.xacro.all_includes[:] = []
         for name, text in self.given.items():
             if name not in self.fixed:
@@ -468,21 +475,26 @@ class Program(Expansion):
     def address(self, name: str) -> str:
         """Return the name of a YAML file in the description, and record the file."""
         path = os.path.abspath(str(self.xacro.abs_filename_spec(name)))
-        if "://" not in name and not os.path.isabs(name):
+        if "://" not in name and not name.startswith("/"):
             name = os.path.normpath(name)
+            name = Path(name).name if name.startswith("..") else name
         else:
-            name = _portable(path, self.packages, [*self.files, self.file])
+            name = portable(path, self.packages, [*self.files, self.file])
         self.loaded[name] = path
         return name
 
     def note_files(self, name: Any) -> None:
         """Record the YAML files that an argument chooses from."""
-        base = os.path.dirname(os.path.abspath(self.xacro.filestack[-1]))
+        base = self.folder()
         for one in names_in(name.node) & self.variables.keys():
             self.variables[one]["names_file"] = True
         with suppress(Failed):
             for _, path in self.matching(name.node, "load"):
                 self.address(os.path.relpath(path, base) if path.startswith(base) else path)
+
+    def folder(self) -> str:
+        """Return the folder of the file that is read."""
+        return str(Path(os.path.abspath(self.xacro.filestack[-1])).parent)
 
     def package_first(self, node: Any) -> Any:
         """Return the name of a file whose folder is found by its package as an address of the package."""
@@ -494,7 +506,8 @@ class Program(Expansion):
 
     def matching(self, node: Any, what: str) -> list[tuple[dict[str, str], str]]:
         """Return the files with a name that depends on arguments, each with their values. Raises Failed."""
-        pattern, form, names = "", "", {}
+        pattern, form = "", ""
+        names: dict[str, str] = {}
         for part in parts_of(node):
             if isinstance(part, ast.Constant):
                 pattern, form = pattern + glob.escape(str(part.value)), form + re.escape(str(part.value))
@@ -508,11 +521,11 @@ class Program(Expansion):
                 raise Failed(f"the file to {what} is chosen by an expression", node)
         if not re.search(r"\w", pattern):
             raise Failed(f"the file to {what} is named by it", node)
-        base = "" if pattern.startswith("/") else f"{os.path.dirname(os.path.abspath(self.xacro.filestack[-1]))}/"
+        base = "" if pattern.startswith("/") else f"{self.folder()}/"
         found = []
-        for path in sorted(glob.glob(glob.escape(base) + pattern))[:MAX_FILES]:
+        for path in sorted(self.xacro.glob.glob(glob.escape(base) + pattern))[:MAX_FILES]:
             match = re.fullmatch(re.escape(base) + form, path)
-            if match and os.path.isfile(path):
+            if match and Path(path).is_file():
                 found.append((match.groupdict(), path))
         self.note_choices(found)
         return found
@@ -540,9 +553,7 @@ class Program(Expansion):
             self.fixed[name] = self.fixed[name][:2]
             return self.fixed[name][0]
         if name not in self.arguments:
-            from xacro.substitution_args import ArgException
-
-            raise ArgException(name)
+            raise import_module("xacro.substitution_args").ArgException(name)
         made = self.arguments[name]
         return Symbol(ast.Name(made["id"], ast.Load()), made["value"], False, self)
 
@@ -603,7 +614,9 @@ class Program(Expansion):
         while isinstance(holder, xacro.Table) and not dict.__contains__(holder, name):
             holder = holder.parent
         if not isinstance(holder, xacro.Table) or (isinstance(holder, xacro.NameSpace) and holder.parent == {}):
-            value = holder[name] if name in holder else self.missing_name(name)
+            if name not in holder:
+                raise NameError(f"name '{name}' is not defined")
+            value = holder[name]
             if name in _CONSTANTS:
                 return Symbol(ast.Name(name, ast.Load()), value, True, self)
             return value
@@ -611,19 +624,13 @@ class Program(Expansion):
         for macro in reversed(self.building) if not own else ():
             if holder.depth >= macro.depth:
                 break
-            owners = (
-                {self.variables[one]["owner"] for one in names_in(node_of(value)) if one in self.variables}
-                if (isinstance(value, Symbol))
-                else set()
-            )
+            names = names_in(value.node) & self.variables.keys() if isinstance(value, Symbol) else ()
+            owners = {self.variables[one]["owner"] for one in names}
             if owners - {"", macro.id}:
                 self.implicit.setdefault(place_key(macro.definition), set()).add(name)
                 raise Restart
             macro.reads.setdefault(name, self.identity(value))
         return value
-
-    def missing_name(self, name: str) -> Any:
-        raise NameError(f"name '{name}' is not defined")
 
     def identity(self, value: Any) -> str:
         try:
@@ -664,21 +671,13 @@ class Program(Expansion):
     # Elements.
 
     def patch(self, xacro: Any) -> None:
+        """Let xacro evaluate with symbols."""
         self.own_literal, self.own_extension = xacro.Table._eval_literal, xacro.eval_extension
-        own_include = xacro.process_include
-        self.own_include = own_include
+        self.own_include, own_boolean = xacro.process_include, xacro.get_boolean_value
         xacro.Table._eval_literal = staticmethod(self.literal)
-        xacro.eval_text = self.eval_text
-        xacro.eval_all = self.eval_all
-        xacro.handle_macro_call = self.call
+        xacro.eval_text, xacro.eval_all, xacro.handle_macro_call = self.eval_text, self.eval_all, self.call
         xacro.remove_previous_comments = self.take_comments
-        own_table, own_boolean = xacro.eval_default_arg, xacro.get_boolean_value
-
-        def boolean(value: Any, condition: Any) -> Any:
-            return own_boolean(example_of(value), condition)
-
-        xacro.get_boolean_value = boolean
-        self.own_default = own_table
+        xacro.get_boolean_value = lambda value, condition: own_boolean(example_of(value), condition)
 
     def take_comments(self, node: Any) -> None:
         """Remove the comments before an element of xacro and remember them with it."""
@@ -829,7 +828,9 @@ class Program(Expansion):
             setattr(made, _MARK, getattr(node, _MARK, None))
             setattr(made, _COMMENTS, getattr(node, _COMMENTS, []))
             node.parentNode.insertBefore(made, node)
-            tests = [ast.Compare(ast.Name(one, ast.Load()), [ast.Eq()], [ast.Constant(v)]) for one, v in values.items()]
+            tests: list[ast.expr] = [
+                ast.Compare(ast.Name(one, ast.Load()), [ast.Eq()], [ast.Constant(v)]) for one, v in values.items()
+            ]
             test: Any = tests[0] if len(tests) == 1 else ast.BoolOp(ast.And(), tests)
             holds = all(str(self.variables[one]["value"]) == value for one, value in values.items())
             self.branch(made, Symbol(test, holds, False, self), True, macros, symbols)
@@ -889,23 +890,27 @@ class Program(Expansion):
         if node.hasAttribute("value"):
             node.removeAttribute("value")
         node.tagName = node.nodeName = "xacro-if"
-        stack = len(self.xacro.filestack), len(self.xacro.macrostack), self.depth, len(self.building), len(self.levels)
+        stack = len(self.xacro.filestack), len(self.xacro.macrostack), len(self.levels), self.depth
         try:
             self.eval_all(node, macros, symbols)
         except Restart:
             raise
         except Exception as problem:
-            causes = list(_causes(problem))
-            if any(isinstance(one, Restart) for one in causes):
+            chain = list(causes(problem))
+            if any(isinstance(one, Restart) for one in chain):
                 raise Restart from None
             taken = test.value is not _UNKNOWN and self.holds(test.value) == holds
-            deep = any(isinstance(one, RecursionError) for one in causes)
-            if (taken and not deep) or not self.blame(test.node, f"with another value of it, {reason_of(problem)}"):
-                raise
-            raise Restart from None
+            if taken or any(isinstance(one, (Failed, RecursionError)) for one in chain):
+                if (taken and not any(isinstance(one, RecursionError) for one in chain)) or not self.blame(
+                    test.node, f"with another value of it, {reason_of(problem)}"
+                ):
+                    raise
+                raise Restart from None
+            self.restore(before, stack)  # xacro refuses the other value as well
+            self.xacro.replace_node(node, by=None)
+            return
         finally:
             self.assumed.pop(key, None)
-        del stack
         node.setAttribute("test", str(test))
         node.setAttribute("holds", str(int(holds)))
         for table, name, other in defined:
@@ -928,6 +933,15 @@ class Program(Expansion):
                 made = self.choice(as_condition(test), *pair)
                 dict.__setitem__(table, name, made)
                 self.bound.pop((id(table), name), None)
+
+    def restore(self, before: list[tuple[Any, dict[str, Any], set[str]]], stack: tuple[int, int, int, int]) -> None:
+        """Undo what a branch did that xacro cannot evaluate."""
+        for table, values, unevaluated in before:
+            dict.clear(table)
+            dict.update(table, values)
+            table.unevaluated = unevaluated
+        del self.xacro.filestack[stack[0] :], self.xacro.macrostack[stack[1] :], self.levels[stack[2] :]
+        self.depth = stack[3]
 
     def state(self, symbols: Any) -> Iterator[tuple[Any, dict[str, Any], set[str]]]:
         while isinstance(symbols, self.xacro.Table) and symbols is not symbols.root:
@@ -994,7 +1008,7 @@ class Program(Expansion):
             raise RecursionError("macros call each other without end")
         xacro.macrostack.append(macro)
         values, defaulted, blocks = self.given_to(macro, node, macros, symbols, own_symbols)
-        if self.stays(macro, key, level):
+        if self.stays(key, level):
             self.keep(macro, key, node, level, values, defaulted, blocks, own_macros, own_symbols)
         else:
             self.expand(macro, key, node, values, blocks, own_macros, own_symbols)
@@ -1036,7 +1050,7 @@ class Program(Expansion):
             if not block:
                 raise xacro.XacroException("Not enough blocks", macro=macro)
             if block.tagName == "xacro-if":
-                self.blame_block(block, macro)
+                self.blame_block(block)
             parameters.remove(name)
             blocks[name] = block
             block = xacro.next_sibling_element(block)
@@ -1061,12 +1075,12 @@ class Program(Expansion):
             values[name] = self.literal(value)
         return values, defaulted, blocks
 
-    def blame_block(self, block: Any, macro: Any) -> None:
+    def blame_block(self, block: Any) -> None:
         token = TOKEN.search(block.getAttribute("test"))
         node = self.tokens[int(token[1])].node if token else ast.Constant(0)
         raise Failed("a block depends on a condition", node)
 
-    def stays(self, macro: Any, key: str, level: str) -> bool:
+    def stays(self, key: str, level: str) -> bool:
         if key in self.inlined or not level:
             return False
         if any(place_key(one.definition) == key for one in self.building):
@@ -1199,7 +1213,7 @@ class Program(Expansion):
         for name in ("name", "params"):
             if body.hasAttribute(name):
                 body.removeAttribute(name)
-        macro.depth, macro.table = table.depth, table  # type: ignore[attr-defined]
+        macro.depth, macro.table = table.depth, table
         outer, self.assumed = self.assumed, {}
         self.building.append(macro)
         self.levels.append(macro.level)
@@ -1270,7 +1284,7 @@ class Program(Expansion):
         return {
             "name": document.documentElement.getAttribute("name"),
             "body": body, "macros": macros, "tokens": tokens, "variables": variables,
-            "inlined": [[*self.defined.get(key, (key, None)), why, key] for key, why in self.inlined.items() if key in self.called],
+            "inlined": [[*self.defined.get(k, (k, 0)), why, k] for k, why in self.inlined.items() if k in self.called],
             "silent": [self.defined[key][0] for key, made in self.made.items() if not made and key in self.defined],
             "uncalled": [name for key, (name, _) in self.defined.items() if key not in self.called],
             "defined": [[key, name, place] for key, (name, place) in self.defined.items()],
@@ -1323,7 +1337,7 @@ class Program(Expansion):
             node = self.tokens[int(token[1])].node
             if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "find":
                 return f"package://{node.args[0].value}{text[token.end() :]}"  # type: ignore[attr-defined]
-        return _portable(text, self.packages, [*map(str, self.xacro.all_includes), self.file])
+        return portable(text, self.packages, [*map(str, self.xacro.all_includes), self.file])
 
 
 def parts_of(node: Any) -> list[Any]:
@@ -1349,12 +1363,12 @@ def within(block: Any) -> list[Any]:
 def only_materials(node: Any, keep: bool) -> bool:
     """Remove all but materials, or (unless ``keep``) the materials; return True if there are any."""
     found = False
-    for child in list(node.childNodes):
-        is_group = child.nodeType == child.ELEMENT_NODE and child.tagName in _TRANSPARENT
-        is_material = child.nodeType == child.ELEMENT_NODE and child.tagName == "material"
-        found = (only_materials(child, keep) if is_group else is_material) or found
+    for inner in list(node.childNodes):
+        is_group = inner.nodeType == inner.ELEMENT_NODE and inner.tagName in _TRANSPARENT
+        is_material = inner.nodeType == inner.ELEMENT_NODE and inner.tagName == "material"
+        found = (only_materials(inner, keep) if is_group else is_material) or found
         if not is_group and is_material != keep:
-            node.removeChild(child)
+            node.removeChild(inner)
     return found
 
 
@@ -1371,6 +1385,7 @@ def place_key(macro: Any) -> str:
 
 
 def is_let(value: Symbol, program: Program) -> bool:
+    """Return True if a value is a property or a text, which may have a name."""
     is_text = isinstance(value.node, ast.Call) and getattr(value.node.func, "id", "") == "__join"
     return is_text or (
         isinstance(value.node, ast.Name) and program.variables.get(value.node.id, {}).get("kind") == "let"
@@ -1378,4 +1393,5 @@ def is_let(value: Symbol, program: Program) -> bool:
 
 
 def reason_of(problem: BaseException) -> str:
+    """Return an error of xacro in one line."""
     return " ".join(str(problem).split())[:120] or type(problem).__name__

@@ -22,12 +22,12 @@ from rosorin_compile.source.xml.markup import MarkupError
 from ..description import tree_of
 from .expand import _expand
 from .formulas import literal
-from .ir import FLAG, LET, LIST, NUMBER, TEXT, Macro, Program, Unsupported, Variable, build
+from .ir import FLAG, LET, Program, Unsupported, Variable, build
 from .verify import Combination, Fault, Source, combinations, faults, moves
 from .wording import Found, find, wording_report
 from .write_yaml import PROBE, GiveUp, Target, WrittenFiles, write
 
-MAX_BUILDS, MAX_CHECKS, MAX_BISECTED = 60, 25, 8
+MAX_BUILDS, MAX_CHECKS = 60, 25
 MAX_SECONDS = 45.0  # of CPU, with its children
 
 
@@ -263,7 +263,7 @@ class _Search:
         if self.accepted() != getattr(self, "accepts", None):
             self.accepts = self.accepted()
             return  # other arguments break other rules
-        if self.blame(made, found) or self.bisect(made, found[0]):
+        if self.blame(made, found) or self.give_up_all(made, found[0]):
             self.program = None
             return
         arguments = made.program.arguments
@@ -293,22 +293,13 @@ class _Search:
                     return True
         return False
 
-    def bisect(self, made: WrittenFiles, fault: Fault) -> bool:
-        """Find the macro without which a difference is gone, and expand it inline."""
+    def give_up_all(self, made: WrittenFiles, fault: Fault) -> bool:
+        """Keep the prefixes of all macros, or expand all inline; return False if that is done already."""
         macros = [macro for macro in made.program.macros.values() if macro.definition not in self.inlined]
         if any(macro.key not in self.explicit for macro in macros if macro.level == "robot"):
             self.explicit |= {macro.key for macro in macros}
-            return True
-        before = dict(self.inlined)
-        for macro in macros[:MAX_BISECTED]:
-            self.inlined = {**before, macro.definition: f"not proven: {fault.text}"}
-            try:
-                again, *_ = self.check(self.written(self.built()), [fault.combination])
-            except (GiveUp, Unsupported):
-                again = [fault]
-            if not again:
-                return True
-        self.inlined = before | {macro.definition: f"not proven: {fault.text}" for macro in macros}
+        else:
+            self.inlined |= {macro.definition: f"not proven: {fault.text}" for macro in macros}
         return bool(macros)
 
     # The result.
@@ -447,6 +438,3 @@ def _them(items: Sequence[Any]) -> str:
 
 def _at(one: WrittenOut) -> str:
     return f" ({one.at})" if one.at else ""
-
-
-__all__ = ["LIST", "NUMBER", "TEXT", "Macro", "Target", "Translation", "translate", "translation_report"]

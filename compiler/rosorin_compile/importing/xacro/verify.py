@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import posixpath
 import re
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import fields, is_dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
@@ -69,28 +70,14 @@ class Source:
         if combination not in self.known:
             variables = {name: text for name, text in combination if name in self.environment}
             rest = {name: text for name, text in combination if name not in variables}
-            with _environment(variables):
-                arguments = {**self.options.arguments, **rest}
-                read = read_robot(self.path, replace(self.options, arguments=arguments))
+            options = replace(self.options, arguments={**self.options.arguments, **rest})
+            if variables:
+                options = replace(options, environment={**(options.environment or os.environ), **variables})
+            read = read_robot(self.path, options)
             if self.meshes is not None and read.tree is not None:
                 read = read._replace(tree=move_files(read.tree, self.meshes))
             self.known[combination] = read
         return self.known[combination]
-
-
-@contextmanager
-def _environment(variables: Mapping[str, str]) -> Iterator[None]:
-    """Have variables in the environment for a while."""
-    before = {name: os.environ.get(name) for name in variables}
-    os.environ.update(variables)
-    try:
-        yield
-    finally:
-        for name, text in before.items():
-            if text is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = text
 
 
 def moves(source: Source, row: Combination) -> bool:
@@ -107,26 +94,16 @@ def moves(source: Source, row: Combination) -> bool:
 def combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:
     """Return the combinations that are proven, that of the defaults first, and how many there would be."""
     several = {name: values for name, values in choices.items() if len(values) > 1}
-    total = 1
-    for values in several.values():
-        total *= len(values)
-    if total <= MAX_COMBINATIONS:
-        rows = itertools.product(*several.values())
-        return [_combination(several, row) for row in rows], total
-    first = tuple(values[0] for values in several.values())
-    found = [first]
-    for index, values in enumerate(several.values()):
-        found += [(*first[:index], value, *first[index + 1 :]) for value in values[1:]]
-    last = tuple(values[-1] for values in several.values())
-    found.append(last)
-    found = list(dict.fromkeys(found))[:MAX_COMBINATIONS]
-    return [_combination(several, row) for row in found], total
-
-
-def _combination(several: Mapping[str, Sequence[str]], row: Sequence[str]) -> Combination:
-    return tuple(
-        (name, value) for (name, values), value in zip(several.items(), row, strict=True) if value != values[0]
+    total = math.prod(map(len, several.values()))
+    rows: list[dict[str, str]] = (
+        [dict(zip(several, row, strict=True)) for row in itertools.product(*several.values())]
+        if (total <= MAX_COMBINATIONS)
+        else [{}, *({name: value} for name, values in several.items() for value in values[1:])]
     )
+    if total > MAX_COMBINATIONS:
+        rows.append({name: values[-1] for name, values in several.items()})
+    made = [tuple((name, value) for name, value in row.items() if value != several[name][0]) for row in rows]
+    return list(dict.fromkeys(made))[:MAX_COMBINATIONS], total
 
 
 def faults(

@@ -26,7 +26,7 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..description import _Document, _written, tree_of
-from ..key_order import in_order, is_default, sorted_sections
+from ..key_order import in_order, sorted_sections
 from ..layout import Expression, Remarks, Verbatim, cleaned, in_degrees, layout
 from .choices import any_of, conditional, covers, merged, node_of
 from .formulas import Formulas, all_of, as_angle, folded, in_words, literal, negated, type_of_values, written
@@ -151,7 +151,7 @@ class Writer:
         self.printed: set[Variable] = set()
         self.file_names: set[Variable] = set()  # parameters that are names of files
         self.formulas = Formulas(program.variables, self.use)
-        self.formulas.found = self.find_package
+        self.formulas.found, self.formulas.address = self.find_package, self.address
         self.named = Packages({}, os.environ, target.folder / Description.ROOT_FILE)
         self.packages: dict[str, Path] = {}
         self.unfound: dict[str, None] = {}
@@ -161,10 +161,12 @@ class Writer:
         self.prefix: dict[Macro, tuple[Variable, str]] = {}
         self.mount: dict[Macro, Variable] = {}
         self.pose: dict[Macro, dict[str, Variable]] = {}
+        self.part_entry: dict[str, Any] | None = None  # the part that is written
         self.is_xml = False
         self.is_passing = False  # what is written is given to a part, and not printed
         self.kind: Any = ""  # the type of the joint that is written
         self.position = ""  # the unit of the joint that is written
+        self.shape_comments: dict[str, list[list[str]]] = {}  # of the shapes of a link
         self.inner: list[str] = []  # comments within the entry that is written
 
     # The whole.
@@ -184,10 +186,10 @@ class Writer:
             self.results: dict[Macro, tuple[dict[str, Any], Any]] = {}
             self.alternatives: dict[tuple[int, str], list[Any]] = {}
             for macro in program.macros.values():
-                with _in(self, macro):
+                with _Within(self, macro):
                     self.one_macro(macro)
-            with _in(self, None):
-                self.body(program.body, None, (), None)
+            with _Within(self, None):
+                self.body(program.body, None)
                 self.let_values()
                 self.arguments()
         return self.documents
@@ -260,10 +262,10 @@ class Writer:
             is_in_package = name.startswith("package://")
             if is_in_package and self.finds(package):
                 continue
-            if os.path.isabs(name) or ".." in Path(name).parts:
+            if Path(name).is_absolute() or ".." in Path(name).parts:
                 raise GiveUp(None, Unsupported(f"{name} is not a file of the xacro or its packages"))
             try:
-                if os.path.getsize(path) <= _BYTES:
+                if Path(path).stat().st_size <= _BYTES:
                     self.data[rest if is_in_package else name] = files.read_text(Path(path))
             except (OSError, ValueError) as problem:
                 raise GiveUp(None, Unsupported(f"{Path(path).name} cannot be read: {problem}")) from None
@@ -441,10 +443,8 @@ class Writer:
 
     # Bodies.
 
-    def body(
-        self, nodes: list[Any], when: ast.expr | None, path: tuple[Any, ...], target: dict[str, Any] | None
-    ) -> None:
-        """Write what is at the level of links: of the robot, or of a part (``target``)."""
+    def body(self, nodes: list[Any], when: ast.expr | None) -> None:
+        """Write what is at the level of links: of the robot, or of the part in ``self.part_entry``."""
         comments: list[str] = []
         for node in nodes:
             if isinstance(node, Comment):
@@ -454,35 +454,33 @@ class Writer:
                 condition = all_of([one for one in (when, self.condition(node)) if one is not None])
                 if condition is None or folded(condition) is not False:
                     inner = [*map(Comment, comments), *node.body]
-                    self.body(inner, condition, path, target)
+                    self.body(inner, condition)
             elif isinstance(node, Call):
-                with _in(self, self.macro, node):
-                    self.use_part(node, when, path, target, [*comments, *node.comments])
+                with _Within(self, self.macro, node):
+                    self.use_part(node, when, [*comments, *node.comments])
             elif isinstance(node, Element):
-                with _in(self, self.macro, node):
-                    self.entry(node, when, path, target, [*comments, *node.comments])
+                with _Within(self, self.macro, node):
+                    self.entry(node, when, [*comments, *node.comments])
             elif isinstance(node, Words):
                 raise Unsupported("text among links", None)
             comments = []
 
-    def entry(
-        self,
-        node: Element,
-        when: ast.expr | None,
-        path: tuple[Any, ...],
-        target: dict[str, Any] | None,
-        comments: list[str],
-    ) -> None:
-        file = self.macro_file() if target is not None else self.program.file_of(node.place).name
-        document = target if target is not None else self.documents.files.setdefault(file, {})
+    def place_of(self, node: Element | Call) -> tuple[str, tuple[Any, ...], dict[str, Any]]:
+        """Return where a node is written: the file, the path in that, and the mapping."""
+        if self.part_entry is not None and self.macro is not None:
+            return self.macro_file(), ("parts", self.macro.ours), self.part_entry
+        file = self.program.file_of(node.place).name
+        return file, (), self.documents.files.setdefault(file, {})
+
+    def entry(self, node: Element, when: ast.expr | None, comments: list[str]) -> None:
+        file, path, document = self.place_of(node)
         if node.tag == "material":
             self.material(node, when, file, comments)
         elif node.tag in ("link", "joint"):
             section = document.setdefault(f"{node.tag}s", {})
             key = self.text(node.attributes.get("name", []), name=True)
             self.inner = []
-            shapes: dict[str, list[list[str]]] = {}
-            self.shape_comments = shapes
+            shapes = self.shape_comments = {}
             value = self.link(node) if node.tag == "link" else self.joint(node)
             self.put(section, key, value, when)
             here = (*path, f"{node.tag}s", key)
@@ -492,24 +490,18 @@ class Writer:
                     if lines and isinstance(section[key].get(name), list) and index < len(section[key][name]):
                         self.documents.remark(file, (*here, name, index), lines)
         else:
-            text = self.in_words(self.xml_text(node), when, file, path, document, comments)
+            text = self.in_words(node, when, comments)
             if text:
                 made = document.setdefault("urdf_elements", [])
                 self.documents.remark(file, (*path, "urdf_elements", len(made)), comments)
                 made.append(conditional(text, when))
 
-    def in_words(
-        self,
-        text: Any,
-        when: ast.expr | None,
-        file: str,
-        path: tuple[Any, ...],
-        target: dict[str, Any],
-        comments: list[str],
-    ) -> Any:
+    def in_words(self, node: Element, when: ast.expr | None, comments: list[str]) -> Any:
         """Write the entries that an element becomes, if there are any, and return what is left of it."""
+        text, (file, path, target) = self.xml_text(node), self.place_of(node)
         documents, macro = self.documents, self.macro
-        number = documents.counts[(file, *path)] = documents.counts.get((file, *path), 0) + 1
+        at = (file, *path)
+        number = documents.counts[at] = documents.counts.get(at, 0) + 1
         spot = (file, number, *path[1:])
         if not isinstance(text, Expression):
             documents.plain[spot] = text
@@ -600,7 +592,7 @@ class Writer:
                         both = all_of([one for one in (condition, when) if one is not None])
                         items.append((key, value, both))
             elif isinstance(node, Call):
-                items += self.call_items(node, level)
+                items += self.call_items(node)
             elif isinstance(node, Element):
                 made = list(self.piece(node, level))
                 if level == "link" and node.tag in ("visual", "collision"):
@@ -664,23 +656,21 @@ class Writer:
         made: dict[str, Any] = {}
         for key in dict.fromkeys(one[0] for one in items):
             found = [(value, when) for name, value, when in items if name == key]
-            if isinstance(found[0][0], list) and (key in ("visual", "collision", "urdf_elements")):
-                if len(found) == 1 and getattr(found[0][0], "whole", "") and found[0][1] is None:
-                    made[key] = Expression(found[0][0].whole)
+            first, only = found[0]
+            if isinstance(first, list) and (key in ("visual", "collision", "urdf_elements")):
+                if len(found) == 1 and isinstance(first, _Whole) and first.whole and only is None:
+                    made[key] = Expression(first.whole)
                     continue
                 made[key] = [conditional(item, when) for value, when in found for item in value]
                 chosen = merged(key, found) if len(found) == 2 and all(when for _, when in found) else None
                 made[key] = chosen if isinstance(chosen, list) else made[key]
                 continue
-            first, only = found[0]
             if len(found) == 1 and only is not None and isinstance(first, Expression) and _is_conditional(first):
                 made[key] = Expression(f"${{{first[2:-1]} if {written(only)} else none}}")
                 continue
-            value = (
-                merged(key, found)
-                if len(found) > 1 or (found[0][1] is not None and not isinstance(found[0][0], dict))
-                else conditional(*found[0])
-            )
+            value = conditional(first, only)
+            if len(found) > 1 or (only is not None and not isinstance(first, dict)):
+                value = merged(key, found)
             if value is None:
                 raise Unsupported(f"{key} has several values on different conditions")
             made[key] = value
@@ -702,9 +692,8 @@ class Writer:
 
     def joint(self, node: Element) -> dict[str, Any]:
         self.kind = kind = self.text(node.attributes.get("type", []))
-        self.position = (
-            LENGTHS if kind in ("prismatic", "planar") else ANGLES if kind in ("revolute", "continuous") else ""
-        )
+        turns, slides = kind in ("revolute", "continuous"), kind in ("prismatic", "planar")
+        self.position = ANGLES if turns else LENGTHS if slides else ""
         made = self.finished([("type", kind, None), *self.fragment(node.body, "joint")])
         for key in _WITHOUT_EFFECT.get(str(kind), ()):
             made.pop(key, None)
@@ -730,12 +719,8 @@ class Writer:
             is_zero = all(isinstance(one, Verbatim) and one == "0" for one in plain)
             if is_zero and (name in ("xyz", "rpy", "ixy", "ixz", "iyz") and node.tag in ("origin", "inertia")):
                 continue
-            numbers = [float(one) if isinstance(one, Verbatim) and _NUMBER.fullmatch(one) else None for one in plain]
-            key = "axis" if node.tag == "axis" else name
-            path = ("joints", "*", key) if node.tag == "axis" else ("links", "*", "visual", 0, node.tag, name)
-            if node.tag in ("axis", "mesh") and None not in numbers and is_default(path, numbers):
-                if node.tag == "mesh":
-                    continue
+            if node.tag == "mesh" and all(one == "1" for one in plain):
+                continue
             made[name] = value
         return made
 
@@ -744,10 +729,7 @@ class Writer:
     def number(self, pieces: Pieces, unit: str = "") -> Any:
         if all(isinstance(piece, str) for piece in pieces):
             return _number("".join(pieces).strip(), unit)
-        node = self.formulas.of_word(
-            [one for one in (p.strip() if isinstance(p, str) else p for p in pieces) if one != ""]
-        )
-        return self.in_unit(node, unit)
+        return self.in_unit(self.formulas.of_number(_join(pieces)), unit)
 
     def in_unit(self, node: ast.expr, unit: str) -> Any:
         if unit == ANGLES:
@@ -764,11 +746,7 @@ class Writer:
             return [self.number(word, unit) for word in words]
         if len(words) != 1 or (isinstance(words[0][0], str) and len(words[0]) == 1):
             raise Unsupported(f"{len(words)} numbers, not {count}")
-        node = self.formulas.as_list(
-            words[0][0]
-            if len(words[0]) == 1
-            else ast.Call(ast.Name("__join"), [_constant(one) for one in words[0]], [])
-        )
+        node = self.formulas.as_list(words[0][0] if len(words[0]) == 1 else _join(words[0]))
         if isinstance(node, ast.List):
             return [_value(item, unit) for item in node.elts]
         return Expression(f"${{{written(node)}}}")
@@ -801,7 +779,8 @@ class Writer:
         named = self.program.variables.get(getattr(first, "id", ""))
         if named is not None and named.kind == PARAMETER and len(pieces) == 1:
             self.file_names.add(named)
-        node, seen = first, 0
+        node: Any = first
+        seen = 0
         while isinstance(node, ast.Name) and seen < len(self.program.variables):
             variable = self.program.variables.get(node.id)
             inner = (
@@ -811,7 +790,7 @@ class Writer:
                 break
             pieces, node, seen = [*inner, *pieces[1:]], inner[0], seen + 1
         if _is_find(node):
-            return flattened([f"package://{node.args[0].value}", *pieces[1:]])  # type: ignore[attr-defined]
+            return flattened([f"package://{node.args[0].value}", *pieces[1:]])
         if self.target.meshes and isinstance(first, str) and "://" not in first and not first.startswith("/"):
             return flattened([f"{self.target.meshes.rstrip('/')}/{first}", *pieces[1:]])
         return pieces
@@ -868,32 +847,7 @@ class Writer:
             return plain
         if kind == ANY and isinstance(node, ast.Call) and getattr(node.func, "id", "") == "__join":
             return self.joined([node])
-        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "load":
-            return Expression(f"${{{written(self.loaded(node))}}}")
-        return _value(self.formulas.node(self.with_loads(node)), "")
-
-    def with_loads(self, node: ast.expr) -> ast.expr:
-        writer = self
-
-        class Loads(ast.NodeTransformer):
-            def visit_Call(self, one: ast.Call) -> ast.AST:
-                self.generic_visit(one)
-                return writer.loaded(one, raw=True) if getattr(one.func, "id", "") == "load" else one
-
-        return Loads().visit(node) if "load(" in ast.unparse(node) else node  # type: ignore[no-any-return]
-
-    def loaded(self, node: ast.Call, raw: bool = False) -> ast.expr:
-        """Return the call that loads a YAML file."""
-        name = node.args[0]
-        if isinstance(name, ast.Constant):
-            made: ast.expr = ast.Constant(self.address(str(name.value)))
-        else:
-            pieces = flattened([name])
-            if isinstance(pieces[0], str):
-                pieces[0] = self.address(pieces[0]) if "/" in pieces[0].removeprefix("package://") else pieces[0]
-            made = ast.Call(ast.Name("__join"), [_constant(one) for one in pieces if one != ""], [])
-            made = made if raw else self.formulas.joined(flattened([made]))
-        return ast.Call(ast.Name("load"), [made], [])
+        return _value(self.formulas.node(node), "")
 
     def list_value(self, node: ast.expr, unit: str) -> Any:
         if isinstance(node, ast.Constant) and len(words := str(node.value).split()) > 1:
@@ -921,18 +875,18 @@ class Writer:
         for name, variable in macro.parameters.items():
             node = call.given[name][0]
             if variable in self.file_names:
-                node = ast.Call(ast.Name("__join"), [_constant(one) for one in self.file_name(flattened([node]))], [])
+                node = _join(self.file_name(flattened([node])))
             made = self.argument(node, variable.type)
             if variable.name.endswith("rpy") and isinstance(made, ast.List):
                 made = ast.List([_in_degrees(one) for one in made.elts], ast.Load())
             arguments.append(made)
         return ast.Call(ast.Name(macro.ours, ast.Load()), arguments, [])
 
-    def call_items(self, call: Call, level: str = "") -> list[Item]:
+    def call_items(self, call: Call) -> list[Item]:
         """Return the keys that the call of a named value has."""
         if call.macro not in self.results:
-            inner, shapes = self.inner, getattr(self, "shape_comments", {})
-            with _in(self, call.macro):
+            inner, shapes = self.inner, self.shape_comments
+            with _Within(self, call.macro):
                 self.one_macro(call.macro)
             self.inner, self.shape_comments = inner, shapes
         entry, single = self.results[call.macro]
@@ -946,7 +900,7 @@ class Writer:
                 )
                 inner.whole = "" if single else f"${{{text}.{key}}}"
                 items.append((key, inner, None))
-            elif single == "get" or _is_conditional(value):
+            elif _is_conditional(value):
                 items.append((key, Expression(f"${{get({text}, {key!r})}}"), None))
             else:
                 items.append((key, Expression(f"${{{text}}}" if single else f"${{{text}.{key}}}"), None))
@@ -966,8 +920,7 @@ class Writer:
             value: Any = Expression(text) if "${" in text else text
             self.results[macro] = ({}, True)
         else:
-            self.shape_comments: dict[str, list[list[str]]] = {}
-            self.inner = []
+            self.shape_comments, self.inner = {}, []
             value = self.finished(self.fragment(macro.body, macro.level))
             single = len(value) == 1 and not _is_conditional(next(iter(value.values())))
             if any(
@@ -976,7 +929,7 @@ class Writer:
                 if key in ("visual", "collision")
             ):
                 raise Unsupported("it has a shape on a condition")
-            only = next(iter(value.values()), {})
+            only: Any = next(iter(value.values()), {})
             if single and isinstance(only, list) and only and isinstance(only[0], dict):
                 single = len(only) == 1
                 only = only[0]
@@ -990,7 +943,9 @@ class Writer:
         file = self.macro_file()
         made: dict[str, Any] = {}
         path = ("parts", macro.ours)
-        self.body(macro.body, None, path, made)
+        self.part_entry = made
+        self.body(macro.body, None)
+        self.part_entry = None
         params = self.params(macro)
         lets: dict[str, Any] = {}
         for variable in self.program.variables.values():
@@ -1010,7 +965,7 @@ class Writer:
         """Return True if a part has a parameter anyway: its prefix, its mount."""
         prefix = self.prefix.get(macro)
         is_prefix = prefix is not None and variable is prefix[0]
-        needs = is_prefix and variable in self.used and (prefix[1] or not self.knows_prefix(macro))
+        needs = prefix is not None and variable in self.used and (prefix[1] or not self.knows_prefix(macro))
         is_pose = variable in self.pose.get(macro, {}).values()
         return (is_prefix and not needs) or variable is self.mount.get(macro) or is_pose
 
@@ -1036,14 +991,7 @@ class Writer:
                 made[variable.ours]["default"] = self.value(default, variable.type)
         return made
 
-    def use_part(
-        self,
-        call: Call,
-        when: ast.expr | None,
-        path: tuple[Any, ...],
-        target: dict[str, Any] | None,
-        comments: list[str],
-    ) -> None:
+    def use_part(self, call: Call, when: ast.expr | None, comments: list[str]) -> None:
         """Write a call of a macro that is a part."""
         macro = call.macro
         if self.is_empty(macro):
@@ -1067,15 +1015,14 @@ class Writer:
             made |= {key: value} if value != [Verbatim("0")] * 3 else {}
         if given:
             made["with"] = given
-        file = self.macro_file() if target is not None else self.program.file_of(call.place).name
-        document = target if target is not None else self.documents.files.setdefault(file, {})
+        file, path, document = self.place_of(call)
         section = document.setdefault("use", {})
-        taken = section if target is not None else self.keys
+        taken: Any = section if path else self.keys
         key, number = first, 1
         while key in taken:
             number += 1
             key = f"{first}_{macro.ours}" if number == 2 and first != macro.ours else f"{first}_{number}"
-        if target is None:
+        if not path:
             self.keys.add(key)
         if prefix != f"{key}_":
             made = {"part": made.pop("part"), "prefix": prefix, **made}
@@ -1277,7 +1224,7 @@ class Writer:
         return self._receivers
 
 
-class _in:
+class _Within:
     """Sets the macro that is written, and reports what cannot be written."""
 
     def __init__(self, writer: Writer, macro: Macro | None, node: Any = None) -> None:
@@ -1353,8 +1300,10 @@ def _sole(node: Element, tag: str, name: str) -> str:
     return found[0][0].id if is_name else ""
 
 
-def _constant(piece: Any) -> ast.expr:
-    return ast.Constant(piece) if isinstance(piece, str) else piece
+def _join(pieces: Pieces) -> ast.expr:
+    """Return a text as one formula."""
+    parts = [ast.Constant(one) if isinstance(one, str) else one for one in pieces]
+    return ast.Call(ast.Name("__join"), parts, [])
 
 
 def _is_find(node: Any) -> bool:
@@ -1406,7 +1355,7 @@ def write(
             name, text = target.sharing.placed(program, file, text, file.name in shares)
         included.append(address or name)
         beside |= {} if address else {name: text}
-    with _in(writer, None):
+    with _Within(writer, None):
         is_text = all(isinstance(piece, str) for piece in program.name)
         name = target.name or (str(tree["robot"]) if is_text else writer.joined(program.name))
     head: dict[str, Any] = {"rosorin_compile": Verbatim("1"), "robot": name}

@@ -211,8 +211,9 @@ class Formulas:
         pieces = [one.strip() if isinstance(one, str) else one for one in flattened([node])]
         if len(pieces) > 1:
             return self.of_word([one for one in pieces if one != ""])
-        made = self.node(node)
-        return ast.Call(ast.Name("float", ast.Load()), [made], []) if self.type(node) == TEXT else made
+        only = pieces[0] if pieces and not isinstance(pieces[0], str) else node
+        made = self.node(only)
+        return ast.Call(ast.Name("float", ast.Load()), [made], []) if self.type(only) == TEXT else made
 
     def flag(self, node: ast.expr) -> ast.expr:
         """Return a condition of xacro as one that is true or false."""

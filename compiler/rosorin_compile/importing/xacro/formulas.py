@@ -33,12 +33,11 @@ def literal(text: Any) -> Any:
     return FLAGS.get(text, text)
 
 
-def type_of_values(values: list[Any]) -> str:
-    """Return the type of a variable that has these values."""
+def type_of_values(values: list[Any], is_raw: bool = False) -> str:
+    """Return the type of a variable that has these values; raw ones are texts that may be numbers."""
     kinds = set()
-    for value in values:
-        value = literal(value)
-        if isinstance(value, bool):
+    for value in map(literal, values) if is_raw else values:
+        if isinstance(value, bool) or value in ("true", "false"):
             kinds.add(FLAG)
         elif isinstance(value, (int, float)):
             kinds.add(NUMBER)
@@ -213,6 +212,9 @@ class Formulas:
             return self.of_word([one for one in pieces if one != ""])
         only = pieces[0] if pieces and not isinstance(pieces[0], str) else node
         made = self.node(only)
+        value = folded(made)
+        if isinstance(value, str):
+            return number_node(value)
         return ast.Call(ast.Name("float", ast.Load()), [made], []) if self.type(only) == TEXT else made
 
     def flag(self, node: ast.expr) -> ast.expr:

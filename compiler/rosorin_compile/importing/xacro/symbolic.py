@@ -165,6 +165,9 @@ class Evaluator(ast.NodeTransformer):
         own |= {one.arg for one in ast.walk(tree) if isinstance(one, ast.arg)}
         texts = [one.value for one in ast.walk(tree) if isinstance(one, ast.Constant) and isinstance(one.value, str)]
         found = {text: self.program.joined(text) for text in texts if TOKEN.search(text)}
+        for one in ast.walk(tree):
+            if isinstance(one, ast.Call) and ast.unparse(one.func) == "xacro.arg":
+                found[f"arg {ast.unparse(one)}"] = self.program.argument(ast.literal_eval(one.args[0]))
         return found | {name: self.lookup(name) for name in names_in(tree) - own}
 
     def example(self, tree: ast.expr) -> Any:
@@ -181,7 +184,8 @@ class Evaluator(ast.NodeTransformer):
 
         space = names.get("xacro")
         if isinstance(space, program.xacro.NameSpace):
-            names["xacro"] = _Functions(space, load_yaml=lambda file: example_of(program.load(file)))
+            own = {"load_yaml": program.load, "arg": program.argument}
+            names["xacro"] = _Functions(space, {key: _example_of(function) for key, function in own.items()})
         if "load_yaml" in names:
             names["load_yaml"] = program.load
         return example_of(program.xacro.safe_eval(ast.unparse(Texts().visit(_copied(tree))), names))
@@ -309,11 +313,15 @@ class Evaluator(ast.NodeTransformer):
 class _Functions:
     """The functions of xacro, some of them replaced."""
 
-    def __init__(self, space: Any, **own: Any) -> None:
+    def __init__(self, space: Any, own: dict[str, Any]) -> None:
         self.space, self.own = space, own
 
     def __getattr__(self, name: str) -> Any:
         return self.own.get(name) or getattr(self.space, name)
+
+
+def _example_of(function: Any) -> Any:
+    return lambda value: example_of(function(value))
 
 
 def _copied(tree: ast.expr) -> Any:
@@ -561,11 +569,15 @@ class Program(Expansion):
         """Return the value of $(...)."""
         kind, _, rest = text.strip().partition(" ")
         rest = rest.strip()
+        named = self.joined(rest)
+        if kind != "eval" and not is_known(named):
+            raise Failed(f"$({kind}) cannot be translated", named.node)
+        rest = str(example_of(named)) if kind != "eval" else rest
         if kind == "arg":
             return self.argument(rest)
         if kind == "eval":
             return Evaluator(self, symbols, arguments=True).eval(ast.parse(rest.strip(), mode="eval").body)
-        if kind == "find" and not TOKEN.search(rest):
+        if kind == "find":
             return Symbol(ast.Call(ast.Name("find"), [ast.Constant(rest)], []), self.share(rest), True, self)
         if kind in ("env", "optenv"):
             name, _, default = rest.partition(" ")
@@ -574,10 +586,7 @@ class Program(Expansion):
             if name not in self.fixed:
                 self.declare(name, os.environ.get(name, default.strip()), None, environment=True)
             return self.argument(name)
-        found = TOKEN.search(text)
-        if found:
-            raise Failed(f"$({kind}) cannot be translated", self.tokens[int(found[1])].node)
-        return self.own_extension(f"$({text})")
+        return self.own_extension(f"$({kind} {rest})".replace(" )", ")"))
 
     def eval_text(self, text: str, symbols: Any, inner: bool = False) -> Any:
         """Return the value of a text, as xacro does."""
@@ -658,7 +667,7 @@ class Program(Expansion):
             return Symbol(ast.Name("pi", ast.Load()), value, True, self)
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
         if place is not None and str(place[:2]) in self.plain:
-            return value
+            return example_of(value) if is_known(value) else value
         made = self.variable(
             "let", name, example_of(value), is_known(value), node=node, place=place, comments=comments,
             raw=raw if is_number and self.own_literal(raw) == value else "",

@@ -268,8 +268,12 @@ class _Search:
             return
         arguments = made.program.arguments
         values = [arguments[name] for name, _ in found[0].combination if name in arguments and name not in self.fixed]
-        if not values:
+        lets = {str(one.place) for one in made.used if one.kind == LET and one.place is not None}
+        if not values and lets <= self.plain:
             raise Unsupported(found[0].text)
+        if not values:
+            self.plain |= lets
+            self.program = None
         for variable in values:
             self.fix(variable, f"not proven: {found[0].text}")
 

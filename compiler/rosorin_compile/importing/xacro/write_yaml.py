@@ -196,7 +196,7 @@ class Writer:
 
     def set_types(self) -> None:
         for variable in self.program.variables.values():
-            variable.type = type_of_values(variable.values) if variable.values else variable.type
+            variable.type = type_of_values(variable.values, variable.kind == ARGUMENT)
             if variable.kind == ARGUMENT:
                 texts = [one for one in variable.candidates if isinstance(literal(one), str)]
                 variable.type = TEXT if texts or variable.type not in (NUMBER, FLAG) else variable.type
@@ -734,6 +734,8 @@ class Writer:
     def in_unit(self, node: ast.expr, unit: str) -> Any:
         if unit == ANGLES:
             value = folded(node)
+            if value == 0:
+                return Verbatim("0")
             degrees = in_degrees(float(value), "deg") if isinstance(value, (int, float)) else ""
             if degrees:
                 return Verbatim(degrees)
@@ -975,8 +977,9 @@ class Writer:
         if len(nodes) != 1:
             return None
         node = next(iter(nodes.values()))
-        owners = {one.owner for one in self.program.variables_in(node)}
-        return node if owners <= {""} else None
+        found = self.program.variables_in(node)
+        shadowed = any(one.ours == macro.parameters[name].ours for one in found)
+        return node if {one.owner for one in found} <= {""} and not shadowed else None
 
     def params(self, macro: Macro) -> dict[str, Any]:
         made: dict[str, Any] = {}

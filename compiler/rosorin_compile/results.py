@@ -21,15 +21,15 @@ from rosorin_compile.queries import FrameTransform, JointPulse, Servos, Transfor
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, has_errors
 from rosorin_compile.source.rule_registry import Rule
 from rosorin_compile.viewer.frames import FrameEdge, Frames, FrameSituation
-from rosorin_compile.viewer.page.write import Page
 from rosorin_compile.viewer.picture.draw import Picture
+from rosorin_compile.viewer.showing import Page
 
 if TYPE_CHECKING:
     from rosorin_compile.importing.new_robot import NewRobot
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
     from rosorin_compile.mujoco.physics.checking import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
-    from rosorin_compile.output.check_outputs import Committed
+    from rosorin_compile.output.committed import Committed
     from rosorin_compile.recordings.results import Verified
     from rosorin_compile.variants.writing import WrittenVariants
 

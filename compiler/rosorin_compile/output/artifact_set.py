@@ -6,19 +6,23 @@ A new folder is prepared and exchanged with the old one. Files that are not arti
 from __future__ import annotations
 
 import errno
+import json
 import os
 import stat
 from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
+from hashlib import blake2b
 from pathlib import Path
 from typing import Literal, NamedTuple
 
+from rosorin_compile.source import system
+from rosorin_compile.source.cache import top_folder
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.load import json_of
 from rosorin_compile.source.wording import printable
 
 from .single_file import OutputError, is_generated, kept_name
 from .staging import STAGING_NAME, Entries, entries_below, locked, replace_folder, staging_folder
-from .written_names import remember, remembered
 
 MAX_FOREIGN = 200  # files that are not artifacts, above which this does not look like an output folder
 Decision = Literal["replace", "keep", "refuse"]  # keep: under another name
@@ -218,3 +222,39 @@ def obstacle(folder: Path, name: str) -> tuple[Path, str] | None:
         if kind != ("a file" if step == name else "a folder"):
             return folder / step, kind
     return None
+
+
+def remember(path: Path, files: Collection[str] = (), complete: bool = True) -> None:
+    """Store the names of the artifacts in a folder, or that the file ``path`` is an artifact, in the user's cache.
+
+    Without ``complete``, ``files`` are added to the names that are stored, if there are any. A failure is silent.
+    """
+    record, known = _record(path), remembered(path)
+    names = set(files) if complete else set(files) | (known or set())
+    if record is None or known == names or not (complete or known is not None):
+        return
+    with suppress(OSError):
+        record.parent.mkdir(0o700, parents=True, exist_ok=True)
+        new = record.with_name(f".{os.urandom(8).hex()}")
+        new.write_text(json.dumps(sorted(names)), "utf-8")
+        new.replace(record)
+
+
+def remembered(path: Path) -> set[str] | None:
+    """Return the names that ``remember`` stored, or None; also if others may have changed them."""
+    record = _record(path)
+    try:
+        statuses = [place.lstat() for place in (record.parent, record)] if record is not None else []
+        if record is None or not all(system.is_own(one) and not one.st_mode & 0o022 for one in statuses):
+            return None
+        names = json_of(record.read_bytes())
+    except (OSError, ValueError):
+        return None
+    return {str(name) for name in names} if isinstance(names, list) else None
+
+
+def _record(path: Path) -> Path | None:
+    """Return the file with the names of a folder, or None if there is no cache."""
+    top = top_folder()
+    name = blake2b(os.fsencode(os.path.abspath(path)), digest_size=32).hexdigest()
+    return top / "outputs" / f"{name}.json" if top is not None else None

@@ -1,28 +1,128 @@
-"""Compare committed artifacts with those just compiled, explained by meaning first.
+"""Compare committed artifacts with those just compiled: by meaning first, then as texts, and load them with engines.
 
 Each committed artifact is read back by its format, and compared with what it is meant to contain.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+import re
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from difflib import unified_diff
+from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.compare.changes import Change, find_changes
 from rosorin_compile.compare.pairs import Pair, pair_of, with_new_names
-from rosorin_compile.formats import FORMATS, Artifact, Format
-from rosorin_compile.model import Robot
+from rosorin_compile.compare.precision import POSE_NOISE as _NEAR
+from rosorin_compile.compare.precision import printed
+from rosorin_compile.compare.walk import Address, Leaves, compare_leaves, leaves
+from rosorin_compile.formats import FORMATS, Artifact
+from rosorin_compile.model import Mesh, Robot
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, error
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.wording import printable
+from rosorin_compile.source.rule_registry import WRITING, declare
+from rosorin_compile.source.wording import counted, listed, printable
 
-from .text_report import CHANGED, EXTRA, MISSING, NOT_TEXT, TextDifference, differing_values, report_lines, unified
+if TYPE_CHECKING:
+    from rosorin_compile.formats.compiled import Compiled
+    from rosorin_compile.rules.case import Case
 
+RULES = declare(
+    WRITING,
+    {
+        "outputs-differ": "The committed artifacts are not those of the description (in the forms for programs). Fix: "
+        "`rosorin-compile all`, if that is what you meant.",
+        "engine-refuses": "The engine that an artifact is for does not load it, or cannot find or read a mesh. `check` "
+        "asks MuJoCo, where it is installed; of one that is too old, it is a warning. Fix: As the message says; a mesh "
+        "is looked for from the folder of the artifact.",
+        "engine-missing": "A note: the engine that an artifact is for is not installed, so that nobody tried to load "
+        "the artifact. Fix: Install the engine, such as `pip install mujoco`, where artifacts are checked.",
+    },
+)
+
+CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
+MAX_LINES = 40
+MAX_WIDTH = 160
+_MAX_CHANGES = 100
+# Above this number of lines, comparing line by line takes too long.
+_MAX_COMPARED = 20_000
+_NO_END = "\\ No newline at end of file"
+_IF_MEANT = "if this is what you meant, run rosorin-compile all and commit what it writes"
+_MOST_VALUES = 3
+_CUT = 60
+_TAG = re.compile(r"<([A-Za-z_]\w*)")
+_WORD = re.compile(r"[A-Za-z_]\w+")
 _MISSING = "missing; rosorin-compile all writes it"
 _EXTRA = "no artifact of this robot; remove it, or run rosorin-compile all --prune"
 _NOT_TEXT = "the committed file is no UTF-8 text; rosorin-compile all writes it again"
 _SAME_MEANING = "same meaning, different text"
 _NOTHING_COMPARED = "different text; nothing that is compared by meaning differs"
 _LARGEST_PICTURE = 200_000  # letters of a text that is not for people; the lines of a larger one are not shown at all
+
+
+class TextDifference(NamedTuple):
+    """How the text of a file differs: its kind, a remark, and for a changed file the lines of a unified diff.
+
+    ``shown``: whether these say anything to a person; of a picture they do not.
+    """
+
+    file: str
+    kind: str
+    remark: str = ""
+    lines: tuple[str, ...] = ()
+    shown: bool = True
+
+    @property
+    def is_text(self) -> bool:
+        """Whether the committed file is text at all."""
+        return self.kind != NOT_TEXT
+
+
+def unified(file: str, old: str, new: str) -> tuple[str, ...]:
+    """Return the unified diff from a committed to a compiled text, without line ends, control characters visible."""
+    before, after = old.splitlines(keepends=True), new.splitlines(keepends=True)
+    if max(len(before), len(after)) > _MAX_COMPARED:
+        return (f"{len(before)} lines committed, {len(after)} lines compiled: too many to show how they differ",)
+    shown: list[str] = []
+    for line in unified_diff(before, after, f"committed/{file}", f"compiled/{file}"):
+        shown.append(printable(line.removesuffix("\n"), keep="\t"))
+        if not line.endswith("\n"):
+            shown.append(_NO_END)
+    return tuple(shown)
+
+
+def shorten(lines: Sequence[str]) -> list[str]:
+    """Return the first lines of a diff, long ones cut, and how many there are more."""
+    shown = [line if len(line) <= MAX_WIDTH else f"{line[:MAX_WIDTH]}..." for line in lines[:MAX_LINES]]
+    if len(lines) > MAX_LINES:
+        shown.append(f"... {len(lines) - MAX_LINES} more lines (--full shows them)")
+    return shown
+
+
+def _with_values(remark: str, old: str, new: str) -> str:
+    """Return a remark with the first lines of two texts that differ, unless the texts are of different lengths."""
+    before, after = old.splitlines(), new.splitlines()
+    if len(before) != len(after):
+        return remark
+    pairs = enumerate(zip(before, after, strict=True), 1)
+    found = [_line_change(number, *both) for number, both in pairs if both[0].split() != both[1].split()]
+    more = [f"and {len(found) - _MOST_VALUES} more"] if len(found) > _MOST_VALUES else []
+    return f"{remark}: {', '.join([*found[:_MOST_VALUES], *more])}" if found else remark
+
+
+def _line_change(number: int, old: str, new: str) -> str:
+    """Return what changed in a line: the words that differ, behind the element, the key or the first word."""
+    before, after = old.split(), new.split()
+    same: list[str] = []
+    for at in (0, -1):  # what both begin and end with
+        while before and after and before[at] == after[at]:
+            same += after[:1] if at == 0 else []
+            del before[at], after[at]
+    tags = _TAG.findall(" ".join([*same, *after[:1]]))
+    words = tags[-1:] or _WORD.findall(same[-1] if same and len(new) > MAX_WIDTH else new)
+    texts = [printable(" ".join(some))[:_CUT] or "nothing" for some in (before, after)]
+    return " ".join([f"line {number}", *words[:1]]) + f": {' -> '.join(texts)}"
 
 
 class Comparison(NamedTuple):
@@ -44,12 +144,15 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
     pairs: list[Pair] = []
     for number, artifact in enumerate(arranged):
         Progress.step(f"comparing {artifact.file},", number, len(arranged))
-        old = _decoded(committed.get(artifact.file))
-        if old is None:
-            is_missing = artifact.file not in committed
-            kind, remark = (MISSING, _MISSING) if is_missing else (NOT_TEXT, _NOT_TEXT)
-            texts.append((TextDifference(artifact.file, kind, remark), None, ""))
-        elif old != artifact.text:
+        if artifact.file not in committed:
+            texts.append((TextDifference(artifact.file, MISSING, _MISSING), None, ""))
+            continue
+        try:
+            old = committed[artifact.file].decode("utf-8")
+        except UnicodeDecodeError:
+            texts.append((TextDifference(artifact.file, NOT_TEXT, _NOT_TEXT), None, ""))
+            continue
+        if old != artifact.text:
             remark = ""
             try:
                 pair = pair_of(robot, artifact, old)
@@ -66,43 +169,164 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
     texts += [(TextDifference(file, EXTRA, _EXTRA), None, "") for file in extra]
     changes = tuple(find_changes(robot, pairs)) if pairs else ()
     explained = {output for change in changes for output in change.artifacts}
-    remarked = sorted(_remarked(text, artifact, old, explained) for text, artifact, old in texts)
-    return Comparison(changes, tuple(remarked), not remarked, tuple(pairs))
+    remarked = []
+    for text, compiled, old in texts:
+        remark, format = text.remark, FORMATS[compiled.backend] if compiled is not None else None
+        if compiled is not None and format is not None and not remark and compiled.output not in explained:
+            remark = format.differ(old, compiled.text) if format.differ is not None else ""
+            if not remark and format.read is not None:
+                same = False  # but for white space, comments and the spelling of numbers
+                with suppress(ValueError, SyntaxError):
+                    same = format.syntax is not None and bool(format.syntax(old) == format.syntax(compiled.text))
+                remark = _SAME_MEANING if same else _with_values(_NOTHING_COMPARED, old, compiled.text)
+        remarked.append(text._replace(remark=remark))
+    return Comparison(changes, tuple(sorted(remarked)), not remarked, tuple(pairs))
 
 
 def lines(comparison: Comparison, full: bool = False) -> list[str]:
-    """Return a comparison as lines of plain text; diffs are shortened unless ``full``."""
-    return report_lines([change.line() for change in comparison.changes], comparison.texts, full)
+    """Return a comparison as lines of plain text: changes of meaning, remarks and what to do, then the text diffs.
+
+    Diffs are shortened unless ``full``.
+    """
+    lines, texts = [change.line() for change in comparison.changes], comparison.texts
+    if not full and len(lines) > _MAX_CHANGES:
+        lines[_MAX_CHANGES:] = [f"... {counted(len(lines) - _MAX_CHANGES, 'more difference')} (--full shows them)"]
+    lines += [f"{printable(text.file)}: {text.remark}" for text in texts if text.remark]
+    for text in texts:
+        if text.lines and (full or text.shown):
+            lines += ["", *(text.lines if full else shorten(text.lines))]
+    return [*lines, "", _IF_MEANT] if any(text.kind == CHANGED for text in texts) else lines
 
 
-def _decoded(data: bytes | None) -> str | None:
-    """Return committed bytes as text; None if there are none, or if they are no UTF-8."""
+class Committed(NamedTuple):
+    """The differences between committed files and compiled artifacts, and why engines reject artifacts.
+
+    ``meshes`` are the mesh files that differ, each with a description of the difference. ``edited`` are the artifacts
+    that contradict others which are up to date, so that not the description has changed.
+    """
+
+    comparison: Comparison
+    committed: Mapping[str, bytes]
+    meshes: tuple[tuple[str, str], ...]
+    diagnostics: list[Diagnostic]
+    folder: Path
+    edited: tuple[Artifact, ...] = ()
+
+    @property
+    def same(self) -> bool:
+        """Whether no file differs."""
+        return self.comparison.same and not self.meshes
+
+    def differing(self) -> tuple[str, ...]:
+        """Return the names of the files that are not as compiled."""
+        return (*(text.file for text in self.comparison.texts), *(name for name, _ in self.meshes))
+
+    def lines(self, full: bool = False) -> list[str]:
+        """Return the differences as lines; texts are shortened unless ``full``."""
+        outputs = {artifact.output for artifact in self.edited}
+        changes = tuple(change for change in self.comparison.changes if not outputs.issuperset(change.artifacts))
+        return [
+            *(f"{self.folder / one.file} was edited: it differs from the other artifacts" for one in self.edited),
+            *lines(self.comparison._replace(changes=changes), full),
+            *(f"{name}: {what}" for name, what in self.meshes),
+        ]
+
+
+def compare_committed(
+    compiled: Compiled, committed: Mapping[str, bytes], folder: Path, load: Callable[[], Case | None]
+) -> Committed:
+    """Compare a compiled robot without errors with the files in its outputs folder.
+
+    ``load`` returns the robot with its positions in files, for errors of
+    engines.
+    """
+    if compiled.robot is None:
+        raise ValueError("a robot with errors has no artifacts")
+    meshes = compiled.mesh_files
+    present = [] if meshes.keys() - committed.keys() else [one for one in compiled.artifacts if one.file in committed]
+    files = {name: data for name, data in committed.items() if name not in meshes}
+    comparison = compare(compiled.robot, compiled.artifacts, files)
+    changed = []
+    for name, data in meshes.items():
+        if data != committed.get(name):
+            what = "another file than the mesh is" if name in committed else "missing"
+            changed.append((name, f"{what}; rosorin-compile all writes it"))
+    found = edited(present, committed) if comparison.changes else ()
+    return Committed(comparison, committed, tuple(changed), judged(present, folder, load), folder, found)
+
+
+def edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tuple[Artifact, ...]:
+    """Return the artifacts whose committed text contradicts another artifact that is up to date.
+
+    Had the description changed, that one would have changed, too.
+    """
+    texts = {artifact.file: committed[artifact.file].decode("utf-8", "replace") for artifact in artifacts}
+    readable = [artifact for artifact in artifacts if FORMATS[artifact.backend].read is not None]
+    current = [(_leaves(one, one.text), one.text) for one in readable if texts[one.file] == one.text]
+    found = []
+    for artifact in readable:
+        text = texts[artifact.file]
+        if text == artifact.text:
+            continue
+        old, new = _leaves(artifact, text), _leaves(artifact, artifact.text)
+        changed = [one.address for one in compare_leaves(old, new, (printed(text), printed(artifact.text)))]
+        for leaves_of_other, other in current:
+            shared = [one for one in changed if one.quantity in leaves_of_other.get(one[:2], {}) and one[:2] in old]
+            parts = [_part(side, shared) for side in (old, new, leaves_of_other)]
+            agree = {one.address for one in compare_leaves(parts[1], parts[2], (printed(text), printed(other)), _NEAR)}
+            differ = {one.address for one in compare_leaves(parts[0], parts[2], (printed(text), printed(other)), _NEAR)}
+            if differ - agree:
+                found.append(artifact)
+                break
+    return tuple(found)
+
+
+def _part(side: Leaves, addresses: Sequence[Address]) -> Leaves:
+    found: Leaves = {}
+    for kind, name, quantity in addresses:
+        if quantity in side.get((kind, name), {}):
+            found.setdefault((kind, name), {})[quantity] = side[kind, name][quantity]
+    return found
+
+
+def _leaves(artifact: Artifact, text: str) -> Leaves:
+    read = FORMATS[artifact.backend].read
     try:
-        return None if data is None else data.decode("utf-8")
-    except UnicodeDecodeError:
-        return None
+        return leaves(read(text)) if read is not None else {}
+    except (ValueError, TypeError, OverflowError):
+        return {}
 
 
-def _remarked(text: TextDifference, artifact: Artifact | None, old: str, explained: set[str]) -> TextDifference:
-    """Return a text difference with the remark that no change of meaning goes with it, where that is so."""
-    if artifact is None or text.remark or artifact.output in explained:
-        return text
-    format = FORMATS[artifact.backend]
-    remark = format.differ(old, artifact.text) if format.differ is not None else ""
-    if not remark and format.read is not None:
-        same = _same_syntax(format, old, artifact.text)
-        remark = _SAME_MEANING if same else _with_values(_NOTHING_COMPARED, old, artifact.text)
-    return text._replace(remark=remark)
+def judged(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case | None]) -> list[Diagnostic]:
+    """Load artifacts in a folder with their engines; return why one is not loaded, and which engines are missing.
 
-
-def _with_values(remark: str, old: str, new: str) -> str:
-    values = differing_values(old, new)
-    return f"{remark}: {values}" if values else remark
-
-
-def _same_syntax(format: Format, old: str, new: str) -> bool:
-    """Return True if two texts of a format differ in white space, comments and the spelling of numbers alone."""
-    try:
-        return format.syntax is not None and bool(format.syntax(old) == format.syntax(new))
-    except (ValueError, SyntaxError):
-        return False
+    An engine that is too old is a warning, one that is not installed a note.
+    """
+    diagnostics: list[Diagnostic] = []
+    missing: dict[str, list[str]] = {}
+    for artifact in artifacts:
+        engine = FORMATS[artifact.backend].refusal
+        found = engine(artifact.text, (folder / artifact.file).parent) if engine else None
+        if found is not None and found.missing:
+            missing.setdefault(found.missing, []).append(artifact.file)
+        elif found is not None and found.reason:
+            message = f"MuJoCo cannot load {artifact.file}: {found.reason}"
+            case = None if found.outdated else load()
+            if case is None:
+                severity = WARNING if found.outdated else ERROR
+                diagnostics.append(Diagnostic("engine-refuses", severity, message))
+                continue
+            help = "correct the file, or name another one; it is looked for from the folder of the artifact"
+            at_meshes = [
+                case.problem("engine-refuses", message, case.link(link.name, purpose, index, "mesh", "file"), help)
+                for link in case.robot.links
+                for purpose in ("collision", "visual")
+                for index, shape in enumerate(getattr(link, purpose))
+                if isinstance(shape.geometry, Mesh) and PurePosixPath(shape.geometry.file).name in found.reason
+            ]
+            output = case.tree.locate(("outputs", artifact.output), key=True)
+            diagnostics += at_meshes or [error("engine-refuses", message, output.span, "correct what it names")]
+    for name, files in missing.items():
+        message = f"{name} not installed: {listed(files)} {'was' if len(files) == 1 else 'were'} not loaded"
+        diagnostics.append(Diagnostic("engine-missing", NOTE, message))
+    return diagnostics

@@ -1,20 +1,25 @@
-"""The result of verify as plain values (schemas/recording.schema.json)."""
+"""The result of verify: plain values (schemas/recording.schema.json), tables for people, and JUnit XML for CI."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Annotated, Any
+from xml.sax.saxutils import escape, quoteattr
 
 from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.wording import and_more, counted, masked, printable
 
-if TYPE_CHECKING:
-    from .expected import Expected
-    from .recording import Recording
-    from .series import Series
+from .findings import rate_text, seconds
 
-_Record = TypeVar("_Record")
+_EDGE_HEAD = ("edge", "by", "topic", "seen", "rate", "largest gap", "age, oldest", "value")
+_SENSOR_HEAD = ("topic", "frame", "seen", "rate", "placed in", "at its stamp", "tree behind, most")
+_MAX_ROWS = 200
+_NO_TIME = 0.5e-3  # s; stamps ahead by less are within the accuracy of reading a clock
+# Errors that tell nothing about the robot: there was too little to compare.
+_TOO_LITTLE = {"recording-empty", "recording-foreign", "recording-type", "recording-no-static", "frames-prefixed"}
+_TOO_LITTLE |= {"text-not-understood", "text-frames", "not-compared"}
 
 
 @dataclass(frozen=True)
@@ -59,9 +64,9 @@ class Lookup:
 
     target: Annotated[str, "The requested frame."]
     asked: Annotated[int, "The number of lookups."]
-    failed: Annotated[int, "The number of lookups that tf2 could not have answered."]
-    mean_lag: Annotated[float, "The mean delay of the tree behind the stamp for failed lookups, in seconds."]
-    largest_lag: Annotated[float, "The largest delay in seconds."]
+    failed: Annotated[int, "The number of lookups that tf2 could not have answered."] = 0
+    mean_lag: Annotated[float, "The mean delay of the tree behind the stamp for failed lookups, in seconds."] = 0.0
+    largest_lag: Annotated[float, "The largest delay in seconds."] = 0.0
 
 
 @dataclass(frozen=True)
@@ -129,92 +134,84 @@ class Verified:
         return any(one.severity == "error" or (strict and one.severity == "warning") for one in self.findings)
 
 
-def result_of(recording: Recording, findings: Sequence[Diagnostic], source: str) -> Verified:
-    """Return a recording and its findings as a result of plain values."""
-    from .judge import answer_outcome
-    from .judge_tree import best_way
-
-    has_times = recording.timed and recording.start is not None
-    joints, states = recording.joints.ranges.items(), recording.joints.pace
-    kind = "sensor_msgs/msg/JointState"
-    sensors = [_copy(RecordedSensor, states, topic="/joint_states", type=kind, frame="-", early=0, lookups=[])]
-    sensors = sensors if states.count else []
-    sensors += [
-        _copy(RecordedSensor, use, use.pace, lookups=[_copy(Lookup, one) for one in use.lookups.values()])
-        for use in recording.uses
-    ]
-    answers = [EchoAnswer(one.name, one.line, answer_outcome(recording, one)) for one in recording.answers]
-    return Verified(
-        robot=recording.description.robot.name,
-        source=source,
-        form=recording.form,
-        messages=recording.messages,
-        seconds=(recording.end - (recording.start or 0)) / 1e9 if has_times else None,
-        modes=dict(best_way(recording).modes),
-        edges=tuple(_edges(recording, {edge.child: edge for edge in best_way(recording).edges})),
-        joints=tuple(_copy(RecordedJoint, seen, name=name) for name, seen in joints),
-        sensors=tuple(sensors),
-        answers=tuple(answers),
-        findings=tuple(map(_finding, findings)),
-        as_described=not any(finding.severity == "error" for finding in findings),
-        diagnostics=tuple(findings),
-        data=recording,
-    )
+def table(result: Verified) -> list[str]:
+    """Return the edges, the stamped messages and the answers of tf2_echo as tables."""
+    lines: list[str] = []
+    edges, sensors = list[Sequence[str]](), list[Sequence[str]]()
+    for edge in result.edges:
+        count = "yes" if edge.count is None else f"{edge.count:,}" if edge.count else "never"
+        gap = "-" if edge.largest_gap is None or (edge.count or 0) < 2 else seconds(edge.largest_gap)
+        pace = ("-", "-", "-") if edge.topic == "/tf_static" else (rate_text(edge.rate), gap, _age(edge))
+        edges.append((edge.name, edge.publisher or "?", edge.topic or "-", count, *pace, edge.value))
+    for use in result.sensors:
+        start = (use.topic, use.frame or '""', f"{use.count:,}", rate_text(use.rate))
+        lookups = [one for one in use.lookups if one.asked and one.target != use.frame]
+        sensors += [] if lookups else [(*start, "-", "-", "-")]
+        for one in lookups:
+            lag = f"{seconds(one.mean_lag)}, {seconds(one.largest_lag)}" if one.failed else "-"
+            sensors.append((*start, one.target, f"{one.asked - one.failed:,} of {one.asked:,}", lag))
+    answers = [(answer.name, str(answer.line), answer.value) for answer in result.answers]
+    for head, rows in ((_EDGE_HEAD, edges), (_SENSOR_HEAD, sensors), (("tf2_echo", "line", "value"), answers)):
+        if rows:
+            lines += ([""] if lines else []) + _columns([head, *rows[:_MAX_ROWS]])
+            if len(rows) > _MAX_ROWS:
+                lines.append(f"...{and_more(len(rows) - _MAX_ROWS)}; --format json has them all")
+    return lines
 
 
-def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
-    """Return a record of the attributes of these names; numbers that are not finite become None."""
-    for name in (one.name for one in fields(record) if one.name not in values):  # type: ignore[arg-type]
-        value = next((getattr(source, name) for source in sources if hasattr(source, name)), None)
-        values[name] = None if isinstance(value, float) and not math.isfinite(value) else value
-    return record(**values)
+def summary(result: Verified, name: str, strict: bool) -> str:
+    """Return the last line: the size of the recording, and the outcome."""
+    edges = len({edge.child for edge in result.edges if edge.topic})
+    parts = [counted(result.messages, "message")] if result.messages else []
+    parts += [f"{result.seconds:.1f} s"] if result.seconds else []
+    parts += [counted(edges, "edge")] if edges else []
+    parts += [f"{counted(len(result.answers), 'answer')} of tf2_echo"] if result.answers else []
+    size = f" ({', '.join(parts)})" if parts else ""
+    counts = Counter(finding.severity for finding in result.findings)
+    problems = ", ".join(counted(counts[word], word) for word in ("error", "warning", "note") if counts[word])
+    errors = {finding.rule for finding in result.findings if finding.severity == "error"}
+    if errors and errors <= _TOO_LITTLE:
+        return f"{name}: could not be compared: {problems}{size}"
+    if result.fails(strict):
+        return f"{name}: the robot that ran is not the one that is described: {problems}{size}"
+    return f"{name}: as described{f', {problems}' if problems else ''}{size}"
 
 
-def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[RecordedEdge]:
-    """Yield the edges, those of the description first."""
-    rows = {row.child: row for row in recording.rows}
-    for child in dict.fromkeys([*described, *recording.into, *rows]):
-        edge = described.get(child)
-        owner = _publishers(recording, edge)
-        for series in recording.into.get(child, ()):
-            oldest = series.pace.oldest_until(recording.end).seconds if recording.timed and not series.static else None
-            yield _copy(RecordedEdge, series, series.pace, publisher=owner, value=_value(series), oldest=oldest)
-        if child in rows and child not in recording.into:
-            row = rows[child]
-            value = "not described" if edge is None else "parent as described"
-            value = "wrong parent" if edge is not None and edge.parent != row.parent else value
-            yield _copy(RecordedEdge, row, publisher=owner, value=value, count=None, mean_age=row.age)
-        elif edge is not None and child not in recording.into and recording.complete:
-            yield RecordedEdge(edge.parent, child, "", edge.publisher.name, "missing", 0)
+def _age(edge: RecordedEdge) -> str:
+    """Return the mean age of an edge, or how far it is dated ahead, and the largest age of its newest stamp."""
+    if edge.mean_age is None:
+        return "-" if edge.oldest is None else "no stamp"
+    if edge.other_clock:
+        return f"{seconds(abs(edge.mean_age))} {'behind' if edge.mean_age > 0 else 'ahead'}: another clock"
+    ahead = edge.mean_age < -_NO_TIME
+    mean = f"{seconds(-edge.mean_age)} ahead" if ahead else seconds(max(0.0, edge.mean_age))
+    return mean if edge.oldest is None else f"{mean}, {seconds(max(0.0, edge.oldest))}"
 
 
-def _publishers(recording: Recording, edge: Expected | None) -> str:
-    """Return the nodes that may publish an edge: a recording does not tell which of several it was."""
-    if edge is None or recording.description.options.modes:
-        return edge.publisher.name if edge is not None else ""
-    return " or ".join(dict.fromkeys(one.publisher.name for one in recording.description.by_child[edge.child]))
+def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
+    rows = [[printable(cell, keep="\t") for cell in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
-def _value(series: Series) -> str:
-    """Return in a few words how the value of an edge compares with the description."""
-    if series.edge is None:
-        return "not described"
-    if series.edge.parent != series.parent:
-        return "wrong parent"
-    if series.bad == series.pace.count:
-        return "no rotation"
-    if series.wrong:
-        return "wrong" if series.wrong == series.compared else f"wrong in {series.wrong:,} of {series.compared:,}"
-    if series.by_state:
-        return f"as described, {series.by_state:,} by joint state"
-    if series.compared:
-        return "as its joint can be" if series.edge.moving else "as described"
-    return "known to its publisher alone"
-
-
-def _finding(finding: Diagnostic) -> Finding:
-    place = next((related.span for related in finding.related if related.span is not None), None)
-    evidence = [related.message for related in finding.related if related.span is None]
-    file, line = (place.source.path, place.line) if place else (None, None)
-    help = finding.worded().help
-    return Finding(finding.rule, finding.severity, finding.of[0], finding.message, help, evidence, file, line)
+def as_junit(result: Verified, strict: bool = False) -> str:
+    """Return a result as JUnit XML: a test case for each edge, topic and joint that fails if it has an error."""
+    names = [*(edge.name for edge in result.edges), *(answer.name for answer in result.answers)]
+    cases: dict[str, list[Finding]] = {name: [] for name in [*names, *(use.topic for use in result.sensors)]}
+    for finding in result.findings:
+        cases.setdefault(finding.subject, []).append(finding)
+    failing, robot = ("error", "warning") if strict else ("error",), quoteattr(result.robot)
+    failed = sum(any(finding.severity in failing for finding in findings) for findings in cases.values())
+    counts = f'tests="{len(cases)}" failures="{failed}"'
+    lines = ['<?xml version="1.0" encoding="UTF-8"?>', f"<testsuites {counts}>", f"  <testsuite name={robot} {counts}>"]
+    for name, findings in cases.items():
+        lines.append(f"    <testcase classname={robot} name={quoteattr(masked(name))}>")
+        for finding in findings:
+            text = escape(masked("\n".join([finding.message, *finding.evidence, finding.help]), keep="\n"))
+            if finding.severity in failing:
+                message = quoteattr(masked(finding.message))
+                lines.append(f'      <failure message={message} type="{finding.rule}">{text}</failure>')
+            else:
+                lines.append(f"      <system-out>{finding.severity}[{finding.rule}]: {text}</system-out>")
+        lines.append("    </testcase>")
+    return "\n".join([*lines, "  </testsuite>", "</testsuites>", ""])

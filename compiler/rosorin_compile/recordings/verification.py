@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -24,12 +26,15 @@ from rosorin_compile.source.progress import Progress
 from .bags import SUFFIXES, Unreadable
 from .bags import Progress as Report
 from .bags import read as read_bags
-from .expected import Description, Options
-from .judge import judge
+from .expected import Description, Expected, Options
+from .judge import answer_outcome, judge
+from .judge_edges import best_way
 from .pasted import read_text
 from .recording import Recording
-from .results import Verified, result_of
+from .results import EchoAnswer, Finding, RecordedEdge, RecordedJoint, RecordedSensor, Verified
+from .series import Series
 
+_Record = TypeVar("_Record")
 _MAX_TEXT = 64 << 20
 _NO_MODES: Mapping[str, bool] = MappingProxyType({})
 
@@ -56,17 +61,24 @@ def verify_recording(
     name, understood = request.description.name, request.understand()
     case, path = understood.case, request.description.path
     if case is None:
-        return Verified(name, source, diagnostics=_errors(understood.diagnostics))
+        return Verified(name, source, diagnostics=tuple(d for d in understood.diagnostics if d.severity == "error"))
     compiled = emit_published(understood, path) if request.is_foreign else emit(understood, path)
     if has_errors(compiled.diagnostics):
-        return Verified(name, source, diagnostics=_errors(compiled.diagnostics))
+        return Verified(name, source, diagnostics=tuple(d for d in compiled.diagnostics if d.severity == "error"))
     for option, value in (("since", since), ("until", until), ("stale", stale)):
         if value is not None and not 0 <= value < 1e9:
             raise RequestError(f"{option}: {value:g} is no time in seconds")
     if since is not None and until is not None and since >= until:
         raise RequestError("since is not before until")
     robot, prefix = case.robot, prefix.removeprefix("/")
-    known, nodes, positions = dict(check_modes(robot, modes)), _nodes(robot, without), _positions(robot, pose)
+    publishers = {joint.publisher.name for joint in robot.joints} | {edge.publisher.name for edge in robot.edges}
+    poses = {one.name: one.positions for one in robot.poses}
+    for node in without:
+        if node not in publishers:
+            raise RequestError(f'{robot.name} has no publisher "{node}"; {did_you_mean(node, publishers - {""})}')
+    if pose and pose not in poses:
+        raise RequestError(f'{robot.name} has no pose "{pose}"; {did_you_mean(pose, poses) or "it has none"}')
+    known, nodes, positions = dict(check_modes(robot, modes)), frozenset(without), poses[pose] if pose else None
     options = Options(known, nodes, positions, frames, since, until, namespace, prefix, stale)
     progress = partial(Progress.step, "reading messages")
     try:
@@ -94,8 +106,13 @@ def verify(
             recording = _read_text(description, standard_input(), "standard input")
         else:
             recording = _read_path(description, Path(source), progress)
-        findings = judge(recording, artifacts)
-        return result_of(recording, _with_places(findings, description, case) if case else findings, source)
+        findings, edges = judge(recording, artifacts), {edge.name: edge for edge in description.edges}
+        for number, finding in enumerate(findings):
+            if case is not None and (edge := edges.get(finding.of[0])):  # about an edge, also to where it is defined
+                path = edge.place if edge.joint is None else case.places.get(("joint", edge.joint.name), ())
+                place = Related("described here", case.tree.locate(path, key=True).span)
+                findings[number] = replace(finding, related=(*finding.related, place))
+        return _result(recording, findings, source)
 
 
 def _read_path(description: Description, path: Path, progress: Report) -> Recording:
@@ -143,35 +160,81 @@ def _read_text(description: Description, data: bytes, name: str) -> Recording:
     return recording
 
 
-def _errors(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
-    return tuple(one for one in diagnostics if one.severity == "error")
+def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -> Verified:
+    """Return a recording and its findings as a result of plain values."""
+    way, has_times = best_way(recording), recording.timed and recording.start is not None
+    joints, states = recording.joints.ranges.items(), recording.joints.pace
+    kind = "sensor_msgs/msg/JointState"
+    sensors = [_copy(RecordedSensor, states, topic="/joint_states", type=kind, frame="-", early=0, lookups=[])]
+    sensors = sensors if states.count else []
+    for use in recording.uses:
+        sensors.append(_copy(RecordedSensor, use, use.pace, lookups=list(use.lookups.values())))
+    answers = [EchoAnswer(one.name, one.line, answer_outcome(recording, one)) for one in recording.answers]
+    plain = []
+    for one in findings:
+        place = next((related.span for related in one.related if related.span is not None), None)
+        evidence = [related.message for related in one.related if related.span is None]
+        file, line = (place.source.path, place.line) if place else (None, None)
+        finding = (one.rule, one.severity, one.of[0], one.message, one.worded().help, evidence, file, line)
+        plain.append(Finding(*finding))
+    return Verified(
+        robot=recording.description.robot.name,
+        source=source,
+        form=recording.form,
+        messages=recording.messages,
+        seconds=(recording.end - (recording.start or 0)) / 1e9 if has_times else None,
+        modes=dict(way.modes),
+        edges=tuple(_edges(recording, {edge.child: edge for edge in way.edges})),
+        joints=tuple(_copy(RecordedJoint, seen, name=name) for name, seen in joints),
+        sensors=tuple(sensors),
+        answers=tuple(answers),
+        findings=tuple(plain),
+        as_described=not any(finding.severity == "error" for finding in findings),
+        diagnostics=tuple(findings),
+        data=recording,
+    )
 
 
-def _nodes(robot: Robot, names: Sequence[str]) -> frozenset[str]:
-    publishers = {joint.publisher.name for joint in robot.joints} | {edge.publisher.name for edge in robot.edges}
-    for name in names:
-        if name not in publishers:
-            raise RequestError(f'{robot.name} has no publisher "{name}"; {did_you_mean(name, publishers - {""})}')
-    return frozenset(names)
+def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
+    """Return a record of the attributes of these names; numbers that are not finite become None."""
+    for name in (one.name for one in fields(record) if one.name not in values):  # type: ignore[arg-type]
+        value = next((getattr(source, name) for source in sources if hasattr(source, name)), None)
+        values[name] = None if isinstance(value, float) and not math.isfinite(value) else value
+    return record(**values)
 
 
-def _positions(robot: Robot, name: str) -> Mapping[str, float] | None:
-    if not name:
-        return None
-    poses = {pose.name: pose.positions for pose in robot.poses}
-    if name not in poses:
-        raise RequestError(f'{robot.name} has no pose "{name}"; {did_you_mean(name, poses) or "it has none"}')
-    return poses[name]
+def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[RecordedEdge]:
+    """Yield the edges, those of the description first."""
+    rows = {row.child: row for row in recording.rows}
+    for child in dict.fromkeys([*described, *recording.into, *rows]):
+        edge, owner = described.get(child), ""
+        if edge is not None:  # a recording does not tell which of several nodes it was
+            known = [edge] if recording.description.options.modes else recording.description.by_child[child]
+            owner = " or ".join(dict.fromkeys(one.publisher.name for one in known))
+        for series in recording.into.get(child, ()):
+            oldest = series.pace.oldest_until(recording.end).seconds if recording.timed and not series.static else None
+            yield _copy(RecordedEdge, series, series.pace, publisher=owner, value=_value(series), oldest=oldest)
+        if child in rows and child not in recording.into:
+            row = rows[child]
+            value = "not described" if edge is None else "parent as described"
+            value = "wrong parent" if edge is not None and edge.parent != row.parent else value
+            yield _copy(RecordedEdge, row, publisher=owner, value=value, count=None, mean_age=row.age)
+        elif edge is not None and child not in recording.into and recording.complete:
+            yield RecordedEdge(edge.parent, child, "", edge.publisher.name, "missing", 0)
 
 
-def _with_places(findings: Sequence[Diagnostic], description: Description, case: Case) -> list[Diagnostic]:
-    """Return the findings; those about an edge also point to the place that defines it."""
-    edges = {edge.name: edge for edge in description.edges}
-    placed = []
-    for finding in findings:
-        if edge := edges.get(finding.of[0]):
-            path = edge.place if edge.joint is None else case.places.get(("joint", edge.joint.name), ())
-            place = Related("described here", case.tree.locate(path, key=True).span)
-            finding = replace(finding, related=(*finding.related, place))
-        placed.append(finding)
-    return placed
+def _value(series: Series) -> str:
+    """Return in a few words how the value of an edge compares with the description."""
+    if series.edge is None:
+        return "not described"
+    if series.edge.parent != series.parent:
+        return "wrong parent"
+    if series.bad == series.pace.count:
+        return "no rotation"
+    if series.wrong:
+        return "wrong" if series.wrong == series.compared else f"wrong in {series.wrong:,} of {series.compared:,}"
+    if series.by_state:
+        return f"as described, {series.by_state:,} by joint state"
+    if series.compared:
+        return "as its joint can be" if series.edge.moving else "as described"
+    return "known to its publisher alone"

@@ -1,14 +1,16 @@
-"""The trees of frames of a robot with their publishers, as values and as drawings."""
+"""The trees of frames of a robot with their publishers, as values, as drawings and as text."""
 
 from __future__ import annotations
 
 import os
+import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from rosorin_compile.model import Robot
-from rosorin_compile.model.frame_tree import NOBODY, Row, lines, rows, way
+from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, rows, way
 from rosorin_compile.output import OutputError, may_replace, write_file, write_set
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, did_you_mean
 from rosorin_compile.source.rule_registry import Heading, Rule
@@ -34,6 +36,13 @@ class FrameEdge:
     when: str | None
     joint: str | None
     type: str | None
+
+    @classmethod
+    def of(cls, row: Row) -> FrameEdge:
+        """Return a row of the table of frames as an edge."""
+        publisher, topic = (row.publisher, row.topic) if row.published else (None, None)
+        rest = (row.why, topic, row.when, row.joint, row.kind)
+        return cls(row.parent, row.child, publisher, *(text or None for text in rest))
 
 
 @dataclass(frozen=True)
@@ -75,43 +84,21 @@ def frames(robot: Robot, modes: Mapping[str, bool], frame: str | None = None, pu
     Raises UnknownName.
     """
     edges = rows(robot)
-    if frame is not None:
-        names = dict.fromkeys([*robot.frames, *(name for row in edges for name in (row.parent, row.child))])
-        if frame not in names:
-            raise UnknownName(f'there is no frame "{frame}"; {did_you_mean(frame, names)}')
-    if publisher is not None:
-        names = dict.fromkeys([*(row.publisher for row in edges), NOBODY])
-        if publisher not in names:
-            raise UnknownName(f'there is no publisher "{publisher}"; {did_you_mean(publisher, names)}')
-    shown = trees(robot, modes)
-    return Frames(
-        robot.name, tuple(_situation(robot, one, frame, publisher) for one in shown), robot=robot, trees=shown
-    )
-
-
-def _situation(robot: Robot, shown: Tree, frame: str | None, publisher: str | None) -> FrameSituation:
-    found = lines(shown.edges, robot.frames)
-    if frame is not None:
-        found = way(found, frame)
-    edges = [line.row for line in found if line.row is not None]
-    names = dict.fromkeys(line.frame for line in found)
-    if publisher is not None:
-        edges, names = [row for row in edges if row.publisher == publisher], {}
-    modes = tuple(dict(states) for states in shown.modes)
-    return FrameSituation(shown.label, modes, tuple(names), tuple(map(_edge, edges)))
-
-
-def _edge(row: Row) -> FrameEdge:
-    return FrameEdge(
-        row.parent,
-        row.child,
-        row.publisher if row.published else None,
-        row.why or None,
-        row.topic if row.published else None,
-        row.when or None,
-        row.joint or None,
-        row.kind or None,
-    )
+    known = {
+        "frame": (frame, [*robot.frames, *(name for row in edges for name in (row.parent, row.child))]),
+        "publisher": (publisher, [*(row.publisher for row in edges), NOBODY]),
+    }
+    for kind, (name, names) in known.items():
+        if name is not None and name not in names:
+            raise UnknownName(f'there is no {kind} "{name}"; {did_you_mean(name, dict.fromkeys(names))}')
+    situations, shown = [], trees(robot, modes)
+    for tree in shown:
+        drawn = lines(tree.edges, robot.frames)
+        drawn = drawn if frame is None else way(drawn, frame)
+        kept = [line.row for line in drawn if line.row and publisher in (None, line.row.publisher)]
+        here = tuple(dict.fromkeys(line.frame for line in drawn)) if publisher is None else ()
+        situations.append(FrameSituation(tree.label, tree.modes, here, tuple(map(FrameEdge.of, kept))))
+    return Frames(robot.name, tuple(situations), robot=robot, trees=shown)
 
 
 def draw_frames(robot: Robot, shown: Sequence[Tree], output: str, force: bool = False) -> Frames:
@@ -121,37 +108,125 @@ def draw_frames(robot: Robot, shown: Sequence[Tree], output: str, force: bool = 
     """
     target = Path(output)
     folder = output.endswith(("/", os.sep)) or target.is_dir()
-    if folder:
-        names = [f"frames_{one.short}.svg" if one.short else "frames.svg" for one in shown]
-        files = {target / name: svg(robot, [one]) for name, one in zip(names, shown, strict=True)}
-    elif output.casefold().endswith(".svg"):
-        files = {target: svg(robot, shown)}
-    else:
+    if not folder and target.suffix.lower() != ".svg":
         raise RequestError(f"{output} is no picture: name one that ends in .svg, or FOLDER/")
-    for path in files:
+    pictures = {target: shown}
+    if folder:
+        pictures = {target / (f"frames_{tree.short}.svg" if tree.short else "frames.svg"): [tree] for tree in shown}
+    for path in pictures:
         check_target(path, force)
+    found = Frames(robot.name, files=tuple(pictures), robot=robot, trees=tuple(shown))
+    files = {path.name: svg(robot, drawn) for path, drawn in pictures.items()}
     try:
         if folder:
-            write_set(Path(os.path.abspath(target)), {path.name: text for path, text in files.items()})
+            write_set(Path(os.path.abspath(target)), files)
         else:
-            write_file(target, files[target].encode(), may_replace=None)
+            write_file(target, files[target.name].encode(), may_replace=None)
     except OutputError as problem:
-        return Frames(
-            robot.name,
-            diagnostics=(problem.diagnostic if folder else replace(problem.diagnostic, rule="picture-file"),),
-            robot=robot,
-        )
-    return Frames(robot.name, files=tuple(files), robot=robot, trees=tuple(shown))
+        failure = problem.diagnostic if folder else replace(problem.diagnostic, rule="picture-file")
+        return Frames(robot.name, diagnostics=(failure,), robot=robot)
+    return found
 
 
 def check_target(path: Path, force: bool) -> None:
     """Raise RequestError if a drawing must not be written to this file: one of other tools needs ``force``."""
     try:
-        exists, is_file = os.path.lexists(path), path.is_file()
-        ours = force or not is_file or may_replace(path)
+        if os.path.lexists(path) and not path.is_file():
+            raise RequestError(f"{path} cannot be written: it is not a regular file")
+        if not force and path.is_file() and not may_replace(path):
+            raise RequestError(f"{path} exists and was not written by this tool: name another file, or add --force")
     except OSError:
         return  # it is reported when the file is written
-    if exists and not is_file:
-        raise RequestError(f"{path} cannot be written: it is not a regular file")
-    if not ours:
-        raise RequestError(f"{path} exists and was not written by this tool: name another file, or add --force")
+
+
+_HEADS = ("frame", "published by", "topic", "joint", "")
+_FLAT_HEADS = ("from", "to", "published by", "topic", "joint", "")
+_OPTIONAL = ("joint", "topic")  # columns that are left out in this order if a terminal is too narrow
+_BOLD, _DIM, _PLAIN = "\033[1m", "\033[2m", "\033[0m"
+# Colours of a terminal: blue, yellow, green, magenta, cyan, red, then the bright ones.
+_COLOURS = ("34", "33", "32", "35", "36", "31", "94", "93", "92", "95", "96", "91")
+_GAP = "  "
+
+
+class Look(NamedTuple):
+    """How to draw: in ASCII or with lines, the publishers in colours (none: no colours), the width (0: any)."""
+
+    ascii: bool = False
+    publishers: Sequence[str] = ()
+    width: int = 0
+
+    def paint(self, text: str, code: str) -> str:
+        """Return a text in a colour, if there are colours."""
+        return f"{code}{text}{_PLAIN}" if self.publishers and text else text
+
+    def colour(self, row: Row | None) -> str:
+        """Return the colour of an edge; a root is bold."""
+        if row is None or not row.published:
+            return _BOLD if row is None else _DIM
+        at = self.publishers.index(row.publisher) if row.publisher in self.publishers else 0
+        return f"\033[{_COLOURS[at % len(_COLOURS)]}m"
+
+
+def tree(lines: Sequence[Line], look: Look) -> list[str]:
+    """Return a tree as lines of text."""
+    before: list[str] = []  # the start of lines below each line
+    cells = []
+    for line in lines:
+        start, below = "", ""
+        if line.on >= 0:
+            dashed = line.row is not None and not line.row.published
+            branch = (".. " if dashed else "-- ") if look.ascii else ("╌╌ " if dashed else "── ")
+            corner = ("`" if line.last else "|") if look.ascii else ("└" if line.last else "├")
+            start = before[line.on] + corner + branch
+            below = before[line.on] + ("    " if line.last else "|   " if look.ascii else "│   ")
+        before.append(below)
+        cells.append(((f"{start}{line.frame}{' (above)' if line.up else ''}",), line.row, len(start)))
+    return _columns(_HEADS, cells, look)
+
+
+def table(rows: Sequence[Row], look: Look) -> list[str]:
+    """Return edges as lines of text, without the tree."""
+    return _columns(_FLAT_HEADS, [((row.parent, row.child), row, 0) for row in rows], look)
+
+
+def heading(text: str, look: Look) -> str:
+    """Return a heading."""
+    return look.paint(text, _BOLD)
+
+
+def _columns(heads: Sequence[str], entries: Sequence[tuple[tuple[str, ...], Row | None, int]], look: Look) -> list[str]:
+    """Return columns under their heads; an entry has its first cells, its edge, and the width of its indentation."""
+    whys = dict.fromkeys(row.why for _, row, _ in entries if row is not None and row.why)
+    numbers = {why: at for at, why in enumerate(whys, 1)}
+    cells = [(*first, *_cells(row, numbers)) for first, row, _ in entries]
+    widths = {head: max(map(text_width, texts)) for head, *texts in zip(heads, heads, *cells, strict=True)}
+    left_out = []
+    for head in _OPTIONAL:
+        used = [width for width in widths.values() if width]
+        if 0 < look.width < sum(used) + len(_GAP) * (len(used) - 1):
+            left_out.append(head)
+            del widths[head]
+    lines: list[str] = []
+    for texts, row, indent in ((heads, None, 0), *((c, row, i) for c, (_, row, i) in zip(cells, entries, strict=True))):
+        shown = [(text, widths[head]) for head, text in zip(heads, texts, strict=True) if head in widths]
+        text = _GAP.join(text + " " * (width - text_width(text)) for text, width in shown).rstrip()
+        lines.append(text[:indent] + look.paint(text[indent:], look.colour(row) if lines else _DIM))
+    lines += [look.paint(f"(no room for: {', '.join(left_out)})", _DIM)] if left_out else []
+    return lines + [look.paint(f"({at}) {why}", _DIM) for why, at in numbers.items()]
+
+
+def _cells(row: Row | None, numbers: Mapping[str, int]) -> tuple[str, ...]:
+    """Return publisher, topic, joint and condition of an edge."""
+    if row is None:
+        return ("", "", "", "")
+    who = f"{row.publisher} ({numbers[row.why]})" if row.why else row.publisher
+    joint = f"{row.joint} ({row.kind})" if row.joint else ""
+    return who, row.topic if row.published else "-", joint, f"when {row.when}" if row.when else ""
+
+
+def text_width(text: str) -> int:
+    """Return the columns that a text takes in a terminal."""
+    if text.isascii():
+        return len(text)
+    shown = [letter for letter in text if unicodedata.category(letter) not in ("Mn", "Me", "Cf")]
+    return sum(2 if unicodedata.east_asian_width(letter) in ("W", "F") else 1 for letter in shown)

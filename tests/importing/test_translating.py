@@ -94,7 +94,7 @@ def test_some_rows_of_the_table_are_translated_or_flattened_with_a_reason() -> N
 @pytest.mark.tier("fuzz")
 def test_every_row_of_the_table_is_translated_or_flattened_with_a_reason() -> None:
     found = {case.name: outcome(case) for case in CASES}
-    assert Counter(found.values()) == {"kept": 63, "in part": 10, "": 14}, found
+    assert Counter(found.values()) == {"kept": 68, "in part": 5, "": 14}, found
 
 
 @pytest.mark.parametrize("name", ["46-macro", "97-choice-of-plugin"])

@@ -11,7 +11,7 @@ from typing import Any
 from rosorin_compile.language.expression import evaluate
 from rosorin_compile.language.expression.functions import ExpressionError, functions
 
-from .ir import ANY, FLAG, LET, LIST, NUMBER, TABLE, TEXT, Pieces, Unsupported, Variable, flattened, is_list_text
+from .ir import ANY, FLAG, LIST, NUMBER, TABLE, TEXT, Pieces, Unsupported, Variable, flattened, is_list_text
 
 FLAGS = {"true": True, "True": True, "false": False, "False": False}
 _ANGULAR = frozenset(("acos", "asin", "atan", "atan2", "radians"))
@@ -391,6 +391,3 @@ def _no_names(name: str) -> Any:
 def written(node: ast.expr) -> str:
     """Return an expression as text of the language."""
     return ast.unparse(ast.fix_missing_locations(node)).strip()
-
-
-__all__ = ["LET", "Formulas", "folded", "written"]

@@ -62,7 +62,6 @@ from .wording import Words as WordsOf
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
 _TAIL = ("urdf_elements", "accept", "outputs")
 _NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][-+]?\d+)?")
-_WORD = re.compile(r"[A-Za-z_][\w-]*|\d*[A-Za-z_][\w-]*")
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
 _JOINT_PARTS = ("limit", "mimic", "dynamics", "calibration", "safety_controller")
 _OPTIONAL = {"xyz": "0 0 0", "rpy": "0 0 0"}  # attributes that a block may leave out

@@ -97,9 +97,9 @@ def _publishers_of(robot: Robot, found: Frames, frame: str) -> list[str]:
         sentences.append(
             f"{row.publisher} publishes {edge} on {row.topic}, {when}{joint}"
             if row.published
-            else f"nobody publishes {edge}{joint}{why}"
+            else f"no node publishes {edge}{joint}{why}"
         )
-    none = f"nobody publishes {frame} in these modes" if into else f"nothing is above {frame}: it is a root"
+    none = f"no node publishes {frame} in these modes" if into else f"nothing is above {frame}: it is a root"
     return sentences or [none]
 
 

@@ -15,8 +15,7 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from rosorin_compile.source import system
-from rosorin_compile.source.cache import top_folder
+from rosorin_compile.source.cache import cache_folder
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.load import json_of
 from rosorin_compile.source.wording import printable
@@ -44,7 +43,7 @@ class WriteResult(NamedTuple):
     def diagnostics(self, folder: Path) -> list[Diagnostic]:
         """Return a warning for each replaced file that somebody else may have written."""
         texts = [f"{folder}/{name} may be of somebody else; it is {kept} now" for name, kept in self.renamed]
-        return [Diagnostic("output-kept", WARNING, t, help="if nobody needs it, remove that file") for t in texts]
+        return [Diagnostic("output-kept", WARNING, t, help="remove that file if it is not needed") for t in texts]
 
 
 def write_artifacts(
@@ -225,7 +224,7 @@ def obstacle(folder: Path, name: str) -> tuple[Path, str] | None:
 
 
 def remember(path: Path, files: Collection[str] = (), complete: bool = True) -> None:
-    """Store the names of the artifacts in a folder, or that the file ``path`` is an artifact, in the user's cache.
+    """Store the names of the artifacts in a folder, or that the file ``path`` is an artifact.
 
     Without ``complete``, ``files`` are added to the names that are stored, if there are any. A failure is silent.
     """
@@ -234,20 +233,16 @@ def remember(path: Path, files: Collection[str] = (), complete: bool = True) -> 
     if record is None or known == names or not (complete or known is not None):
         return
     with suppress(OSError):
-        record.parent.mkdir(0o700, parents=True, exist_ok=True)
         new = record.with_name(f".{os.urandom(8).hex()}")
         new.write_text(json.dumps(sorted(names)), "utf-8")
         new.replace(record)
 
 
 def remembered(path: Path) -> set[str] | None:
-    """Return the names that ``remember`` stored, or None; also if others may have changed them."""
+    """Return the names that ``remember`` stored, or None."""
     record = _record(path)
     try:
-        statuses = [place.lstat() for place in (record.parent, record)] if record is not None else []
-        if record is None or not all(system.is_own(one) and not one.st_mode & 0o022 for one in statuses):
-            return None
-        names = json_of(record.read_bytes())
+        names = json_of(record.read_bytes()) if record else None
     except (OSError, ValueError):
         return None
     return {str(name) for name in names} if isinstance(names, list) else None
@@ -255,6 +250,6 @@ def remembered(path: Path) -> set[str] | None:
 
 def _record(path: Path) -> Path | None:
     """Return the file with the names of a folder, or None if there is no cache."""
-    top = top_folder()
+    folder = cache_folder("outputs")
     name = blake2b(os.fsencode(os.path.abspath(path)), digest_size=32).hexdigest()
-    return top / "outputs" / f"{name}.json" if top is not None else None
+    return folder / f"{name}.json" if folder is not None else None

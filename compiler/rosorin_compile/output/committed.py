@@ -36,7 +36,7 @@ RULES = declare(
         "engine-refuses": "The engine that an artifact is for does not load it, or cannot find or read a mesh. `check` "
         "asks MuJoCo, where it is installed; of one that is too old, it is a warning. Fix: As the message says; a mesh "
         "is looked for from the folder of the artifact.",
-        "engine-missing": "A note: the engine that an artifact is for is not installed, so that nobody tried to load "
+        "engine-missing": "A note: the engine that an artifact is for is not installed, so that the tool did not load "
         "the artifact. Fix: Install the engine, such as `pip install mujoco`, where artifacts are checked.",
     },
 )

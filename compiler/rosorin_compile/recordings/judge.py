@@ -376,7 +376,7 @@ def _unknown(recording: Recording, use: FrameUse) -> Diagnostic | None:
     message = f'{use.topic} is stamped "{use.frame}" ({many}), a frame that is neither described nor published'
     help: Help = ""
     if use.frame in recording.description.robot.link:
-        help = "the description has this frame, but says that nobody publishes it"
+        help = "the description has this frame, but no node that publishes it"
     elif nearest(use.frame, known):
         help = Suggestion(use.frame, known)
     return problem("frame-unknown", use.topic, message, help, severity=_severity(use))

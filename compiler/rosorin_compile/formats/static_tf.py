@@ -41,9 +41,7 @@ if TYPE_CHECKING:
 
 RULES = (
     Rule("number-format", "`number_format: six` for static_transform_publisher.", "`exact`, or leave it out.", OUTPUTS),
-    Rule(
-        "static-tf-no-urdf", "A warning: no output is robot_state_publisher's URDF.", "Add an output `urdf`.", FORMATS
-    ),
+    Rule("static-tf-no-urdf", "A warning: robot_state_publisher has no URDF.", "Add an output `urdf`.", FORMATS),
 )
 
 # What a mode may be set to. A condition of launch reads 1 and no on; its and, or, not read on and no 1.

@@ -28,14 +28,8 @@ if TYPE_CHECKING:
     from rosorin_compile.language.lower import Lowered
     from rosorin_compile.model import Robot
 
-RULES = (
-    Rule(
-        "import-cannot-carry",
-        "A warning: a description cannot express something of a file.",
-        "`--strict` makes it an error.",
-        READING,
-    ),
-)
+_CANNOT_CARRY = "A warning: a description cannot express something of a file."
+RULES = (Rule("import-cannot-carry", _CANNOT_CARRY, "`--strict` makes it an error.", READING),)
 
 MAX_NAME = 60
 BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"

@@ -219,7 +219,6 @@ def meanings(texts: Iterable[str], followers: Set[str] = frozenset()) -> Counter
 
 
 def _form(element: Element, followers: Set[str], above: str = "", lidar: bool = False) -> str:
-    """Return an element of SDF or of ros2_control in one spelling; empty if it has the default value."""
     if element.tag == "plugin":
         return ElementTree.canonicalize(ElementTree.tostring(element), strip_text=True)
     lidar = element.get("type") in ("gpu_lidar", "lidar") if element.tag == "sensor" else lidar

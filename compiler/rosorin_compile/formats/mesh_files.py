@@ -33,12 +33,14 @@ from rosorin_compile.source.wording import first_of
 
 from . import FORMATS as RECORDS
 
-_NOT_FOUND = "A mesh or texture is not found: an error or warning with an MJCF, a note if only the URDF names it."
 _FIND = "Correct the name, put the file there, or say where the package is: `--package NAME=FOLDER`."
 _AMBIGUOUS = "Two files that differ would be one beside the artifacts. A warning if the URDF alone names them."
+_NOT_FOUND = "A mesh or a texture is not found: an error if the MJCF needs it, a warning if the MJCF leaves it out, a "
+_NOT_FOUND += "note if the URDF alone names it."
+_NO_FILE = "An element of `mjcf` names a file that is not found."
 RULES = (
     Rule("mesh-not-found", _NOT_FOUND, _FIND, FORMATS, accept="robot", imported="always", asked="meshes"),
-    Rule("element-file-not-found", "An element of `mjcf` names a missing file.", "Add it.", FORMATS, asked="meshes"),
+    Rule("element-file-not-found", _NO_FILE, "Add or correct it.", FORMATS, asked="meshes"),
     Rule("mesh-not-a-file", "A mesh or a texture is no regular file.", "Name a file.", FORMATS, asked="meshes"),
     Rule("mesh-ambiguous", _AMBIGUOUS, "Give one of them another name.", FORMATS, asked="meshes"),
 )
@@ -275,7 +277,6 @@ class _Search:
         return Searched(tuple(self.found), frozenset(missing), self.diagnostics, by_name, tuple(self.resolved))
 
     def _file(self, one: NamedFile, copies: Sequence[Path]) -> Path | None:
-        """Return the file of a name, or None after reporting why there is none; ``copies`` are beside artifacts."""
         scheme, rest = one.address
         folders = [*one.folders, self.main]
         candidates: Iterable[Path]
@@ -339,7 +340,6 @@ class _Search:
         self.absent.setdefault((what, help, severity, one.kind), []).append(one)
 
     def _add(self, one: NamedFile, file: Path, opened: Sequence[str]) -> None:
-        """Add a file, and the files that a mesh file names: they are copied with it, unless it is converted."""
         name = urdf_file_name(one.name)
         is_named = is_relative(name) and one.kind != OF_ELEMENT
         named = sorted({_relative_to(output.file, name) for output in self.naming}) if is_named else []
@@ -357,7 +357,6 @@ class _Search:
                 self._absent(inner, what, "put the file beside the mesh, or export the mesh again", WARNING)
 
     def _take(self, one: NamedFile, file: Path, opened: Sequence[str], named: Sequence[str]) -> None:
-        """Add a file to the result, and report an earlier one that would have one of its names and differs."""
         found = Found(one, file, tuple(filter(_is_inside, opened)), tuple(filter(_is_inside, named)))
         self.found.append(found)
         for place in dict.fromkeys((*found.places, *found.beside)):

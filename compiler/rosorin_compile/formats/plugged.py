@@ -41,7 +41,6 @@ def plugged(built_in: tuple[Format, ...]) -> tuple[dict[str, Format], tuple[Diag
 
 
 def _unique_names(built_in: Collection[str], format: Format) -> list[str]:
-    """Return what no other format may have. Raises ValueError or TypeError for an invalid record."""
     for field in fields(format):
         value, default = getattr(format, field.name), field.default
         if field.name in ("options", "unsupported"):
@@ -75,7 +74,6 @@ def _unique_names(built_in: Collection[str], format: Format) -> list[str]:
 
 
 def _guarded(plugin: Plugin, format: Format) -> Format:
-    """Return a format whose functions raise and return nothing that their callers do not expect."""
 
     def guarded(name: str, function: Callable[..., Any], *arguments: Any) -> Any:
         try:

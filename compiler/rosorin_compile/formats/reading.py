@@ -70,7 +70,6 @@ def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | Non
 
 
 def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format, Opened, list[Diagnostic]]:
-    """Return the format of a file, the open file, and notes. Raises MarkupError for a file that is not read."""
     suffix = path.suffix.lower()
     if suffix in ENDINGS:
         message = f"{path.name} is a description already, or another file in YAML"
@@ -141,7 +140,6 @@ def _readable() -> list[Format]:
 
 
 def _parsed(path: Path, options: ReadOptions, asked: Span | None = None) -> tuple[Source, Document]:
-    """Return a file as it is, and parsed, with what other readers ignore blanked out. Raises MarkupError."""
     original = read_source(path, asked)
     start, rule, help = original.text.lstrip()[:200].lower(), "wrong-format", f"import reads {known_formats()}"
     if start.startswith(("<!doctype html", "<html")):

@@ -27,11 +27,13 @@ if TYPE_CHECKING:
     from .templating import Templates
 
 _CANNOT_SAY = "A warning: the driver's model has no room for a shape, a mimic, a planar, a floating or a ball joint."
+_UNKNOWN = "An option names a joint, a link or a servo group that does not exist."
+_GROUPS = "The driver's model has room for one of several servo groups."
 RULES = (
     Rule("robot-model-cannot-say", _CANNOT_SAY, "The URDF carries it; or leave the joint out with `joints`.", FORMATS),
-    Rule("robot-model-unknown-name", "An option names an unknown joint, link or servo group.", "Correct it.", FORMATS),
+    Rule("robot-model-unknown-name", _UNKNOWN, "Correct the name.", FORMATS),
     Rule("robot-model-same-name", "`rename` gives two links one name.", "Rename one to another.", FORMATS),
-    Rule("robot-model-servos", "The driver's model has one servo group, the robot several.", "Set `servos`.", FORMATS),
+    Rule("robot-model-servos", _GROUPS, "Select one with `servos`.", FORMATS),
     Rule("json-syntax", "The file is not JSON.", "Correct the place that is named; numbers are finite.", READING),
 )
 _RANGE_NOTE = "the driver's model does not say which pulses exist; these are those between the limits"
@@ -119,7 +121,6 @@ def _model(robot: Robot, output: Output) -> tuple[dict[str, Any], list[Diagnosti
 
 
 def _requested(robot: Robot, output: Output) -> list[Joint]:
-    """Return the joints to carry, by default all but those of simulations alone."""
     real = [joint.name for joint in robot.joints if joint.child not in robot.simulated_frames]
     return [robot.joint[name] for name in output.options.get("joints", real) if name in robot.joint]
 
@@ -167,7 +168,6 @@ def _robot_of(model: Mapping[str, Any]) -> Robot:
 
 
 def _load(opened: Opened) -> Imported:
-    """Return the robot of a driver's JSON. Raises MarkupError if it cannot be read."""
     from rosorin_compile.language.schema import subject
     from rosorin_compile.language.validator import misfits_of, validator, words_of
 

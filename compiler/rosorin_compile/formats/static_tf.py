@@ -39,9 +39,11 @@ if TYPE_CHECKING:
 
     from .templating import Templates
 
+_SIX = "`number_format: six` for arguments of static_transform_publisher."
+_NO_URDF = "A warning: robot_state_publisher needs a URDF, and no output is one."
 RULES = (
-    Rule("number-format", "`number_format: six` for static_transform_publisher.", "`exact`, or leave it out.", OUTPUTS),
-    Rule("static-tf-no-urdf", "A warning: robot_state_publisher has no URDF.", "Add an output `urdf`.", FORMATS),
+    Rule("number-format", _SIX, "`exact`, or leave it out.", OUTPUTS),
+    Rule("static-tf-no-urdf", _NO_URDF, "Add an output `urdf`.", FORMATS),
 )
 
 # What a mode may be set to. A condition of launch reads 1 and no on; its and, or, not read on and no 1.

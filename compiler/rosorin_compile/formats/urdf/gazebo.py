@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
     from .write import Content
 
-_NO_SENSOR = "A warning: a sensor is not written for Gazebo, or its link is dropped, because it has no mass."
-_GIVE_MASS = "Give the link an `inertial`, and keep it in `elements`; or leave the sensor out: `gazebo: []`."
-RULES = (Rule("gazebo-cannot-see", _NO_SENSOR, _GIVE_MASS, FORMATS),)
+_NO_SENSOR = "A warning: a sensor is not written for Gazebo, or is on a link that Gazebo drops, as it has no mass."
+_MASS = "Give the link an `inertial`, and keep it in `elements`; or leave the sensor out: `gazebo: []`."
+RULES = (Rule("gazebo-cannot-see", _NO_SENSOR, _MASS, FORMATS),)
 _KEEPING = ("preserveFixedJoint", "disableFixedJointLumping")
 
 

@@ -5,9 +5,7 @@ They are public beside those of ``rosorin_compile`` and ``rosorin_compile.model`
 
 from __future__ import annotations
 
-from rosorin_compile.cli.answer import FINE, PROBLEMS, give_result
 from rosorin_compile.cli.command import (
-    Check,
     Command,
     Options,
     argument,
@@ -19,6 +17,7 @@ from rosorin_compile.cli.command import (
     robot_options,
     robots_argument,
 )
+from rosorin_compile.cli.console import FINE, PROBLEMS
 from rosorin_compile.cli.run import Run, for_each
 from rosorin_compile.formats.format import Artifact, Asked, Format, Opened, Refusal
 from rosorin_compile.formats.templating import Templates
@@ -43,11 +42,11 @@ from rosorin_compile.source.rule_registry import Heading, Rule, rule
 
 # fmt: off
 __all__ = [
-    "ERROR", "FINE", "NOTE", "PROBLEMS", "WARNING", "Artifact", "Asked", "Case", "Check", "Command",
+    "ERROR", "FINE", "NOTE", "PROBLEMS", "WARNING", "Artifact", "Asked", "Case", "Command",
     "Description", "Diagnostic", "Format", "Heading", "Opened", "Options",
     "Refusal", "Related", "Request", "RequestError", "Rule", "Run", "Section", "Source", "Span",
     "Templates", "argument", "check", "check_options", "command", "did_you_mean", "error",
-    "for_each", "function", "give_result", "option", "robot_argument", "robot_options",
+    "for_each", "function", "option", "robot_argument", "robot_options",
     "robots_argument", "rule",
 ]
 # fmt: on

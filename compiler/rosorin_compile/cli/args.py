@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from .answer import FINE, PROBLEMS, table
 from .command import Options, command, robots_argument
+from .console import FINE, PROBLEMS, table
 from .run import Run, find_robots, warn_of_no_robots
 
 if TYPE_CHECKING:
     from rosorin_compile.language.arguments import Argument
-    from rosorin_compile.source.diagnostics import Span
 
 
 @command("args", exits="0 listed, 1 an invalid argument")
@@ -27,8 +26,7 @@ def run(options: Options) -> int:
     if not run.words:
         warn_of_no_robots(run.console)
     valid = [result for result in results if not result.diagnostics]
-    robots = [{"robot": one.robot, "arguments": [_object(argument) for argument in one.arguments]} for one in valid]
-    run.give(robots, lambda: "\n".join(line for one in valid for line in _lines(one.robot, one.arguments)))
+    run.give(valid, lambda: "\n".join(line for one in valid for line in _lines(one.robot, one.arguments)))
     return FINE if len(valid) == len(results) else PROBLEMS
 
 
@@ -48,23 +46,3 @@ def _lines(name: str, arguments: Sequence[Argument]) -> list[str]:
     for argument, line in zip(arguments, lines, strict=True):
         shown += [f"  {line}", *([f"  {'':{width}}  {argument.help}"] if argument.help else [])]
     return shown
-
-
-def _object(argument: Argument) -> dict[str, Any]:
-    """Return an argument as plain JSON; values are texts as written, ``value`` only if it is set."""
-    found: dict[str, Any] = {
-        "name": argument.name,
-        "type": argument.type,
-        "allowed": list(argument.allowed),
-        "required": argument.required,
-        "default": None if argument.required else argument.default,
-        "help": argument.help,
-        **_place(argument.span),
-    }
-    if argument.value:
-        found["value"] = {"text": argument.value, **(_place(argument.set_at) if argument.set_at else {})}
-    return found
-
-
-def _place(span: Span) -> dict[str, Any]:
-    return {"file": span.source.path, "line": span.line, "column": span.column}

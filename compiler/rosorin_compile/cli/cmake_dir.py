@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from rosorin_compile.source.project import data_folder
 
-from .answer import give_result
 from .command import Options, command
 
 _MORE = "Pass it to find_package(rosorin_compile) as rosorin_compile_DIR; see docs/builds.md."
@@ -14,4 +13,4 @@ _MORE = "Pass it to find_package(rosorin_compile) as rosorin_compile_DIR; see do
 def run(options: Options) -> int:
     """Print the folder that has rosorin_compileConfig.cmake."""
     folder = str(data_folder("cmake"))
-    return give_result(options, folder, lambda: folder)
+    return options.console.give(folder, lambda: folder)

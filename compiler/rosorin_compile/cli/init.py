@@ -12,8 +12,8 @@ import click
 from rosorin_compile.importing.new_robot import DEFAULT, TEMPLATES, check_free
 from rosorin_compile.source.diagnostics import RequestError, error
 
-from .answer import PROBLEMS, answer_of, give_result
-from .command import Options, argument, command, path_option
+from .command import Options, argument, command, option
+from .console import PROBLEMS
 
 if TYPE_CHECKING:
     from rosorin_compile.importing.new_robot import NewRobot
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     metavar="[TEMPLATE]",
     help=f"one of {', '.join(TEMPLATES)}; default: prompt in a terminal, else {DEFAULT}",
 )
-@path_option("-o", "--output", default=".", metavar="FOLDER", help="folder of the project; default: .")
+@option("-o", "--output FOLDER", default=".", help="folder of the project")
 def run(options: Options) -> int:
     """Write a new description, and print the next step."""
     from rosorin_compile import api
@@ -39,9 +39,9 @@ def run(options: Options) -> int:
         new = api.init(options.name, template, options.output)
     except OSError as problem:
         message = f"cannot write in {options.output}: {problem.strerror or problem}"
-        answer_of(options).console().show([error("output-folder", message, None, "name another folder")])
+        options.console.show([error("output-folder", message, None, "name another folder")])
         return PROBLEMS
-    return give_result(options, new, lambda: "\n".join(_lines(options, new)))
+    return options.console.give(new, lambda: "\n".join(_lines(options, new)))
 
 
 def _lines(options: Options, new: NewRobot) -> Iterator[str]:

@@ -10,15 +10,14 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from rosorin_compile.cli.console import give
 from rosorin_compile.language.arguments import UNKNOWN
 from rosorin_compile.source.diagnostics import ERROR, RequestError
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import counted, first_of
 
-from .answer import FINE, PROBLEMS, USAGE, table
-from .command import Options, command, depfile_options, flag, path_option, robot_options, words_argument
-from .run import Run, find_robot, is_robot, refuse_half_marks
+from .command import Options, command, depfile_options, flag, option, robot_options, words_argument
+from .console import FINE, PROBLEMS, USAGE, give, table
+from .run import Run, is_robot, refuse_half_marks
 
 _CALL = "rosorin-compile print"
 _MAX_NAMES = 20
@@ -31,14 +30,14 @@ _MAX_NAMES = 20
     "an output or a format such as urdf",
     offers=("robot", "output", "format", "argument"),
 )
-@path_option("-o", "--output", metavar="FILE", help="write to a file instead of standard output")
-@flag("--list", help="list the outputs of the robot")
+@option("-o", "--output FILE", help="write to a file instead of standard output")
+@flag("--list", help="list the outputs of the robot", excludes="output depfile")
 @depfile_options("default: FILE of -o")
 @flag("--lenient", help="accept a URDF, xacro, SDF or MJCF that violates its specification, where possible")
 @robot_options
 def run(options: Options) -> int:
     """Print one artifact, or list the outputs."""
-    options.quiet = not options.verbose
+    options.console.quiet = not options.verbose
     run = Run.of(options)
     if options.list:
         return _list(run)
@@ -52,16 +51,15 @@ def run(options: Options) -> int:
         raise RequestError(f"print takes one ROBOT and one OUTPUT: {_CALL} {words[0]} {words[1]}")
     if options.format != "text":
         raise RequestError("JSON goes with --list: an artifact is printed as it is")
-    if options.depfile is None and options.depfile_target is not None:
-        raise RequestError("--depfile-target goes with --depfile FILE")
     if options.depfile is not None and target is None:
         raise RequestError("a depfile needs a target: write -o FILE, or --depfile-target NAME")
-    description, output = _requested(words)
+    description, output = _requested(run)
     request = run.request(description)
     compiled = request.compile((output,), foreign=True, lenient=options.lenient)
     inputs = request.inputs(compiled)
-    console.tell_read(inputs)
+    console.print_read(inputs)
     console.show(compiled.diagnostics)
+    console.unlisted.clear()
     if not compiled.artifacts:
         errors = [one for one in compiled.diagnostics if one.severity == ERROR]
         unknown = [one for one in errors if one.rule == UNKNOWN]
@@ -90,21 +88,21 @@ def run(options: Options) -> int:
     return FINE
 
 
-def _requested(words: list[str]) -> tuple[Description, str]:
+def _requested(run: Run) -> tuple[Description, str]:
     """Return the requested robot and output. Raises RequestError."""
-    if len(words) == 1:
+    *robots, output = run.words
+    if not robots:
         try:
-            return find_robot("", f"{_CALL} ROBOT {words[0]}"), words[0]
+            return run.find_robot("", f"ROBOT {output}"), output
         except RequestError:
-            if is_robot(words[0]):
-                raise RequestError(_missing_output(words[0])) from None
+            if is_robot(output):
+                raise RequestError(_missing_output(output)) from None
             raise
-    robot, output = words
-    if not is_robot(robot):
+    if not is_robot(robots[0]):
         if is_robot(output):
-            raise RequestError(f"the robot comes first: {_CALL} {output} {robot}")
+            raise RequestError(f"the robot comes first: {_CALL} {output} {robots[0]}")
         refuse_half_marks([output])
-    return find_robot(robot, f"{_CALL} ROBOT {output}"), output
+    return run.find_robot(robots[0]), output
 
 
 def _missing_output(robot: str) -> str:
@@ -129,14 +127,13 @@ def _list(run: Run) -> int:
     from rosorin_compile import api
     from rosorin_compile.formats import FORMATS
 
-    options, words, console = run.options, run.words, run.console
-    if len(words) > 1 or options.output or options.depfile:
+    if len(run.words) > 1:
         raise RequestError(f"a list is of one robot: {_CALL} --list ROBOT")
-    description = find_robot("".join(words), f"{_CALL} --list ROBOT")
+    description = run.find_robot(*run.words, usage="--list ROBOT")
     found = api.outputs(run.request(description))
     if found.outputs is None:
-        console.show([one for one in found.diagnostics if one.severity == ERROR])
-        console.warn(f"{description.name}: a description with errors has no outputs")
+        run.console.show([one for one in found.diagnostics if one.severity == ERROR])
+        run.console.warn(f"{description.name}: a description with errors has no outputs")
         return PROBLEMS
     rows = [{"name": output.name, "format": output.backend, "file": output.file} for output in found.outputs]
     lines = table([("output", "format", "file"), *(tuple(row.values()) for row in rows)])
@@ -151,7 +148,7 @@ def _outputs_here(run: Run) -> str:
     from rosorin_compile import api
 
     with suppress(RequestError):
-        description = find_robot("", "")
+        description = run.find_robot()
         outputs = api.outputs(replace(run.request(description), warn=None)).outputs
         if outputs:
             return f"; the outputs of {description.name}: {first_of([one.name for one in outputs], _MAX_NAMES)}"

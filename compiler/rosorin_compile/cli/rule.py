@@ -10,8 +10,8 @@ from rosorin_compile.language.suppressions import STAYS
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.rule_registry import PLUGINS, Rule
 
-from .answer import FINE, PROBLEMS, answer_of, give_result
 from .command import Options, command, words_argument
+from .console import FINE, PROBLEMS
 
 _LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
 _WIDTH = 100
@@ -19,17 +19,15 @@ _IMPORTED = {"always": "import writes that entry by itself.", "lenient": "import
 
 
 @command("rule", exits="0 printed, 1 a plug-in is broken")
-@words_argument(
-    "[ID ...]", "id in the brackets of a message, such as axis-zero; default: list all rules", offers=("rule",)
-)
+@words_argument("[ID ...]", "id of a message, such as axis-zero; default: list all rules", offers=("rule",))
 def run(options: Options) -> int:
     """Print the entries of rules."""
     from rosorin_compile import api
 
     found = api.explain_rules(options.words)
     entries = ["\n".join(entry(rule)) for rule in found.rules]
-    give_result(options, found.rules, lambda: "\n\n".join(entries) if options.words else _list(found.rules))
-    answer_of(options).console().show(found.diagnostics)
+    options.console.give(found.rules, lambda: "\n\n".join(entries) if options.words else _list(found.rules))
+    options.console.show(found.diagnostics)
     return PROBLEMS if has_errors(found.diagnostics) else FINE
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 import time
-from pathlib import Path
+from contextlib import suppress
 
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.output import OutputError, read_set, write_artifacts
@@ -16,8 +17,8 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.wording import and_more, counted
 
-from .answer import FINE
 from .command import Options, command, output_folder_option, robots_argument
+from .console import FINE
 from .run import Run, count, placed, refuse_stdin
 
 MAX_SHOWN = 20  # changes of one run, one line each
@@ -28,8 +29,6 @@ MAX_SHOWN = 20  # changes of one run, one line each
 @output_folder_option
 def run(options: Options) -> int:
     """Compile robots whenever one of their files changes, until Ctrl-C or SIGTERM."""
-    import gc
-
     gc.enable()  # it is off in short runs
     run = Run.of(options)
     refuse_stdin(run.words, "name a file to watch")
@@ -49,26 +48,19 @@ def run(options: Options) -> int:
     _say(f"watching {', '.join(robot.description.name for robot in watched.values())}; Ctrl-C ends it")
     while not stopped:
         time.sleep(INTERVAL)
+        new = []
         if not run.words:
-            _add_new(watched, run)
+            with suppress(NoDescription):
+                new = [one for one in Description.find([], options.output) if one.path not in watched]
+        for description in new:
+            watched[description.path] = WatchedRobot(description, run)
+            watched[description.path].compile()
         for robot in watched.values():
             if not stopped and robot.inputs.changed():
                 robot.inputs.settle()
                 robot.compile()
     _say("watch ended")
     return FINE
-
-
-def _add_new(watched: dict[Path, WatchedRobot], run: Run) -> None:
-    """Compile descriptions that are new in the project."""
-    try:
-        found = Description.find([], run.options.output)
-    except NoDescription:
-        return
-    for description in found:
-        if description.path not in watched:
-            watched[description.path] = WatchedRobot(description, run)
-            watched[description.path].compile()
 
 
 def _key(diagnostic: Diagnostic) -> tuple[str, ...]:
@@ -94,7 +86,7 @@ class WatchedRobot:
 
     def _compile(self) -> None:
         compiled = self.request.compile()
-        self.console.tell_read(self.request.inputs(compiled))
+        self.console.print_read(self.request.inputs(compiled))
         errors = sum(diagnostic.severity == ERROR for diagnostic in compiled.diagnostics)
         keys = {_key(diagnostic): diagnostic for diagnostic in compiled.diagnostics}
         new = [diagnostic for key, diagnostic in keys.items() if key not in self.reported]
@@ -118,8 +110,7 @@ class WatchedRobot:
             return
         files = {artifact.file: artifact.text for artifact in compiled.artifacts}
         try:
-            before = read_set(folder)
-            comparison = compare(compiled.robot, compiled.artifacts, before)
+            comparison = compare(compiled.robot, compiled.artifacts, read_set(folder))
             done = write_artifacts(folder, {**compiled.mesh_files, **files})
         except OutputError as problem:
             self.console.show([problem.diagnostic])

@@ -1,10 +1,9 @@
 """rosorin-compile all: compile each robot and write its artifacts."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 
+from rosorin_compile import api
 from rosorin_compile.language.arguments import UNKNOWN
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.project import Description
@@ -44,8 +43,6 @@ def run(options: cli.Options) -> int:
 
 def _write(run: Run, description: Description) -> int:
     """Compile one robot and write its artifacts."""
-    from rosorin_compile import api
-
     options, console, request = run.options, run.console, run.request(description)
     result = api.write(request, prune=options.prune, only=options.only)
     compiled = result.compiled

@@ -1,24 +1,19 @@
 """rosorin-compile args: list the arguments of each robot."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+
+from rosorin_compile import api
+from rosorin_compile.language.arguments import Argument
 
 from .command import Options, command, robots_argument
 from .console import FINE, PROBLEMS, table
 from .run import Run, find_robots, warn_of_no_robots
-
-if TYPE_CHECKING:
-    from rosorin_compile.language.arguments import Argument
 
 
 @command("args", exits="0 listed, 1 an invalid argument")
 @robots_argument()
 def run(options: Options) -> int:
     """List the arguments of each robot; those that are set are shown, and checked."""
-    from rosorin_compile import api
-
     run = Run.of(options)
     results = [api.arguments(run.request(description)) for description in find_robots(run.words)]
     for result in results:

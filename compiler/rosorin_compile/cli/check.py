@@ -4,8 +4,6 @@ With --every-argument a robot is compiled with every combination of the argument
 checks, ``check NAME``, are commands of their own.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import tempfile
@@ -17,6 +15,7 @@ from itertools import islice
 from math import prod
 from pathlib import Path
 
+from rosorin_compile import api
 from rosorin_compile.language.arguments import Choice, Combination, choices, combinations, declared
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, has_errors
 from rosorin_compile.source.messages import arrange
@@ -128,8 +127,6 @@ def _check(options: cli.Options) -> int:
 
 def check_robot(run: Run, description: Description, page: Pictures | None = None) -> int:
     """Compile one robot and compare it with its outputs folder; ``page`` gets the changes."""
-    from rosorin_compile import api
-
     options, console, name, request = run.options, run.console, description.name, run.request(description)
     if description.path == Description.ON_STDIN:
         compiled = request.compile()

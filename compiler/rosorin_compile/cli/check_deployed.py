@@ -1,10 +1,9 @@
 """rosorin-compile check deployed: compare what robots are compiled to with the copies in a folder."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 
+from rosorin_compile import api
 from rosorin_compile.source.diagnostics import RequestError, error
 from rosorin_compile.source.project import Description
 
@@ -21,8 +20,6 @@ _USAGE = "ROBOT FOLDER"
 @full_option
 def run(options: Options) -> int:
     """Compare the copies in a folder with what robots are compiled to."""
-    from rosorin_compile import api
-
     names = Run.of(options).words
     if not names:
         raise RequestError(f"there is no folder to look into: rosorin-compile check deployed {_USAGE}")

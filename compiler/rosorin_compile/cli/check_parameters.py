@@ -1,10 +1,9 @@
 """rosorin-compile check parameters: check the parameter files of nodes against one robot."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
+from rosorin_compile import api
 from rosorin_compile.request import is_foreign
 from rosorin_compile.ros.parameters import DISTRIBUTION
 from rosorin_compile.source import files
@@ -35,7 +34,6 @@ _MAX_BYTES = 1_000_000  # of a file that are searched
 )
 def run(options: Options) -> int:
     """Check the parameter files against the robot."""
-    from rosorin_compile import api
     from rosorin_compile.ros.check_parameters.checking import summary
 
     for words in (options.controllers, options.launch):  # arguments may follow files

@@ -1,7 +1,5 @@
 """rosorin-compile check physics: find collisions and impossible masses with MuJoCo and the meshes."""
 
-from __future__ import annotations
-
 from rosorin_compile import api
 from rosorin_compile.mujoco.physics.checking import require
 from rosorin_compile.source.project import Description

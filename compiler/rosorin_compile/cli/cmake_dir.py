@@ -1,7 +1,5 @@
 """rosorin-compile cmake-dir: print the folder of the CMake package that ships with the tool."""
 
-from __future__ import annotations
-
 from rosorin_compile.source.project import data_folder
 
 from .command import Options, command

@@ -1,7 +1,5 @@
 """rosorin-compile collisions: compute the collision matrix for MoveIt, and write it next to the description."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path

@@ -24,7 +24,7 @@ from rosorin_compile.source.system import missed
 
 from . import complete
 from .console import FINE, PROBLEMS, Console, show_progress
-from .registry import CHECK, entry
+from .registry import BUILT_IN, CHECK
 
 RULES = (
     Rule(
@@ -209,9 +209,9 @@ class Command(click.Command):
 
 def command(name: str, within: str = "", **settings: Any) -> Callable[[Run], Command]:
     """Return a decorator that makes a function that takes ``Options`` a command; built-in ones are in the registry."""
-    listed = entry(name, "checks" if within == CHECK else "commands") if "help" not in settings else None
-    if listed is not None:
-        settings |= {key: getattr(listed, key) for key in ("help", "group", "also", "hidden")}
+    if "help" not in settings:
+        settings |= BUILT_IN["checks" if within == CHECK else "commands"][name]._asdict()
+        del settings["name"]
 
     def decorate(run: Run) -> Command:
         # click keeps the parameters of decorators in reverse order

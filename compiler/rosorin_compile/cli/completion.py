@@ -1,7 +1,5 @@
 """rosorin-compile completion: print the script that makes a shell complete commands, options, robots and frames."""
 
-from __future__ import annotations
-
 from click.shell_completion import get_completion_class
 
 from .command import Options, argument, click, command

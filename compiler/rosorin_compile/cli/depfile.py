@@ -1,7 +1,5 @@
 """Depfiles: what a target was made from, in the syntax of Make and Ninja (``--depfile``)."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Sequence

@@ -1,7 +1,6 @@
 """rosorin-compile deploy: write the artifacts into a ROS 2 package that exists."""
 
-from __future__ import annotations
-
+from rosorin_compile import api
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
 from . import command as cli
@@ -24,8 +23,6 @@ from .run import Run
 @cli.robot_options
 def run(options: cli.Options) -> int:
     """Deploy the artifacts of a robot, and print the changes."""
-    from rosorin_compile import api
-
     run, description = Run.alone(options, stdin=False)
     console = run.console
     console.begin(description.name)

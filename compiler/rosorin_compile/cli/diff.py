@@ -1,12 +1,12 @@
 """rosorin-compile diff: compare two robots by meaning, in any supported formats."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from rosorin_compile import api
+from rosorin_compile.compare.difference import Difference
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.arguments import NO_ARGUMENTS
 from rosorin_compile.source.diagnostics import RequestError
@@ -16,8 +16,7 @@ from .command import Options, command, flag, option, page_options, repeatable, r
 from .console import FINE, PROBLEMS
 from .run import Run, take_stdin
 
-if TYPE_CHECKING:
-    from rosorin_compile.compare.difference import Difference, Item, Side
+_OPTIONAL = ("distance", "angle", "when", "at")
 
 
 @command("diff", exits="0 equal, 1 differences or errors")
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
 @robot_options
 def run(options: Options) -> int:
     """Compare two robots, and print the differences."""
-    from rosorin_compile import api
     from rosorin_compile.compare.difference import lines
 
     run = Run.of(options)
@@ -87,26 +85,14 @@ def run(options: Options) -> int:
 
 
 def as_json(difference: Difference) -> dict[str, Any]:
-    """Return a comparison as a value of JSON. Raises ValueError if there was nothing to compare."""
-    return {
-        **{letter: _side_json(side) for letter, side in zip("ab", difference.sides, strict=True)},
-        "same": difference.same,
-        "tolerance": difference.tolerance,
-        "differences": [_item_json(item) for item in difference.items],
-        "notes": list(difference.notes),
-        "not_compared": list(difference.not_compared),
-        "summary": difference.summary(),
-    }
-
-
-def _side_json(side: Side) -> dict[str, Any]:
-    robot = side.robot
-    counts = {"links": len(robot.links), "joints": len(robot.joints)}
-    return {"source": side.label, "format": side.format.name, "robot": robot.name, **counts}
-
-
-def _item_json(item: Item) -> dict[str, Any]:
-    found: dict[str, Any] = {"kind": item.kind, "name": item.name, "quantity": item.quantity, "text": item.text}
-    found |= {"a": item.before, "b": item.after, "unit": item.unit}
-    more = {"distance": item.distance, "angle": item.angle, "when": item.when or None, "at": dict(item.at) or None}
-    return found | {key: value for key, value in more.items() if value is not None}
+    """Return a comparison as a value of JSON, as the schema robot_diff describes."""
+    found: dict[str, Any] = {}
+    for letter, side in zip("ab", difference.sides, strict=True):
+        counts = {"links": len(side.robot.links), "joints": len(side.robot.joints)}
+        found[letter] = {"source": side.label, "format": side.format.name, "robot": side.robot.name, **counts}
+    found |= {name: getattr(difference, name) for name in ("same", "tolerance", "notes", "not_compared")}
+    items = [{"a": item.before, "b": item.after, **vars(item)} for item in difference.items]
+    for item in items:
+        for name in ("before", "after", *(name for name in _OPTIONAL if not item[name] and item[name] != 0)):
+            del item[name]
+    return {**found, "differences": items, "summary": difference.summary()}

@@ -1,7 +1,6 @@
 """rosorin-compile explain: print the pose of a frame, and the position in YAML of each of its numbers."""
 
-from __future__ import annotations
-
+from rosorin_compile import api
 from rosorin_compile.source.diagnostics import ERROR, RequestError, UnknownName, has_errors
 from rosorin_compile.source.project import Description, NoDescription, all_here
 
@@ -21,8 +20,6 @@ from .run import Run, take_stdin
 @robot_options
 def run(options: Options) -> int:
     """Explain frames of one robot."""
-    from rosorin_compile import api
-
     run = Run.of(options)
     take_stdin(run.words)
     description, names = _requested(run)

@@ -1,7 +1,5 @@
 """rosorin-compile extract: compute boxes and height maps from meshes."""
 
-from __future__ import annotations
-
 import math
 import re
 import sys
@@ -9,6 +7,7 @@ from typing import Any
 
 import click
 
+from rosorin_compile import api
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.units import ANGLE, LENGTH, NUMBER, Dimension, describe, dimension_of
 from rosorin_compile.source.yaml_text import Scalar
@@ -95,8 +94,6 @@ _ROBOT = "one robot: description, URDF, xacro, SDF or MJCF"
 @cli.robot_options
 def boxes(options: cli.Options) -> int:
     """Fit boxes to meshes. Raises RequestError."""
-    from rosorin_compile import api
-
     run = _run(options)
     picked = options.pick("links section scale shape stack axis digits output force")
     result = api.extract_boxes(run.words, **run.read_options(), **picked)
@@ -124,8 +121,6 @@ def boxes(options: cli.Options) -> int:
 @cli.robot_options
 def heightmap(options: cli.Options) -> int:
     """Compute a height map. Raises RequestError."""
-    from rosorin_compile import api
-
     run = _run(options)
     if options.format != "text" and (options.into or options.bottom):
         word, other = ("--into edits a file; it", "-o") if options.into else ("--bottom", "--into")
@@ -152,8 +147,6 @@ def heightmap(options: cli.Options) -> int:
 @cli.robot_options
 def factory(options: cli.Options) -> int:
     """Extract the numbers of a ROS description package. Raises RequestError."""
-    from rosorin_compile import api
-
     run = _run(options)
     if len(run.words) != 1:
         raise RequestError(f"extract factory takes one PACKAGE, not {len(run.words)}")

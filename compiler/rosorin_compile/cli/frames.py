@@ -1,20 +1,17 @@
 """rosorin-compile frames: show the tree of frames with their publishers, or write it as a picture."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import sys
 from contextlib import suppress
-from typing import TYPE_CHECKING
+
+from rosorin_compile import api
+from rosorin_compile.model import Robot
+from rosorin_compile.viewer.frames import Frames
 
 from . import command as cli
 from .console import PROBLEMS, paint
 from .run import Run
-
-if TYPE_CHECKING:
-    from rosorin_compile.model import Robot
-    from rosorin_compile.viewer.frames import Frames
 
 
 @cli.command("frames", exits="0 shown or written, 1 the robot has errors")
@@ -32,8 +29,6 @@ if TYPE_CHECKING:
 @cli.robot_options
 def run(options: cli.Options) -> int:
     """Show the tree of frames of one robot."""
-    from rosorin_compile import api
-
     run, description = Run.alone(options)
     found = api.frames(run.request(description), **options.pick("frame publisher output force modes"))
     failed, robot = run.show(found), found.robot

@@ -1,7 +1,5 @@
 """rosorin-compile help: show the help of a command."""
 
-from __future__ import annotations
-
 import click
 
 from rosorin_compile.source.diagnostics import RequestError

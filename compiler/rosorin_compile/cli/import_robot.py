@@ -1,9 +1,8 @@
 """rosorin-compile import: make a description of a robot that exists as URDF, xacro, SDF or MJCF."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
+from rosorin_compile import api
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.importing.import_robot import companions
 from rosorin_compile.source.diagnostics import ERROR, RequestError, counted
@@ -39,8 +38,6 @@ from .run import Run, take_stdin
 @robot_options
 def run(options: Options) -> int:
     """Import a robot, and print the result."""
-    from rosorin_compile import api
-
     run = Run.of(options)
     if len(run.words) != 1:
         raise RequestError(f"import takes one SOURCE, not {len(run.words) or 'none'}")

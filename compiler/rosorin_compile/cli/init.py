@@ -1,22 +1,17 @@
 """rosorin-compile init: create a new description, which compiles as it is, with the schema for editors."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from rosorin_compile.importing.new_robot import DEFAULT, TEMPLATES, check_free
+from rosorin_compile import api
+from rosorin_compile.importing.new_robot import DEFAULT, TEMPLATES, NewRobot, check_free
 from rosorin_compile.source.diagnostics import RequestError, error
 
 from .command import Options, argument, command, option
 from .console import PROBLEMS
-
-if TYPE_CHECKING:
-    from rosorin_compile.importing.new_robot import NewRobot
 
 
 @command("init", exits="0 written, 1 the folder cannot be written")
@@ -31,8 +26,6 @@ if TYPE_CHECKING:
 @option("-o", "--output FOLDER", default=".", help="folder of the project")
 def run(options: Options) -> int:
     """Write a new description, and print the next step."""
-    from rosorin_compile import api
-
     try:
         check_free(options.name, Path(options.output))
         template = options.template or (_ask() if options.format == "text" else DEFAULT)

@@ -4,8 +4,6 @@ Text of a description may come from anybody who opens a pull request. A word tha
 link, a picture, mathematics) is written as code. The document is bounded: a comment holds 65,536 characters.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field

@@ -1,6 +1,6 @@
 """rosorin-compile package: write a ROS 2 package that is ready to build."""
 
-from __future__ import annotations
+from rosorin_compile import api
 
 from .command import Options, combined, command, option, repeatable, robot_argument, robot_options
 from .console import FINE, PROBLEMS
@@ -41,8 +41,6 @@ _STARTED = {
 @robot_options
 def run(options: Options) -> int:
     """Write the package of a robot, and print the result."""
-    from rosorin_compile import api
-
     run, description = Run.alone(options, stdin=False)
     console = run.console
     console.begin(description.name)

@@ -1,9 +1,8 @@
 """rosorin-compile picture: draw a robot to a PNG file, without a browser."""
 
-from __future__ import annotations
-
 import re
 
+from rosorin_compile import api
 from rosorin_compile.source.diagnostics import RequestError
 
 from . import command as cli
@@ -32,7 +31,6 @@ from .run import Run, refuse_positions
 @cli.robot_options
 def run(options: cli.Options) -> int:
     """Write a picture of a robot."""
-    from rosorin_compile import api
     from rosorin_compile.model.servos import NoPulse
 
     refuse_positions(options.words)

@@ -4,8 +4,6 @@ Launch files and build rules call it instead of xacro: without errors nothing is
 is written beside the file that ``-o`` names.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path

@@ -1,21 +1,17 @@
 """rosorin-compile pulses: convert servo pulses to joint positions and back."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+from rosorin_compile import api
+from rosorin_compile.model import Robot
+from rosorin_compile.results import JointPulse
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.numbers import exact, fixed
 
 from .command import Options, command, flag, option, pair, robot_options, strict_option, words_argument
 from .console import FINE, PROBLEMS, table
 from .run import Run
-
-if TYPE_CHECKING:
-    from rosorin_compile.model import Robot
-    from rosorin_compile.results import JointPulse
 
 _HEADS = ("joint", "pulse", "position", "degrees", "asked for", "off by")
 _SERVO_HEADS = ("joint", "servos", "pulses", "positions", "degrees", "limits", "pulses within limits")
@@ -35,7 +31,6 @@ _SERVO_HEADS = ("joint", "servos", "pulses", "positions", "degrees", "limits", "
 @robot_options
 def run(options: Options) -> int:
     """Print pulses and the positions that they set."""
-    from rosorin_compile import api
     from rosorin_compile.model.servos import NoModel, NoPulse
 
     run = Run.of(options)

@@ -87,30 +87,25 @@ class Entry(NamedTuple):
     hidden: bool = False
 
 
-def _built_in(group: str) -> dict[str, Entry]:
-    listed = COMMANDS if group == "commands" else {CHECK: CHECKS}
-    also = {name: (alias,) for alias, name in ALIASES.items()}
-    return {
-        name: Entry(name, head, help, also.get(name, ()), name in _HIDDEN)
-        for head, helps in listed.items()
+BUILT_IN = {
+    "commands": {
+        name: Entry(name, group, help, tuple(alias for alias in ALIASES if ALIASES[alias] == name), name in _HIDDEN)
+        for group, helps in COMMANDS.items()
         for name, help in helps.items()
-    }
-
-
-def entry(name: str, group: str = "commands") -> Entry | None:
-    """Return the built-in entry of a name or an alternative name, or None."""
-    return _built_in(group).get(ALIASES.get(name, name))
+    },
+    "checks": {name: Entry(name, CHECK, help) for name, help in CHECKS.items()},
+}
 
 
 def names(group: str) -> dict[str, str]:
     """Return the names of all "commands" or "checks" with their help; plug-ins are named, but not imported."""
-    own = {one.name: one.help for one in _built_in(group).values() if not one.hidden}
+    own = {one.name: one.help for one in BUILT_IN[group].values() if not one.hidden}
     return {**{one.name: f"of {one.distribution} {one.version}" for one in installed() if one.group == group}, **own}
 
 
 def commands(group: str = "commands") -> dict[str, Entry]:
     """Return all commands or checks by name, as the help lists them: group by group."""
-    found = _built_in(group)
+    found = {**BUILT_IN[group]}
     if any(one.group == group for one in installed()):
         more, wrong = _load(group, [*found, *ALIASES])
         _warn(wrong)
@@ -127,15 +122,14 @@ def command(name: str, group: str = "commands") -> click.Command | None:
     A check of a plug-in may also be called DISTRIBUTION:NAME.
     """
     distribution, _, inner = name.rpartition(":")
-    listed = entry(name, group)
-    if listed is not None:
+    own = ALIASES.get(name, name)
+    if own in BUILT_IN[group]:
         _warn(clash(one, name) for one in installed() if (one.group, one.name) == (group, name))
-        module = {"import": "import_robot"}.get(listed.name, listed.name.replace("-", "_"))
+        module = "import_robot" if own == "import" else own.replace("-", "_")
         found: click.Command = import_module(f".{'check_' * (group == 'checks')}{module}", __package__).run
         return found
-    if distribution and distribution != _distribution(group, inner):
-        return None
-    if not _distribution(group, inner):
+    brings = _distribution(group, inner)
+    if not brings or distribution not in ("", brings):
         return None
     commands, wrong = _load(group, (), inner)
     if wrong and not commands:
@@ -186,7 +180,7 @@ def resolve_check(check: click.Command, words: list[str]) -> tuple[str, click.Co
     if not places:
         return CHECK, check, words
     name = words[places[0]]
-    built_in, distribution = entry(name, "checks") is not None, _distribution("checks", name)
+    built_in, distribution = name in CHECKS, _distribution("checks", name)
     if not built_in and distribution and name in {path.parent.name for path in all_here()}:
         way = f"rosorin-compile {CHECK} {distribution}:{name}"
         _report(f'"{name}" is a robot here; the check of that name of {distribution}: {way}')

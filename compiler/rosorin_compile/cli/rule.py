@@ -1,11 +1,10 @@
 """rosorin-compile rule: explain the id of a message, or list all ids."""
 
-from __future__ import annotations
-
 import re
 import textwrap
 from collections.abc import Iterable
 
+from rosorin_compile import api
 from rosorin_compile.language.suppressions import STAYS
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.rule_registry import PLUGINS, Rule
@@ -22,8 +21,6 @@ _IMPORTED = {"always": "import writes that entry by itself.", "lenient": "import
 @words_argument("[ID ...]", "id of a message, such as axis-zero; default: list all rules", offers=("rule",))
 def run(options: Options) -> int:
     """Print the entries of rules."""
-    from rosorin_compile import api
-
     found = api.explain_rules(options.words)
     entries = ["\n".join(entry(rule)) for rule in found.rules]
     options.console.give(found.rules, lambda: "\n\n".join(entries) if options.words else _list(found.rules))

@@ -1,7 +1,5 @@
 """rosorin-compile schema: print a JSON Schema: of descriptions, for editors, or of a format for programs."""
 
-from __future__ import annotations
-
 from rosorin_compile.formats.schemas import schema_names, schema_text
 from rosorin_compile.source.diagnostics import RequestError, did_you_mean
 

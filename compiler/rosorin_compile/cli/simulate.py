@@ -1,7 +1,5 @@
 """rosorin-compile simulate: test a robot in MuJoCo."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 from rosorin_compile import api

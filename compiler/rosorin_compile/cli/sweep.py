@@ -1,7 +1,5 @@
 """rosorin-compile sweep: compile one description for a list of variants, each to a separate folder."""
 
-from __future__ import annotations
-
 from rosorin_compile import api
 from rosorin_compile.source.diagnostics import and_more, counted
 from rosorin_compile.variants.writing import MAX_FAILED

@@ -1,17 +1,12 @@
 """rosorin-compile tf: print the pose of one frame in another, in the format of tf2_echo."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
+from rosorin_compile import api
+from rosorin_compile.results import FrameTransform, Transforms
 from rosorin_compile.source.diagnostics import RequestError
 
 from . import command as cli
 from .console import PROBLEMS
 from .run import Run, refuse_positions
-
-if TYPE_CHECKING:
-    from rosorin_compile.results import FrameTransform, Transforms
 
 _ORDERS = {"humble": "", "jazzy": " (xyzw)"}  # of the quaternion, as tf2_echo prints it
 _COLUMNS = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -43,7 +38,6 @@ _MAX_DIGITS = 17
 @cli.robot_options
 def run(options: cli.Options) -> int:
     """Print the pose of a frame in another."""
-    from rosorin_compile import api
     from rosorin_compile.model.servos import NoPulse
     from rosorin_compile.queries import NotPublished
 

@@ -1,12 +1,12 @@
 """rosorin-compile verify: compare a recording of the running robot with its description."""
 
-from __future__ import annotations
-
 import errno
 import re
 import sys
 from pathlib import Path
 
+from rosorin_compile import api
+from rosorin_compile.output import OutputError, write_file
 from rosorin_compile.request import is_foreign
 from rosorin_compile.source.diagnostics import ERROR, WARNING, RequestError
 from rosorin_compile.source.files import exists, is_file, is_folder, read_bytes
@@ -42,7 +42,6 @@ _RECORDED = re.compile(r"\.mcap$|\.db3$|^metadata\.yaml$")  # files of a rosbag2
 @robot_options
 def run(options: Options) -> int:
     """Compare one recording with one robot."""
-    from rosorin_compile import api
     from rosorin_compile.recordings.report import as_junit, summary, table
 
     run = Run.of(options)
@@ -123,17 +122,11 @@ def _is_robot(source: str) -> bool:
 
 def _save(name: str, text: str, kind: str) -> None:
     """Write a file; an existing one is replaced if it is of that kind. Raises RequestError."""
-    from rosorin_compile.output import OutputError, write_file
-
     try:
-        if exists(name):
-            if not is_file(name):
-                raise RequestError(f"{name} cannot be written: it is no regular file")
-            begins = read_bytes(name, 1000)
-            if begins and kind.encode() not in begins:
-                raise RequestError(f"{name} is there, and verify did not write it; name another file, or move it away")
-        write_file(Path(name), text.encode(), may_replace=None)
-    except OSError as problem:
-        raise RequestError(f"{name} cannot be written: {problem.strerror}") from None
+        if exists(name) and not is_file(name):
+            raise RequestError(f"{name} cannot be written: it is no regular file")
+        write_file(
+            Path(name), text.encode(), may_replace=lambda old: kind in read_bytes(old, 1000).decode("utf-8", "replace")
+        )
     except OutputError as problem:
         raise RequestError(problem.diagnostic.message) from None

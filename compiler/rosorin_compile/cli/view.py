@@ -1,22 +1,19 @@
 """rosorin-compile view: show a robot in the browser, and follow its files; or write it as one page."""
 
-from __future__ import annotations
-
 import errno
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from rosorin_compile import api
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.viewer.live import LiveRobot
 from rosorin_compile.viewer.server import LOOPBACK
+from rosorin_compile.viewer.showing import Shown
 
 from .command import Options, command, flag, option, page_options, robot_argument, robot_options
 from .console import FINE, PROBLEMS
 from .run import Run
-
-if TYPE_CHECKING:
-    from rosorin_compile.viewer.showing import Shown
 
 
 @command("view", exits="0 stopped with Ctrl-C or SIGTERM, or page written, 1 errors (with --html)")
@@ -36,8 +33,6 @@ if TYPE_CHECKING:
 @robot_options
 def run(options: Options) -> int:
     """Show a robot."""
-    from rosorin_compile import api
-
     run, description = Run.alone(options)
     console, request, port, host = run.console, run.request(description), options.port, options.host
     if options.html is not None:

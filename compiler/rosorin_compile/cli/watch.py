@@ -1,7 +1,5 @@
 """rosorin-compile watch: compile on every change, and print the changes of the robot."""
 
-from __future__ import annotations
-
 import gc
 import signal
 import sys

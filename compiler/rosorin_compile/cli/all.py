@@ -42,7 +42,6 @@ def run(options: cli.Options) -> int:
 
 
 def _write(run: Run, description: Description) -> int:
-    """Compile one robot and write its artifacts."""
     options, console, request = run.options, run.console, run.request(description)
     result = api.write(request, prune=options.prune, only=options.only)
     compiled = result.compiled

@@ -26,7 +26,6 @@ def run(options: Options) -> int:
 
 
 def _lines(name: str, arguments: Sequence[Argument]) -> list[str]:
-    """Return the arguments of a robot as a table, the help of each below it."""
     if not arguments:
         return [f"{name} has no arguments"]
     rows = [("name", "type", "allowed", "default", "set to", "where")]

@@ -36,7 +36,6 @@ _SUBMODULE = "160000"  # the mode of an entry in the index of Git
 
 
 def _checks() -> dict[str, list[tuple[str, str]]]:
-    """Return the checks for the help."""
     return {"Checks (see check CHECK --help)": [(check.name, check.help) for check in commands("checks").values()]}
 
 

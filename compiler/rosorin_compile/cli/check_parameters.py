@@ -61,7 +61,6 @@ def run(options: Options) -> int:
 
 
 def _is_robot(word: str) -> bool:
-    """Return True if a word names a robot, rather than a parameter file."""
     if not files.is_file(word) or is_foreign(Path(word)) or Path(word).name == Description.ROOT_FILE:
         return True
     return _DESCRIPTION.search(files.read_bytes(word, _MAX_BYTES).decode("utf-8", "replace")) is not None

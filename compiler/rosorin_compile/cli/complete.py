@@ -49,7 +49,6 @@ def of(*kinds: str) -> Complete:
 
 
 def _names(kind: str, ctx: click.Context) -> dict[str, str]:
-    """Return the names of one kind, each with a short help."""
     from rosorin_compile.formats import FORMATS
     from rosorin_compile.formats.schemas import schema_names
     from rosorin_compile.source.project import Description, all_here, here

@@ -184,7 +184,6 @@ def _print(run: Run, result: Any, value: object) -> int:
 
 
 def _grid(options: cli.Options) -> dict[str, Any]:
-    """Return the grid of a height map, lengths in metres. Raises RequestError."""
     cells = re.fullmatch(r"([0-9]{1,9})[xX]([0-9]{1,9})", options.cells or "0x0")
     if cells is None:
         raise RequestError(f'--cells takes two whole numbers such as 30x23, not "{options.cells}"')

@@ -42,7 +42,6 @@ def run(options: cli.Options) -> int:
 
 
 def _text(robot: Robot, found: Frames, options: cli.Options) -> str:
-    """Return the trees as text, as wide as the terminal."""
     from rosorin_compile.model.frame_tree import lines, publishers, rows, way
     from rosorin_compile.viewer.frames_text import Look, heading, table, tree
 

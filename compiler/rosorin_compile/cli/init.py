@@ -38,7 +38,6 @@ def run(options: Options) -> int:
 
 
 def _lines(options: Options, new: NewRobot) -> Iterator[str]:
-    """Yield what was written, and the next step, as lines."""
     yield f"{new.description} written: {TEMPLATES[new.template].what}"
     if new.schema_written:
         yield f"{new.schema} written: completion and help in editors"

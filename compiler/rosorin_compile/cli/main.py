@@ -8,11 +8,12 @@ from __future__ import annotations
 import errno
 import io
 import os
+import re
 import sys
 from collections.abc import Sequence
 from contextlib import redirect_stderr, suppress
+from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 import click
 from click.shell_completion import CompletionItem, shell_complete
@@ -88,15 +89,11 @@ def _suggestion(word: str) -> str:
 
 
 def _version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
-    """Print the versions of the program and of its plug-ins."""
     if not requested or ctx.resilient_parsing:
         return
     print(f"{PROGRAM} {__version__}")
-    groups: dict[tuple[str, str], dict[str, None]] = {}
-    for plugin in installed():
-        groups.setdefault((plugin.distribution, plugin.version), {})[plugin.group] = None
-    for (name, version), brings in groups.items():
-        print(f"plug-in {name} {version} ({', '.join(brings)})")
+    for (name, version), plugins in groupby(installed(), lambda plugin: plugin[:2]):
+        print(f"plug-in {name} {version} ({', '.join(dict.fromkeys(plugin.group for plugin in plugins))})")
     ctx.exit()
 
 
@@ -130,7 +127,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stderr.write(top.get_help(click.Context(top, info_name=PROGRAM)) + "\n")
             return USAGE
         try:
-            console = Console("json" if _requests_json(words) else "text")
+            formats = re.findall(r"(?<=^--format[=\n])\w+$", "\n".join(words), re.MULTILINE)  # if parsing fails
+            console = Console("json" if formats[-1:] == ["json"] else "text")
             code = _run(words, console)
             console.print_counts()
             console.print_document()
@@ -142,13 +140,6 @@ def main(argv: Sequence[str] | None = None) -> int:
             return _closed_output(problem)
         finally:
             Progress.hide()
-
-
-def _requests_json(words: Sequence[str]) -> bool:
-    """Return True if --format json is in a command line that is not parsed yet."""
-    pairs = zip(words, [*words[1:], ""], strict=True)
-    formats = [word.partition("=")[2] or after for word, after in pairs if word.partition("=")[0] == "--format"]
-    return formats[-1:] == ["json"]
 
 
 def _closed_output(problem: OSError) -> int:
@@ -169,8 +160,7 @@ def _invoke(words: list[str], console: Console) -> int:
     top = program()
     try:
         with top.make_context(PROGRAM, words, obj=console) as context:
-            code: Any = top.invoke(context)
-            return code if isinstance(code, int) else FINE
+            return int(top.invoke(context) or FINE)
     except click.exceptions.Exit as ended:
         console.form = "text"  # the help or the version was printed
         return ended.exit_code

@@ -87,7 +87,6 @@ def run(options: Options) -> int:
 
 
 def _requested(run: Run) -> tuple[Description, str]:
-    """Return the requested robot and output. Raises RequestError."""
     *robots, output = run.words
     if not robots:
         try:
@@ -121,7 +120,6 @@ def _write(path: Path, data: bytes, inputs: list[Path], backend: str) -> None:
 
 
 def _list(run: Run) -> int:
-    """List the outputs of a robot."""
     from rosorin_compile import api
     from rosorin_compile.formats import FORMATS
 

@@ -198,7 +198,6 @@ def resolve_check(check: click.Command, words: list[str]) -> tuple[str, click.Co
 
 
 def _report_mistake(name: str, later: Sequence[str]) -> None:
-    """Report a check that is named after the robot, or a misspelt one."""
     named = next((one for one in later if one in CHECKS and not _robot(one) and not Path(one).exists()), None)
     close = nearest(name, names("checks"))
     if named:

@@ -54,7 +54,6 @@ def _wrapped(text: str) -> list[str]:
 
 
 def _list(rules: Iterable[Rule]) -> str:
-    """Return rules by topic, a line each."""
     topics: dict[str, list[Rule]] = {}
     for rule in rules:
         topics.setdefault(rule.topic or PLUGINS, []).append(rule)

@@ -214,8 +214,14 @@ def for_each(options: Options, work: Callable[[Run, Description], int], usage: s
         console.end(result != FINE)
         code = max(code, result)
     console.give({"robots": console.robots})
-    if getattr(options, "summary", None) is not None:
-        _append_summary(Path(options.summary), console)
+    summary = getattr(options, "summary", None)
+    if summary is not None:
+        try:
+            with Path(summary).open("a", encoding="utf-8", errors="backslashreplace") as file:
+                file.write(console.summary())
+        except (OSError, ValueError) as problem:
+            reason = getattr(problem, "strerror", None) or problem
+            raise RequestError(f'cannot write the summary "{summary}": {reason}') from None
     return code
 
 
@@ -305,17 +311,6 @@ def _check_summary(file: Path) -> None:
             begins = files.read_bytes(file, len(HEAD.encode())).decode("utf-8", "replace")
     if begins.strip() and begins != HEAD:
         raise RequestError(f'"{file}" is there, and is no summary: nothing is appended to it; name another file')
-
-
-def _append_summary(file: Path, console: Console) -> None:
-    """Append the output of a run to a file, as Markdown. Raises RequestError."""
-    _check_summary(file)  # it may have changed during the run
-    try:
-        with file.open("a", encoding="utf-8", errors="backslashreplace") as stream:
-            stream.write(console.summary())
-    except (OSError, ValueError) as problem:
-        reason = getattr(problem, "strerror", None) or problem
-        raise RequestError(f'cannot write the summary "{file}": {reason}') from None
 
 
 def count(artifacts: Sized, meshes: Collection[str] = ()) -> str:

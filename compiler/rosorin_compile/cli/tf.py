@@ -66,7 +66,6 @@ def run(options: cli.Options) -> int:
 
 
 def _text(found: Transforms, options: cli.Options) -> str:
-    """Return the transforms in the requested form."""
     if options.csv:
         return _csv(found)
     if options.table:

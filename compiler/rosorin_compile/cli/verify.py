@@ -82,7 +82,6 @@ def run(options: Options) -> int:
 
 
 def _requested(run: Run) -> tuple[str, Description]:
-    """Return the source and the robot. Raises RequestError."""
     words = run.words
     if not words or len(words) > 2:
         raise RequestError("write verify [ROBOT] SOURCE: one robot, and one recording")
@@ -105,7 +104,6 @@ def _requested(run: Run) -> tuple[str, Description]:
 
 
 def _is_robot(source: str) -> bool:
-    """Return True if the word for the recording is a description, or a robot in another format."""
     from rosorin_compile.formats import FORMATS
 
     path = Path(source)

@@ -6,7 +6,6 @@ import sys
 import time
 from contextlib import suppress
 
-from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.output import OutputError, read_set, write_artifacts
 from rosorin_compile.output.committed import compare
 from rosorin_compile.output.watched_files import INTERVAL, WatchedFiles
@@ -80,9 +79,9 @@ class WatchedRobot:
     def compile(self) -> None:
         """Compile the robot and write its artifacts; after an error nothing is written."""
         Progress.begin()
-        self.inputs.read(self._compile)
+        self.inputs.read(self._write)
 
-    def _compile(self) -> None:
+    def _write(self) -> None:
         compiled = self.request.compile()
         self.console.print_read(self.request.inputs(compiled))
         errors = sum(diagnostic.severity == ERROR for diagnostic in compiled.diagnostics)
@@ -92,19 +91,14 @@ class WatchedRobot:
         # While there are errors, not all rules are checked: their warnings and notes are not reported again afterwards.
         hidden = {key for key in self.reported if key[0] != ERROR} if errors else set()
         self.reported = {*keys, *hidden}
-        name = self.description.name
+        name, folder = self.description.name, self.description.outputs
         if errors:
             old = errors - sum(diagnostic.severity == ERROR for diagnostic in new)
             also = "" if not old else ", as before" if old == errors else f", {old} as before"
             self.console.warn(f"{name}: {counted(errors, 'error')}{also}; the artifacts stay as they are")
         elif not compiled.artifacts:
             _say(f"{name}: nothing to emit; say under outputs: what you want")
-        else:
-            self._write(compiled)
-
-    def _write(self, compiled: Compiled) -> None:
-        folder = self.description.outputs
-        if compiled.robot is None:
+        if errors or not compiled.artifacts or compiled.robot is None:
             return
         files = {artifact.file: artifact.text for artifact in compiled.artifacts}
         try:
@@ -115,7 +109,7 @@ class WatchedRobot:
             return
         self.console.show(done.diagnostics(folder))
         changes = f"written: {', '.join(done.written)}" if done.written else "unchanged"
-        _say(f"{self.description.name}: {count(files)} in {folder}, {changes}")
+        _say(f"{name}: {count(files)} in {folder}, {changes}")
         lines = [change.line() for change in comparison.changes]
         if len(lines) > MAX_SHOWN:
             lines[MAX_SHOWN:] = [f"...{and_more(len(lines) - MAX_SHOWN)}"]

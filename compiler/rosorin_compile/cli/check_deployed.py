@@ -24,7 +24,6 @@ def run(options: Options) -> int:
     if not names:
         raise RequestError(f"there is no folder to look into: rosorin-compile check deployed {_USAGE}")
     folder = names[-1]
-    options.words = [word for word in options.words if word != folder] + names[:-1].count(folder) * [folder]
     with suppress(PermissionError):  # reported as an error of the robot
         if not Path(folder).is_dir():
             raise RequestError(f'there is no folder "{folder}"')
@@ -47,4 +46,4 @@ def run(options: Options) -> int:
         console.say(f"{description.name}: {len(result.same)} of {total} copies in {folder} as compiled")
         return PROBLEMS if result.differing or failed else FINE
 
-    return for_each(options, check_robot, _USAGE)
+    return for_each(options, check_robot, _USAGE, names[:-1])

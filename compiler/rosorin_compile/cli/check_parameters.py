@@ -45,8 +45,6 @@ def run(options: Options) -> int:
         raise RequestError(
             f"there is no parameter file to hold against a robot: rosorin-compile check parameters {_USAGE}"
         )
-    arguments = [word for word in options.words if word not in names]
-    options.words = [*names[: len(names) - len(parameters)], *arguments]
 
     def check_robot(run: Run, description: Description) -> int:
         picked = options.pick("controllers launch namespace distribution")
@@ -57,7 +55,7 @@ def run(options: Options) -> int:
         run.console.say(f"{description.name}: {summary(result)}")
         return PROBLEMS if failed else FINE
 
-    return for_each(options, check_robot, _USAGE)
+    return for_each(options, check_robot, _USAGE, names[: len(names) - len(parameters)])
 
 
 def _is_robot(word: str) -> bool:

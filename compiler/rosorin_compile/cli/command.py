@@ -33,12 +33,7 @@ RULES = (
         "`chmod go-w` of the folder that is named, or another one in `ROSORIN_COMPILE_CACHE`.",
         WRITING,
     ),
-    Rule(
-        "system-lacks",
-        "A note: this system has no locks, or no limits of a process, as Windows has none; the run goes on without.",
-        "Let nothing else write into the folder that is named; give it files of people whom you trust.",
-        WRITING,
-    ),
+    Rule("system-lacks", "A note: this system has no locks or limits of processes.", "Use trusted files.", WRITING),
 )
 
 PAGE_MEGABYTES = 40  # of the meshes of a page
@@ -67,10 +62,10 @@ class Option(click.Option):
     ``many`` options take all words up to the next option.
     """
 
-    def __init__(
-        self, *words: Any, section: str = "", excludes: str = "", needs: str = "", many: bool = False, **settings: Any
-    ) -> None:
-        self.section, self.excludes, self.needs, self.many = section, excludes.split(), needs, many
+    section = ""
+
+    def __init__(self, *words: Any, excludes: str = "", needs: str = "", many: bool = False, **settings: Any) -> None:
+        self.excludes, self.needs, self.many = excludes.split(), needs, many
         super().__init__(*words, **settings)
 
 

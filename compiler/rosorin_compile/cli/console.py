@@ -30,18 +30,8 @@ if TYPE_CHECKING:
     from .markdown import Block, Section
 
 RULES = (
-    Rule(
-        "wrong-usage",
-        "The command line cannot be followed (in the forms for programs); the exit code is 2.",
-        "As the message says; `rosorin-compile COMMAND --help` has what a command takes.",
-        WRITING,
-    ),
-    Rule(
-        "run-stopped",
-        "The run ended before its result: a file or folder cannot be used, memory ran out, or the input is too large.",
-        "As the message says.",
-        WRITING,
-    ),
+    Rule("wrong-usage", "The command line is invalid; the exit code is 2.", "See the help of the command.", WRITING),
+    Rule("run-stopped", "The run ended early: a file is unusable, memory ran out.", "As the message says.", WRITING),
 )
 
 FINE, PROBLEMS, USAGE = 0, 1, 2  # exit codes
@@ -146,12 +136,10 @@ class Console:
 
     @property
     def for_people(self) -> bool:
-        """Whether standard output is text, and not one document for a program."""
         return self.form == "text"
 
     @property
     def section(self) -> Section:
-        """The section of the current robot."""
         if not self.sections:
             self.begin("")
         return self.sections[-1]

@@ -8,17 +8,21 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from rosorin_compile import api
+from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.arguments import UNKNOWN
+from rosorin_compile.output import OutputError, encoded, is_generated, may_replace, write_file
+from rosorin_compile.output.written_names import remember, remembered
 from rosorin_compile.source.diagnostics import ERROR, RequestError
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import counted, first_of
 
 from .command import Options, command, depfile_options, flag, option, robot_options, words_argument
 from .console import FINE, PROBLEMS, USAGE, give, table
+from .depfile import write_depfile
 from .run import Run, is_robot, refuse_half_marks
 
 _CALL = "rosorin-compile print"
-_MAX_NAMES = 20
 
 
 @command("print", exits="0 printed, 1 the robot has errors")
@@ -41,7 +45,16 @@ def run(options: Options) -> int:
         return _list(run)
     words, console, target = run.words, run.console, options.depfile_target or options.output
     if not words:
-        raise RequestError(f"print what? {_CALL} [ROBOT] OUTPUT{_outputs_here(run)}")
+        outputs = []
+        with suppress(RequestError):
+            description = run.find_robot()
+            outputs = api.outputs(replace(run.request(description), warn=None)).outputs or ()
+        shown = (
+            f"the outputs of {description.name}: {first_of([one.name for one in outputs], 20)}"
+            if outputs
+            else "see --list"
+        )
+        raise RequestError(f"print what? {_CALL} [ROBOT] OUTPUT; {shown}")
     if "" in words:
         raise RequestError("a name is empty: a variable of the shell that is not set?")
     if len(words) > 2:
@@ -66,18 +79,19 @@ def run(options: Options) -> int:
         console.warn(f"{description.name}: {counted(len(errors), 'error')}, nothing printed")
         return USAGE if len(unknown) == len(errors) else PROBLEMS
     (artifact,) = compiled.artifacts
-    from rosorin_compile.output import OutputError, encoded
-
     try:
         data = encoded(artifact.file, artifact.text)
         if options.output is not None:
-            _write(Path(options.output), data, inputs, artifact.backend)
+            # One without a line that marks it is replaced if it was written before.
+            path, robot_of = Path(options.output), FORMATS[artifact.backend].robot_of
+            is_known = remembered(path) is not None
+            write_file(path, data, inputs, lambda old: is_known or may_replace(old) or bool(robot_of and robot_of(old)))
+            if not is_generated(data):
+                remember(path)
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS
     if options.depfile is not None:
-        from .depfile import write_depfile
-
         made = [Path(name) for name in (options.output, options.depfile) if name]
         if write_depfile(run, target, request.watched(compiled, made), made[:-1]):
             return PROBLEMS
@@ -106,23 +120,7 @@ def _missing_output(robot: str) -> str:
     return f"{robot} is a robot: write {_CALL} {robot} OUTPUT; --list {robot} shows its outputs"
 
 
-def _write(path: Path, data: bytes, inputs: list[Path], backend: str) -> None:
-    """Write an artifact; one without a line that marks it is replaced if it was written before. Raises OutputError."""
-    from rosorin_compile.formats import FORMATS
-    from rosorin_compile.output import is_generated, may_replace, write_file
-    from rosorin_compile.output.written_names import remember, remembered
-
-    robot_of = FORMATS[backend].robot_of
-    is_known = remembered(path) is not None
-    write_file(path, data, inputs, lambda old: is_known or may_replace(old) or bool(robot_of and robot_of(old)))
-    if not is_generated(data):
-        remember(path)
-
-
 def _list(run: Run) -> int:
-    from rosorin_compile import api
-    from rosorin_compile.formats import FORMATS
-
     if len(run.words) > 1:
         raise RequestError(f"a list is of one robot: {_CALL} --list ROBOT")
     description = run.find_robot(*run.words, usage="--list ROBOT")
@@ -137,15 +135,3 @@ def _list(run: Run) -> int:
         names = ", ".join(format.name for format in FORMATS.values() if format.write is not None)
         lines = [f"{description.name} lists no outputs; print takes the name of a format: {names}"]
     return run.give(rows, lambda: "\n".join(lines))
-
-
-def _outputs_here(run: Run) -> str:
-    """Return the outputs of the only robot here, as the end of a sentence."""
-    from rosorin_compile import api
-
-    with suppress(RequestError):
-        description = run.find_robot()
-        outputs = api.outputs(replace(run.request(description), warn=None)).outputs
-        if outputs:
-            return f"; the outputs of {description.name}: {first_of([one.name for one in outputs], _MAX_NAMES)}"
-    return "; --list ROBOT shows what there is"

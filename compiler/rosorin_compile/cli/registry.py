@@ -63,10 +63,7 @@ COMMANDS = {
         "deploy": "copy the artifacts to an existing ROS 2 package",
         "verify": "compare a recording of the robot with its description",
     },
-    "set up": {
-        "completion": "print the completion script for bash, zsh or fish",
-        "help": "show the help of a command",
-    },
+    "set up": {"completion": "print the completion script for bash, zsh or fish", "help": "show the help of a command"},
 }
 CHECKS = {
     "parameters": "check parameter files of ROS nodes: frames and publishers",

@@ -40,12 +40,7 @@ if TYPE_CHECKING:
     from rosorin_compile.viewer.changed import Pictures
 
 RULES = (
-    Rule(
-        "no-robot-file",
-        "A warning: a folder of `descriptions` has no file `robot.yaml`, so it is not compiled.",
-        "Rename the file that the message names, or move the folder out of `descriptions`.",
-        FILES,
-    ),
+    Rule("no-robot-file", "A warning: a folder of `descriptions` has no `robot.yaml`.", "Rename its file.", FILES),
 )
 
 MARK = ":="  # between name and value of an argument, as in xacro
@@ -178,8 +173,10 @@ class Run:
         self.console.say(f"{done.file}: a page with {counted(done.robots, 'robot')}, {done.bytes / 1e6:.1f} MB")
 
 
-def for_each(options: Options, work: Callable[[Run, Description], int], usage: str = "") -> int:
-    """Call a function with each requested robot; return the worst exit code.
+def for_each(
+    options: Options, work: Callable[[Run, Description], int], usage: str = "", robots: Sequence[str] | None = None
+) -> int:
+    """Call a function with each requested robot, those of the command line or ``robots``; return the worst exit code.
 
     Without a name all robots are requested, or, if ``usage`` shows how to name one, the only one. Raises RequestError.
     """
@@ -188,7 +185,7 @@ def for_each(options: Options, work: Callable[[Run, Description], int], usage: s
         changed = [word for word in words if os.path.lexists(word)]  # a file sets no argument, whatever its name
         words = [word for word in words if word not in changed]
     run = Run.of(options, words)
-    console, names = run.console, run.words
+    console, names = run.console, [*(run.words if robots is None else robots)]
     if changed is not None:
         if names:
             raise RequestError(f'with --hook the words are files that changed, and there is no file "{names[0]}"')

@@ -15,8 +15,7 @@ _LIMITS = ", ".join(f"{name} {one.value:g}{f' {one.unit}' if one.unit else ''}" 
 @command("simulate", exits="0 within the limits, 1 errors or a result beyond a limit")
 @robot_argument
 @option(
-    "--base fixed|free",
-    help="fix the base to the world, or put the robot on a floor; default: free if it has a drive",
+    "--base fixed|free", help="fix the base to the world, or put the robot on a floor; default: free if it has a drive"
 )
 @option("--seconds NUMBER", default=2.0, help="time to hold each pose; default: 2")
 @repeatable("--limit NAME=NUMBER", "limits", help=f"override a limit; defaults: {_LIMITS}")

@@ -66,10 +66,8 @@ def run(options: cli.Options) -> int:
 
 
 def _text(found: Transforms, options: cli.Options) -> str:
-    if options.csv:
-        return _csv(found)
-    if options.table:
-        return _table(found, options.digits)
+    if options.table or options.csv:
+        return _rows(found, None if options.csv else options.digits)
     blocks = []
     for transform in found.transforms:
         if found.swept:
@@ -99,24 +97,21 @@ def _echo(found: FrameTransform, digits: int, distro: str) -> list[str]:
     ]
 
 
-def _table(found: Transforms, digits: int) -> str:
-    """Return one line per state: the joints that are varied, with their units, then x y z (m), roll pitch yaw (deg)."""
+def _rows(found: Transforms, digits: int | None) -> str:
+    """Return one line per state: the positions of the joints that are varied, then the pose.
+
+    With ``digits`` as an aligned table, angles of the pose in degrees; else as CSV with numbers in full and radians.
+    """
     units = {**found.swept, **dict.fromkeys(_COLUMNS[:3], "m"), **dict.fromkeys(_COLUMNS[3:], "deg")}
     rows = [[f"{name} ({unit})" for name, unit in units.items()]]
+    if digits is None:
+        heads = [*found.swept, *_COLUMNS, "qx", "qy", "qz", "qw"]
+        rows = [[f'"{head}"' if "," in head or '"' in head else head for head in heads]]
     for one in found.transforms:
-        numbers = (*(one.positions[joint] for joint in found.swept), *one.translation, *one.rpy_degrees)
-        rows.append([f"{number:.{digits}f}" for number in numbers])
+        angles = (*one.rpy, *one.quaternion) if digits is None else one.rpy_degrees
+        numbers = (*(one.positions[joint] for joint in found.swept), *one.translation, *angles)
+        rows.append([repr(float(number)) if digits is None else f"{number:.{digits}f}" for number in numbers])
+    if digits is None:
+        return "\n".join(map(",".join, rows))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return "\n".join("  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
-
-
-def _csv(found: Transforms) -> str:
-    """Return one line per state for a spreadsheet: numbers in full, x y z in metres, angles in radians."""
-    heads = [*found.swept, *_COLUMNS, "qx", "qy", "qz", "qw"]
-    lines = [",".join(f'"{head}"' if "," in head or '"' in head else head for head in heads)]
-    for one in found.transforms:
-        positions = (one.positions[joint] for joint in found.swept)
-        lines.append(
-            ",".join(repr(float(number)) for number in (*positions, *one.translation, *one.rpy, *one.quaternion))
-        )
-    return "\n".join(lines)

@@ -47,9 +47,7 @@ def run(options: Options) -> int:
     run = Run.of(options)
     console, (source, description) = run.console, _requested(run)
     result = api.verify(
-        run.request(description),
-        source,
-        **options.pick("modes without pose frames since until stale namespace prefix"),
+        run.request(description), source, **options.pick("modes without pose frames since until stale namespace prefix")
     )
     if result.data is None:
         console.show(result.diagnostics)

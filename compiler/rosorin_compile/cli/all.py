@@ -10,7 +10,7 @@ from rosorin_compile.source.project import Description
 
 from . import command as cli
 from .console import FINE, PROBLEMS, USAGE
-from .depfile import check_depfile, write_depfile
+from .depfile import write_depfile
 from .run import Run, count, counted_files, for_each, refuse_stdin
 
 
@@ -33,7 +33,6 @@ from .run import Run, count, counted_files, for_each, refuse_stdin
 def run(options: cli.Options) -> int:
     """Compile each robot and write its artifacts."""
     refuse_stdin(options.words, "name a file, or print one artifact: rosorin-compile print - OUTPUT")
-    check_depfile(options)
     if options.dry_run:
         from .check import check_robot
 

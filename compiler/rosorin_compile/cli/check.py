@@ -26,7 +26,7 @@ from rosorin_compile.viewer.changed import Pictures
 
 from . import command as cli
 from .console import FINE, PROBLEMS
-from .depfile import check_depfile, write_depfile
+from .depfile import write_depfile
 from .markdown import blocks
 from .registry import commands
 from .run import Run, count, for_each
@@ -35,11 +35,11 @@ MAX_COMBINATIONS = 256
 _SUBMODULE = "160000"  # the mode of an entry in the index of Git
 
 
-def _checks() -> dict[str, list[tuple[str, str]]]:
-    return {"Checks (see check CHECK --help)": [(check.name, check.help) for check in commands("checks").values()]}
-
-
-@cli.command("check", exits="0 no differences, 1 differences or errors", sections=_checks)
+@cli.command(
+    "check",
+    exits="0 no differences, 1 differences or errors",
+    sections=lambda: {"Checks (see check CHECK --help)": [(one.name, one.help) for one in commands("checks").values()]},
+)
 @cli.check_options("[CHECK] [ROBOT ...]", offers=("checks", "robot", "argument"))
 @cli.hook_option()
 @cli.notes_option
@@ -103,7 +103,6 @@ def _run_git(folder: Path, *arguments: str) -> str:
 
 
 def _check(options: cli.Options) -> int:
-    check_depfile(options)
     if options.depfile is not None and options.depfile_target is None:
         raise RequestError("a depfile needs a target: --depfile-target NAME")
     if options.every_argument:

@@ -6,23 +6,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rosorin_compile.output import OutputError, write_file
-from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.rule_registry import WRITING, Rule
 
-from .command import Options
 from .console import FINE, PROBLEMS
-from .run import Run, find_robots
+from .run import Run
 
 RULES = (Rule("depfile-name", "The name of a file in the depfile has a line break.", "Rename the file.", WRITING),)
 
 _DEPFILE = re.compile(rb"\S[^\n]*:(?: \\\n  \S[^\n]*)*\n")
-
-
-def check_depfile(options: Options) -> None:
-    """Raise RequestError for a depfile of several robots."""
-    if options.depfile is not None and len(found := find_robots(Run.of(options).words)) > 1:
-        robots = ", ".join(description.name for description in found)
-        raise RequestError(f"a depfile is about one robot, and there are several: {robots}; name one")
 
 
 def write_depfile(

@@ -189,16 +189,17 @@ def _run(words: list[str], console: Console) -> int:
 
 def _reason(problem: BaseException) -> tuple[str, int]:
     """Return why a run ended, and the exit code; raise the exception again if it is a fault of the program."""
-    if isinstance(problem, ModuleNotFoundError) and problem.name in _REQUIRED:
-        package = _REQUIRED[problem.name]
+    if isinstance(problem, ModuleNotFoundError) and (package := _REQUIRED.get(problem.name or "")):
         missing = f"the package {package} is not installed, and no robot is read without it"
         return f"{missing}: pip install {package}", USAGE
-    if isinstance(problem, RecursionError):
-        return "the input is nested too deeply: includes, parts or expressions refer to each other", PROBLEMS
-    if isinstance(problem, MemoryError):
-        return "not enough memory", PROBLEMS
-    if isinstance(problem, OverflowError):
-        return f"a number is too large: {problem}", PROBLEMS
+    nested = "the input is nested too deeply: includes, parts or expressions refer to each other"
+    kinds = {
+        RecursionError: nested,
+        MemoryError: "not enough memory",
+        OverflowError: f"a number is too large: {problem}",
+    }
+    if type(problem) in kinds:
+        return kinds[type(problem)], PROBLEMS
     if not isinstance(problem, OSError) or (problem.filename is None and problem.errno in _STREAM_ERRORS):
         raise problem
     if problem.errno == errno.ENAMETOOLONG:

@@ -193,6 +193,9 @@ def for_each(
     elif usage and not names:
         names = [str(run.find_robot("", usage).path)]
     found = placed(options, names) if names or changed is None else []
+    if getattr(options, "depfile", None) is not None and len(found) > 1:
+        several = ", ".join(description.name for description in found)
+        raise RequestError(f"a depfile is about one robot, and there are several: {several}; name one")
     if not options.words and not usage:
         warn_of_no_robots(console)
     if not found:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from rosorin_compile import api
 from rosorin_compile.output import OutputError, write_file
-from rosorin_compile.request import is_foreign
 from rosorin_compile.source.diagnostics import ERROR, WARNING, RequestError
 from rosorin_compile.source.files import exists, is_file, is_folder, read_bytes
 from rosorin_compile.source.project import Description, NoDescription
@@ -87,8 +86,7 @@ def _requested(run: Run) -> tuple[str, Description]:
         raise RequestError("standard input is the recording or the robot, not both")
     robot, source = words[0] if len(words) > 1 else "", words[-1]
     if _is_robot(source):
-        named = Path(robot).suffix.lower() in Description.ENDINGS or is_foreign(Path(robot))
-        if robot and not _is_robot(robot) and not (named and is_file(robot)):
+        if robot and not _is_robot(robot):
             raise RequestError(f"the robot comes first: write verify {source} {robot}")
         what = "a second robot" if robot else "a robot"
         raise RequestError(f"{source} is {what}: write verify {robot or source} SOURCE; SOURCE is {_SOURCES}")

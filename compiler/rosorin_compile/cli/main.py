@@ -31,16 +31,8 @@ COMPLETE = "_ROSORIN_COMPILE_COMPLETE"  # the variable with which the scripts of
 INTERRUPTED = 130
 
 # Words that people type for a command, and the command that they look for.
-_INSTEAD = {
-    "build": "all",
-    "convert": "import",
-    "create": "init",
-    "generate": "all",
-    "lint": "check",
-    "new": "init",
-    "show": "view",
-    "validate": "check",
-}
+_INSTEAD = {"build": "all", "convert": "import", "create": "init", "generate": "all", "lint": "check", "new": "init"}
+_INSTEAD |= {"show": "view", "validate": "check"}
 _REQUIRED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  # modules, and their packages
 _STREAM_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
 

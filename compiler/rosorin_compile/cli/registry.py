@@ -7,7 +7,7 @@ not called.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
@@ -174,33 +174,26 @@ def resolve_check(check: click.Command, words: list[str]) -> tuple[str, click.Co
     end = words.index("--") if "--" in words else len(words)
     before = ["", *words]
     places = [at for at in range(end) if not words[at].startswith("-") and before[at] not in takes_value]
-    if not places:
-        return CHECK, check, words
-    name = words[places[0]]
-    built_in, distribution = name in CHECKS, _distribution("checks", name)
-    if not built_in and distribution and name in {path.parent.name for path in all_here()}:
+    name, found = words[places[0]] if places else "", None
+    distribution, robot = _distribution("checks", name), _robot(name) if name else None
+    if name not in CHECKS and distribution and name in {path.parent.name for path in all_here()}:
         way = f"rosorin-compile {CHECK} {distribution}:{name}"
         _report(f'"{name}" is a robot here; the check of that name of {distribution}: {way}')
-        return CHECK, check, words
-    found = command(name, "checks")
+    elif name and (found := command(name, "checks")) is None:
+        later = [words[place] for place in places[1:] if words[place] in CHECKS]
+        named = next((word for word in later if not _robot(word) and not Path(word).exists()), None)
+        close = nearest(name, names("checks"))
+        if named:
+            _report(f'"{named}" is a check; write it before the robot: {CHECK} {named} ROBOT')
+        elif close not in (None, name) and robot is None:
+            _report(f'"{name}" is no check; did you mean "{close}"?')
     if found is None:
-        _report_mistake(name, [words[place] for place in places[1:]])
         return CHECK, check, words
-    robot = _robot(name) if built_in else None
-    if robot is not None:
+    if robot is not None and name in CHECKS:
         path = robot.path.parent if robot.path.name == ROOT_FILE else robot.path
         shown = f"./{path}" if path == Path(name) else str(path)
         _report(f'"{name}" is a check; the robot of that name: rosorin-compile {CHECK} {shown}')
     return f"{CHECK} {name}", found, words[: places[0]] + words[places[0] + 1 :]
-
-
-def _report_mistake(name: str, later: Sequence[str]) -> None:
-    named = next((one for one in later if one in CHECKS and not _robot(one) and not Path(one).exists()), None)
-    close = nearest(name, names("checks"))
-    if named:
-        _report(f'"{named}" is a check; write it before the robot: {CHECK} {named} ROBOT')
-    elif close not in (None, name) and _robot(name) is None:
-        _report(f'"{name}" is no check; did you mean "{close}"?')
 
 
 def _robot(name: str) -> Description | None:

@@ -15,20 +15,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.request import Request
-from rosorin_compile.source import files
+from rosorin_compile.source import files, project
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, has_errors
 from rosorin_compile.source.plugins import aside
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import (
-    Description,
-    NoDescription,
-    all_with,
-    first_file,
-    give_stdin,
-    here,
-    no_file,
-    without_first_file,
-)
+from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.wording import counted, listed
 
@@ -77,7 +68,7 @@ class Run:
         argument_files = tuple(map(Path, options.args_files))
         for file in argument_files:
             if not files.is_file(file):
-                raise RequestError(no_file(file, "arguments"))
+                raise RequestError(project.no_file(file, "arguments"))
         packages = {name: Path(path) for name, path in options.packages.items()}
         for name, path in packages.items():
             if not files.is_folder(path):
@@ -100,7 +91,7 @@ class Run:
     def find_robot(self, name: str = "", usage: str = "ROBOT") -> Description:
         """Return the robot of a name, or the only one here; ``usage`` shows how to name one. Raises RequestError."""
         try:
-            found = find_robots([name]) if name else here()
+            found = find_robots([name]) if name else project.here()
         except NoDescription as problem:
             raise RequestError(str(problem)) from None
         if len(found) > 1:
@@ -108,6 +99,16 @@ class Run:
             how = f"rosorin-compile {self.options.called} {usage}"
             raise RequestError(f"there are several robots here: {robots}; name one: {how}")
         return found[0]
+
+    def robot_before(self, count: int, usage: str) -> tuple[Description, list[str]]:
+        """Return the robot, the first of more than ``count`` words or the only one here, and the other words."""
+        if not count <= len(self.words) <= count + 1:
+            raise RequestError(f"write rosorin-compile {self.options.called} {usage}")
+        try:
+            return self.find_robot("".join(self.words[:-count]), usage), self.words[-count:]
+        except RequestError as problem:
+            more = f"; write {self.options.called} {usage}" if len(self.words) > count else ""
+            raise RequestError(f"{problem}{more}") from None
 
     def request(self, description: Description) -> Request:
         """Return the request for a robot; warnings before code is executed are printed."""
@@ -189,7 +190,7 @@ def for_each(
     if changed is not None:
         if names:
             raise RequestError(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
-        names = [str(path) for path in all_with(changed)]
+        names = [str(path) for path in project.all_with(changed)]
     elif usage and not names:
         names = [str(run.find_robot("", usage).path)]
     found = placed(options, names) if names or changed is None else []
@@ -250,7 +251,7 @@ def placed(options: Options, names: list[str]) -> list[Description]:
 def is_robot(word: str) -> bool:
     """Return True if a word is the name or the path of a robot, or the one on standard input."""
     with suppress(NoDescription):
-        return word == Description.STDIN or bool(first_file(word))
+        return word == Description.STDIN or bool(project.first_file(word))
     return False
 
 
@@ -267,7 +268,7 @@ def take_stdin(names: Sequence[str]) -> None:
     if sys.stdin.isatty():
         sys.stderr.write("reading a robot from this terminal; Ctrl-D ends it\n")
         sys.stderr.flush()
-    give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
+    project.give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
     _stdin_read[:] = [sys.stdin]
     Progress.begin()  # the time of typing does not count
 
@@ -289,7 +290,7 @@ def refuse_half_marks(words: Iterable[str]) -> None:
 
 def warn_of_no_robots(console: Console) -> None:
     """Warn of folders of this project that look like descriptions and have no ``robot.yaml``."""
-    wrong = without_first_file(Description.around())
+    wrong = project.without_first_file(Description.around())
     if wrong:
         console.show([Diagnostic("no-robot-file", WARNING, message, help=help) for message, help in wrong])
 

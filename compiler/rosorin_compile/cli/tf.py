@@ -10,7 +10,6 @@ from .run import Run, refuse_positions
 
 _ORDERS = {"humble": "", "jazzy": " (xyzw)"}  # of the quaternion, as tf2_echo prints it
 _COLUMNS = ("x", "y", "z", "roll", "pitch", "yaw")
-_USAGE = "ROBOT SOURCE TARGET"
 _MAX_DIGITS = 17
 
 
@@ -43,15 +42,9 @@ def run(options: cli.Options) -> int:
 
     refuse_positions(options.words)
     run, picked = Run.of(options), options.pick("pose joints pulses sweeps modes strict")
-    if not 2 <= len(run.words) <= 3:
-        raise RequestError(f"two frames are needed, and at most one robot: rosorin-compile tf {_USAGE}")
     if not 0 <= options.digits <= _MAX_DIGITS:
         raise RequestError(f"--digits takes 0 to {_MAX_DIGITS}")
-    *robot, source, target = run.words
-    try:
-        description = run.find_robot("".join(robot), _USAGE)
-    except RequestError as problem:
-        raise RequestError(f"{problem}; rosorin-compile tf {_USAGE}" if robot else str(problem)) from None
+    description, (source, target) = run.robot_before(2, "ROBOT SOURCE TARGET")
     try:
         found = api.transform(run.request(description), source, target, **picked)
     except (NoPulse, NotPublished) as problem:

@@ -80,11 +80,9 @@ def run(options: Options) -> int:
 
 def _requested(run: Run) -> tuple[str, Description]:
     words = run.words
-    if not words or len(words) > 2:
-        raise RequestError("write verify [ROBOT] SOURCE: one robot, and one recording")
     if words.count(Description.STDIN) > 1:
         raise RequestError("standard input is the recording or the robot, not both")
-    robot, source = words[0] if len(words) > 1 else "", words[-1]
+    robot, source = words[0] if len(words) == 2 else "", words[-1]
     if _is_robot(source):
         if robot and not _is_robot(robot):
             raise RequestError(f"the robot comes first: write verify {source} {robot}")
@@ -96,7 +94,7 @@ def _requested(run: Run) -> tuple[str, Description]:
     except (OSError, ValueError) as problem:  # ValueError: a NUL in the name; reading reports any other reason
         if getattr(problem, "errno", errno.ENOENT) in (errno.ENOENT, errno.ENOTDIR, errno.ELOOP):
             raise RequestError(f"there is no {source}; name {_SOURCES}") from None
-    return source, run.find_robot(robot, f"ROBOT {source}")
+    return source, run.robot_before(1, "ROBOT SOURCE")[0]
 
 
 def _is_robot(source: str) -> bool:

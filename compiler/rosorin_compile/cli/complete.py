@@ -49,10 +49,9 @@ def of(*kinds: str) -> Complete:
 
 
 def _names(kind: str, ctx: click.Context) -> dict[str, str]:
-    from rosorin_compile.formats import FORMATS
-    from rosorin_compile.formats.schemas import schema_names
+    from rosorin_compile.formats import FORMATS, schema_names
     from rosorin_compile.source.project import Description, all_here, here
-    from rosorin_compile.source.rule_registry import every_rule
+    from rosorin_compile.source.rule_registry import find
 
     if kind in _OF_ROBOT:
         robots = []
@@ -70,7 +69,7 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
     if kind == "format":
         return {format.name: format.about for format in FORMATS.values() if format.write is not None}
     if kind == "rule":
-        return dict.fromkeys(sorted(every_rule()), "")
+        return dict.fromkeys(sorted(find()), "")
     return schema_names() if kind == "schema" else names(kind) if kind in ("commands", "checks") else {}
 
 

@@ -18,13 +18,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from rosorin_compile.source import report
 from rosorin_compile.source.diagnostics import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, Span
+from rosorin_compile.source.diagnostics import text as report_text
 from rosorin_compile.source.messages import gathered, worded
 from rosorin_compile.source.plugins import Plugin
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import WRITING, Rule
-from rosorin_compile.source.wording import and_more, counted, inert, printable
+from rosorin_compile.source.wording import and_more, counted, printable
 
 if TYPE_CHECKING:
     from .markdown import Block, Section
@@ -195,7 +195,7 @@ class Console:
         diagnostics = gathered(diagnostics, [WARNING, NOTE])
         # NO_COLOR and FORCE_COLOR come before a terminal.
         is_coloured = "NO_COLOR" not in os.environ and ("FORCE_COLOR" in os.environ or sys.stderr.isatty())
-        text = report.text(worded(diagnostics[:MAX_SHOWN]), is_coloured)
+        text = report_text(worded(diagnostics[:MAX_SHOWN]), is_coloured)
         if len(diagnostics) > MAX_SHOWN:
             text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
         if is_coloured:
@@ -227,7 +227,8 @@ class Console:
                 self.warn(f"read {file}")
 
     def _inert(self, line: str) -> str:
-        return inert(line) if self.form == "github" else line
+        """Return a line in which a job on GitHub finds no command, whatever a robot is called."""
+        return line.replace("::", ": :").replace("##[", "## [") if self.form == "github" else line
 
     def give(self, result: object, text: Callable[[], str] = str, show: Callable[[str], object] = print) -> int:
         """Set the result of the command, and print it as ``text`` unless a program reads the output; return FINE."""
@@ -276,7 +277,7 @@ def envelope(console: Console) -> dict[str, object]:
     """Return the JSON envelope of a run as plain data; its schema is ``envelope``."""
     from rosorin_compile.source.version import __version__
 
-    diagnostics = [plain(report.as_object(one)) for one in console.diagnostics]
+    diagnostics = [plain(one.as_object()) for one in console.diagnostics]
     head = {"version": __version__, "command": console.command}
     return {**head, "diagnostics": diagnostics, "result": plain(console.result)}
 

@@ -12,7 +12,7 @@ from html import escape
 from typing import NamedTuple
 
 from rosorin_compile.compare.changes import Change
-from rosorin_compile.output.text_report import CHANGED, MAX_LINES, TextDifference, shorten
+from rosorin_compile.output.committed import CHANGED, MAX_LINES, TextDifference, shorten
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Span
 from rosorin_compile.source.messages import gathered
 from rosorin_compile.source.wording import and_more, counted, listed, plural, printable

@@ -1,6 +1,6 @@
 """rosorin-compile schema: print a JSON Schema: of descriptions, for editors, or of a format for programs."""
 
-from rosorin_compile.formats.schemas import schema_names, schema_text
+from rosorin_compile.formats import schema_names, schema_text
 from rosorin_compile.source.diagnostics import RequestError, did_you_mean
 
 from .command import Options, argument, command, flag

@@ -3,7 +3,7 @@
 from contextlib import suppress
 
 from rosorin_compile import api
-from rosorin_compile.mujoco.simulate.simulation import LIMITS
+from rosorin_compile.mujoco.simulate.simulation import LIMITS, about, summary, tables
 
 from .command import Options, command, flag, option, repeatable, robot_argument, robot_options
 from .console import FINE, PROBLEMS
@@ -23,8 +23,6 @@ _LIMITS = ", ".join(f"{name} {one.value:g}{f' {one.unit}' if one.unit else ''}" 
 @robot_options
 def run(options: Options) -> int:
     """Simulate a robot and print its behaviour."""
-    from rosorin_compile.mujoco.simulate import report
-
     limits = {}
     for name, value in options.limits.items():
         limits[name] = -1.0  # refused with the message for any unusable number
@@ -42,12 +40,12 @@ def run(options: Options) -> int:
         console.show(result.diagnostics)
         run.give(result)
     else:
-        print(f"{name}: {report.about(result)}\n")
-        print(report.text(result))
+        print(f"{name}: {about(result)}\n")
+        print(tables(result))
         if result.timing is not None:
             steps, speed = result.timing.steps_per_cpu_second, result.timing.times_real_time
             print(f"speed   {steps:,.0f} steps a CPU second, {speed:,.1f} times real time")
         print()
         console.show(result.diagnostics)
-        console.say(f"{name}: {report.summary(result)} simulated: {severities(result.diagnostics)}")
+        console.say(f"{name}: {summary(result)} simulated: {severities(result.diagnostics)}")
     return PROBLEMS if any(one.severity != "note" for one in result.diagnostics) else FINE

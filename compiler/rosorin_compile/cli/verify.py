@@ -41,7 +41,7 @@ _RECORDED = re.compile(r"\.mcap$|\.db3$|^metadata\.yaml$")  # files of a rosbag2
 @robot_options
 def run(options: Options) -> int:
     """Compare one recording with one robot."""
-    from rosorin_compile.recordings.report import as_junit, summary, table
+    from rosorin_compile.recordings.results import as_junit, summary, table
 
     run = Run.of(options)
     console, (source, description) = run.console, _requested(run)
@@ -67,12 +67,12 @@ def run(options: Options) -> int:
         sys.stderr.flush()
         print(summary(result, description.name, options.strict))
     if options.junit:
-        _save(options.junit, as_junit(result, options.strict), "<testsuites")
+        _save(options.junit, as_junit(result, options.strict), b"<testsuites")
     if options.picture:
         from rosorin_compile.recordings.picture import as_svg
 
         try:
-            _save(options.picture, as_svg(result.data), "<svg")
+            _save(options.picture, as_svg(result.data), b"<svg")
         except ValueError as problem:
             raise RequestError(f"--picture: {problem}") from None
     return PROBLEMS if result.fails(options.strict) else FINE
@@ -112,13 +112,16 @@ def _is_robot(source: str) -> bool:
     return found.name == Description.ROOT_FILE or found.suffix.lower() in FORMATS.endings(include=True)
 
 
-def _save(name: str, text: str, kind: str) -> None:
+def _save(name: str, text: str, kind: bytes) -> None:
     """Write a file; an existing one is replaced if it is of that kind. Raises RequestError."""
+
+    def is_ours(old: Path) -> bool:
+        start = read_bytes(old, 1000)
+        return not start or kind in start
+
     try:
         if exists(name) and not is_file(name):
             raise RequestError(f"{name} cannot be written: it is no regular file")
-        write_file(
-            Path(name), text.encode(), may_replace=lambda old: kind in read_bytes(old, 1000).decode("utf-8", "replace")
-        )
+        write_file(Path(name), text.encode(), may_replace=is_ours)
     except OutputError as problem:
         raise RequestError(problem.diagnostic.message) from None

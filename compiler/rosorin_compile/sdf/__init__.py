@@ -6,6 +6,7 @@ included files), ``models`` (nested models and names) and ``read_joints`` (what 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -13,14 +14,19 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.formats.format import (
     BOXES_OF_HEIGHT_MAPS,
     FORMS_OF_BOXES,
+    MODEL_KEYS,
     NUMBER_FORMAT,
+    OF_MUJOCO,
+    OF_PUBLISHERS,
     Asked,
     Format,
+    Unsupported,
     xml_syntax,
 )
-from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
+from rosorin_compile.formats.gazebo_elements import unsupported_drives
 
 if TYPE_CHECKING:
+    from rosorin_compile.model import Output
     from rosorin_compile.source.tree import Map
 
 __all__ = ["FORMAT"]
@@ -37,16 +43,18 @@ def _asked(tree: Map, version: str, name: str) -> Asked | None:  # noqa: ARG001
     return None if options is None else Asked({"file": "", **options} | {"file": f"{name}.sdf"})
 
 
-_FIXED = Unsupported("links that are fixed to each other need no joint", quiet=True)
-_UNSUPPORTED = {
-    **OF_MUJOCO,
-    **OF_PUBLISHERS,
-    "sensors.*.joint": _FIXED,
-    "sensors.*.optical.joint": _FIXED,
-    "disabled_contacts.*": Unsupported("no pairs of links that do not collide"),
-    "joints.*.calibration": Unsupported("no calibration of joints"),
-    "joints.*.safety_controller": Unsupported("no soft limits"),
-}
+def _unsupported(output: Output) -> Mapping[str, Unsupported]:
+    fixed = Unsupported("links that are fixed to each other need no joint", quiet=True)
+    return {
+        **OF_MUJOCO,
+        **OF_PUBLISHERS,
+        **unsupported_drives(output),
+        "sensors.*.joint": fixed,
+        "sensors.*.optical.joint": fixed,
+        "disabled_contacts.*": Unsupported("no pairs of links that do not collide"),
+        "joints.*.calibration": Unsupported("no calibration of joints"),
+        "joints.*.safety_controller": Unsupported("no soft limits"),
+    }
 
 
 FORMAT = Format(
@@ -56,7 +64,7 @@ FORMAT = Format(
     about="the model for Gazebo and Drake",
     rank=22,
     covers=(*MODEL_KEYS, "urdf_elements"),
-    unsupported=_UNSUPPORTED,
+    unsupported=_unsupported,
     options={
         "number_format": NUMBER_FORMAT,
         "version": {
@@ -89,10 +97,6 @@ FORMAT = Format(
     partial=True,
     read=partial(_call, "read", "read"),
     asked=_asked,
-    lacks=frozenset(
-        {"armature", "calibration", "safety", "simulation", "actuator", "pose", "servo", "sensor", "contact"}
-        | {"publisher", "edge", "drive", "fixed joint name", "urdf_elements"}
-    ),
     meshes=True,
     syntax=xml_syntax,
     folder="sdf",

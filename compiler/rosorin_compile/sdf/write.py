@@ -8,14 +8,15 @@ own frame. Readers: libsdformat 12 and Drake 1.51.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import astuple
+from dataclasses import astuple, replace
 
 from markupsafe import escape
 
-from rosorin_compile.formats.gazebo_elements import DISTRIBUTIONS, distribution, sensor_lines, with_noise
+from rosorin_compile.formats.gazebo_elements import DISTRIBUTIONS, distribution, drive_blocks, sensor_lines, with_noise
 from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model import Joint, Mesh, Output, Pose, Robot, Sensor, Shape, Transform
 from rosorin_compile.model.geometry import IDENTITY
+from rosorin_compile.model.looks import with_visuals
 from rosorin_compile.model.shape import ROWS
 from rosorin_compile.model.simulation import CLASSIC, Entry, GazeboSensor
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
@@ -52,11 +53,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     ``height_maps`` (the form of their boxes), ``visuals`` (from_collision, where a link has none), ``gazebo`` (false,
     or which Gazebo: harmonic, fortress or classic; by default sensors in the words of SDF alone).
     """
-    if output.options.get("visuals") == "from_collision":
-        from rosorin_compile.model.looks import with_visuals
-
-        robot = with_visuals(robot)
-    writer = _Writer(robot, output)
+    writer = _Writer(with_visuals(robot) if output.options.get("visuals") == "from_collision" else robot, output)
     return "".join(f"{line}\n" for line in writer.lines()), writer.diagnostics()
 
 
@@ -80,7 +77,11 @@ class _Writer:
         self.world = contents.world_of(robot)
         carrier = self.content.carrier
         self.shapes = {purpose: self._named(purpose) for purpose in ("visual", "collision")}
-        self.kept = contents.kept(robot, carrier, [j.name for j in robot.joints if self.content.has_joint(j)])
+        self.joints = {joint.name: self.names[joint.name] for joint in robot.joints if self.content.has_joint(joint)}
+        others = [text for text in robot.urdf_elements if "<ros2_control" not in text]  # which no SDF has
+        gazebo = distribution(self.gazebo)
+        drives, self.idle = drive_blocks(robot, self.joints, "sdf-cannot-say", gazebo, self.number, others)
+        self.kept = contents.kept(replace(robot, urdf_elements=(*robot.urdf_elements, *drives)), carrier, self.joints)
         self.loops = [one for one in robot.constraints if one.tag in _LOOPS and one.values.get("active") is not False]
         self.open: list[str] = []  # loops that are not written
         self.unseen: dict[str, list[str]] = {}  # names of sensors by the reason
@@ -323,18 +324,16 @@ class _Writer:
         names = [joint.name for joint in axleless if joint.dynamics and any(astuple(joint.dynamics))]
         message = "SDF has no dynamics of joints that move in several directions"
         lost(message, names, "make each of them several joints, one for each axis")
-        names = [
-            joint.name for joint in robot.joints if content.has_joint(joint) and joint.name != self.names[joint.name]
-        ]
+        names = [name for name, written in self.joints.items() if written != name]
         message = "a joint with the name of a link or frame gets the ending _joint in the SDF"
         lost(message, names, "give it another name in the description")
         followers = [joint.name for joint in robot.joints if joint.mimic and self.version in (OLDEST, "1.10")]
         message = f"SDF {self.version} has no mimic, so these joints move freely in Gazebo"
         lost(message, followers, f'set version: "{FOLLOWERS}"')
         for why, names in self.unseen.items():
-            lost(
-                f"not seen by Gazebo, because {why}", names, "or leave the sensor out: gazebo: []", "gazebo-cannot-see"
-            )
+            help = "or leave the sensor out: gazebo: []"
+            lost(f"not seen by Gazebo, because {why}", names, help, "gazebo-cannot-see")
+        found += self.idle
         couplings = [one.name for one in robot.constraints if one.tag not in _LOOPS]
         lost("SDF has no constraints between joints but mimic", couplings, "use mimic")
         lost("constraints are not in the SDF", self.open, "both ends have to be links of the SDF")

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.ros.python_values import Unknown, constants, value
-from rosorin_compile.source.bounded import python_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, error
+from rosorin_compile.source.load import python_of
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import parse
 

@@ -56,6 +56,12 @@ _FRAMES = ("base_frame_id", "frame_id", "odom_frame_id")
 _WORLD = ("map", "odom", "world", "earth")
 _OF_INTERFACES = (SHORT["joint_trajectory"], SHORT["admittance"])
 _SEVERAL_INTERFACES = "forward_command_controller/MultiInterfaceForwardCommandController"
+_GRIPPERS = (SHORT["position_gripper"], SHORT["effort_gripper"])
+# Drives that measure positions of their wheels unless `position_feedback` is false; others measure velocities.
+_BY_POSITION = tuple(
+    SHORT[word]
+    for word in ("diff_drive", "omni_wheel_drive", "ackermann_steering", "bicycle_steering", "tricycle_steering")
+)
 _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
 
 
@@ -170,6 +176,13 @@ def _commanded(name: str, kind: str, values: Mapping[str, Any], robot: Robot) ->
             message = f"{name} commands the {listed(words)} of {quoted(lacking, most=4)}, which no hardware block has"
             help = f"in control: joints: {{{lacking[0]}: {{command: {words[0]}}}}}"
             yield Finding("controller-interface", message, key, help, WARNING)
+    states = {(one.name, word) for block in robot.control for one in block.joints for word in one.states}
+    for key, joint, word in _states(kind, values):
+        if joint in robot.joint and (joint, word) not in states:
+            message = f'{name} reads the {word} of "{joint}", which no hardware block has: it does not become active'
+            help = f"in control: joints: {{{joint}: {{state: [{word}]}}}}, if the hardware measures it"
+            yield Finding("controller-interface", message, key, help, WARNING)
+            break
     sensor = values.get("sensor_name")
     named = {one.name for block in robot.control for one in block.sensors}
     if isinstance(sensor, str) and sensor and sensor not in named:
@@ -178,9 +191,26 @@ def _commanded(name: str, kind: str, values: Mapping[str, Any], robot: Robot) ->
         yield Finding("controller-interface", message, "sensor_name", suggestion, WARNING)
 
 
+def _states(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Yield the states that a controller reads: the key that says so, the joint, and the name of the state."""
+    if kind in _OF_INTERFACES:
+        words = _texts(values.get("state_interfaces"))
+        yield from (("state_interfaces", joint, word) for joint in _texts(values.get("joints")) for word in words)
+    elif kind in _GRIPPERS:
+        yield from (("joint", joint, word) for joint in _texts(values.get("joint")) for word in (POSITION, VELOCITY))
+    elif _drives(kind):
+        turning = POSITION if values.get("position_feedback", kind in _BY_POSITION) else VELOCITY
+        for key, joints, words in _wanted(kind, values):
+            yield from ((key, joint, POSITION if words == [POSITION] else turning) for joint in joints)
+
+
+def _drives(kind: str) -> bool:
+    return kind in [SHORT[one] for one in SHORT if "drive" in one or "steering" in one or one == "tricycle"]
+
+
 def _wanted(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, list[str], list[str]]]:
     """Yield keys that name joints, with the joints, and the commands that a controller wants of each."""
-    driving = kind in [SHORT[one] for one in SHORT if "drive" in one or "steering" in one or one == "tricycle"]
+    driving = _drives(kind)
     for key, value in values.items():
         if not _JOINTS.fullmatch(key) or key in _NOT_OF_URDF:
             continue

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any
 
-from rosorin_compile.formats.distributions import described_by, title
+from rosorin_compile.formats.format import described_by
 from rosorin_compile.model import Edge, Output, Robot
 from rosorin_compile.ros.sections.control.hardware import POSITION, VELOCITY
 from rosorin_compile.rules.case import Case
@@ -18,7 +18,7 @@ from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
 from ..parameters.tables import MANAGER, manager
 from .checking import against_robot, claims, frames_of, missing
-from .derived import owned
+from .derived import owned, unmeasured_joints
 from .filled import Filled, filled, managed
 from .types import of_type
 
@@ -119,6 +119,7 @@ def _joint_states(case: Case, output: Output) -> Iterator[Diagnostic]:
     if not types or not states or first.name != output.name:
         return
     if any("joint_state_broadcaster" in one or one.endswith(_BROADCASTER) for one in types):
+        yield from _motionless(case)
         return
     block, joint = states[0]
     message = (
@@ -128,14 +129,27 @@ def _joint_states(case: Case, output: Output) -> Iterator[Diagnostic]:
     yield case.problem("controllers-joint-states", message, ("controllers",), help, severity=WARNING, key=True)
 
 
+def _motionless(case: Case) -> Iterator[Diagnostic]:
+    """Yield the moving joints of the URDF that no hardware block has the position of."""
+    for joint in unmeasured_joints(case.robot):
+        message = f'nobody publishes the position of joint "{joint.name}", which no hardware block has: '
+        message += f'"{joint.child}" has no transform, and MoveIt waits for a complete state'
+        help = (
+            f"in control: joints: {{{joint.name}: {{state: [position]}}}}; or let a node publish the joint: publisher"
+        )
+        yield case.problem("controllers-joint-states", message, case.joint(joint), help, severity=WARNING, key=True)
+
+
 def _apart(case: Case, output: Output, distribution: str) -> Iterator[Diagnostic]:
     """Yield that the hardware blocks are all written for another distribution."""
     blocks = {one.name: str(said) for one in case.robot.outputs if (said := one.options.get(_BLOCKS))}
     if not case.robot.control or not blocks or distribution in map(described_by, blocks.values()):
         return
     name, said = next(iter(blocks.items()))
-    message = f'output "{output.name}" is for {title(asked(output))}, and the hardware blocks of output "{name}" are'
-    message += f" for {title(said)}"
+    message = (
+        f'output "{output.name}" is for {asked(output).capitalize()}, and the hardware blocks of output "{name}" are'
+    )
+    message += f" for {said.capitalize()}"
     help = f'distribution: {said} here, or control: {asked(output)} in output "{name}"'
     path = ("outputs", output.name, "distribution")
     place = path if exists(case.tree, path) else path[:2]
@@ -249,9 +263,9 @@ def _placed(case: Case, found: Finding, entry: Path, within: Path) -> Diagnostic
     path = (*path, value.index(found.unknown)) if isinstance(value, Seq) and found.unknown in value else path
     help = found.help
     if found.known:
-        from rosorin_compile.language.suggestions import name_meant
+        from rosorin_compile.language.suggestions import suggest_name
 
-        help = partial(name_meant, case.tree, path, found.unknown, found.known)
+        help = suggest_name(case.tree, path, found.unknown, found.known)
     return case.problem(found.rule, found.message, path, help, severity=found.severity, key=key)
 
 

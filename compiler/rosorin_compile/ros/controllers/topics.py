@@ -8,30 +8,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from rosorin_compile.formats.distributions import described_by
 from rosorin_compile.model import Robot
 
 from ..parameters.files import asked
+from ..ports import ODOMETRY, VELOCITY, port_of
 from .filled import Filled, filled
-from .types import SHORT
 
 CONTROLLERS = "controllers"  # the backend
 TF = "/tf"
 COMMAND = "/cmd_vel"  # where Nav2 and most others send velocities
-STAMPED = "use_stamped_vel"  # a parameter of Humble; later ones take stamped messages alone
-
-_VELOCITIES, _REFERENCE = ("cmd_vel", "odom"), ("reference", "odometry")
-# The topics of the commands and of the odometry, below the name of the controller.
-_TOPICS = {
-    SHORT["diff_drive"]: _VELOCITIES,
-    SHORT["omni_wheel_drive"]: _VELOCITIES,
-    SHORT["tricycle"]: _VELOCITIES,
-    SHORT["mecanum_drive"]: _REFERENCE,
-    SHORT["ackermann_steering"]: _REFERENCE,
-    SHORT["bicycle_steering"]: _REFERENCE,
-    SHORT["tricycle_steering"]: _REFERENCE,
-}
-_ONE_TOPIC = (SHORT["tricycle"],)  # for both kinds of messages
 
 
 class Driver(NamedTuple):
@@ -62,7 +47,12 @@ def drivers(robot: Robot) -> list[Driver]:
     if output is None or not _is_whole(robot):
         return []
     space = str(output.options.get("namespace", "")).strip("/")
-    found = [_driver(one, space) for one in filled(robot, described_by(asked(output))) if one.type in _TOPICS]
+    distribution, found = asked(output), []
+    for one in filled(robot, distribution):
+        command, odometry = (port_of(one.type, distribution, role) for role in (VELOCITY, ODOMETRY))
+        if command is not None and odometry is not None:
+            stamped = command.is_stamped(one.values)
+            found.append(Driver(one, space, command.name(one.values), odometry.topic, stamped))
     return sorted(found, key=lambda driver: driver.one.controller.inactive)
 
 
@@ -75,18 +65,10 @@ def _is_whole(robot: Robot) -> bool:
     return all(name in robot.joint for name in names) and (not drive.frame or drive.frame in robot.link)
 
 
-def _driver(one: Filled, space: str) -> Driver:
-    command, odometry = _TOPICS[one.type]
-    key = one.kind.key(STAMPED) if one.kind is not None and STAMPED in one.kind else None
-    stamped = key is None or bool(one.values.get(STAMPED, key.default))
-    if not stamped and one.type not in _ONE_TOPIC:
-        command += "_unstamped"
-    return Driver(one, space, f"~/{command}", f"~/{odometry}", stamped)
-
-
 def odometry_of(kind: str) -> str:
     """Return the odometry topic of a type of controllers, as ~/odom; empty if the type drives no base."""
-    return f"~/{_TOPICS[kind][1]}" if kind in _TOPICS else ""
+    port = port_of(kind, "", ODOMETRY)
+    return port.topic if port is not None else ""
 
 
 def is_of_nobody(topic: str, published: Mapping[str, str]) -> str:

@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.distributions import HUMBLE, JAZZY, title
+from rosorin_compile.formats.format import HUMBLE, JAZZY
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Mesh, Output, Publisher, Robot, Sensor
 from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
@@ -19,10 +19,10 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.derived import owned
 from ..controllers.topics import Driver, drivers
-from ..navigation import AMCL, FILTER, SLAM, Found, Frames, diagnose, frames_of, kind_of
+from ..navigation import AMCL, FILTER, SLAM, Found, Frames, diagnose, frames_of, kind_of, stated_topic
 from ..parameters.files import Node, Parameters, asked, parameters_of, text
+from ..ports import IN, OBSTACLES, ODOMETRY, VELOCITY, message_of_sensor, ports, short_type
 from .footprint import CORNERS, Footprint, footprint, left_out, padded, solids
-from .scans import PLANAR, scan_topic, seen_by_slam, topic_of
 
 RULES = (
     Rule(
@@ -66,14 +66,18 @@ _HEADROOM = 0.1  # m
 _PADDING = 0.01  # m, Nav2's own
 _CORNERS_OF_CIRCLE = 16  # of what Nav2 makes of a radius, on the circle
 CIRCLE = "circle"
-# What a sensor publishes that sees obstacles.
-_SEES = {PLANAR: "LaserScan", "lidar_3d": "PointCloud2", "depth_camera": "PointCloud2"}
+PLANAR = "lidar_2d"
+SEEING = (PLANAR, "lidar_3d", "depth_camera")  # the types of sensors that see obstacles
+_SOURCE = "scan"  # the observation source of nav2_bringup/params/nav2_params.yaml
+_MONITORED = {"LaserScan": "scan", "PointCloud2": "pointcloud"}  # types of sources of the collision_monitor
+_RANGES = {"obstacle_max_range": 2.5, "raytrace_max_range": 3.0}  # m, Nav2's own: it clears farther than it marks
+_CLEARANCE = 0.05  # m, of points of depth where the output gives none: they see the floor
 _MOTION = {True: "nav2_amcl::OmniMotionModel", False: "nav2_amcl::DifferentialMotionModel"}
 _MILLIMETRES = 1000
 _FILTERED = "odometry/filtered"  # of robot_localization
-# What of Nav2 sends or takes velocities (nav2_util/twist_{publisher,subscriber}.hpp); what reads the odometry.
-_SENDING = ("controller_server", "behavior_server", "velocity_smoother", "collision_monitor", "docking_server")
-_MEASURING = ("bt_navigator", "controller_server", "velocity_smoother")
+# How fast a base goes along x and how fast it turns (m/s, rad/s), as nav2_params.yaml has it, by distribution.
+_SPEEDS = {HUMBLE: (0.26, 1.0), JAZZY: (0.5, 2.0)}
+_ACCELERATIONS = (2.5, 3.2)
 
 
 class Basics(NamedTuple):
@@ -152,7 +156,7 @@ def _unheard(robot: Robot, output: Output) -> Iterator[Found]:
     """Yield the controllers of the drive that do not understand Nav2 of Humble, which sends Twist alone."""
     for driver in drivers(robot) if asked(output) == HUMBLE else ():
         if driver.stamped:
-            message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {title(HUMBLE)} sends Twist'
+            message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {HUMBLE.capitalize()} sends Twist'
             way_out = "give it use_stamped_vel: false, where its output is for Humble, too"
             path = ("controllers", driver.name)
             yield Found("nav2-command", message, path, way_out, WARNING, absolute=True, key=True)
@@ -224,7 +228,7 @@ def _above(robot: Robot, made: Basics, name: str) -> float:
 
 def _lidars(robot: Robot, output: Output) -> list[str]:
     """Return the lidars of one plane among the observation sources."""
-    named = {source["sensor"] for source in (output.options.get("sources") or {}).values()}
+    named = {source["sensor"] for source in sources_of(robot, output).values()}
     return [sensor.name for sensor in robot.sensors if sensor.type == PLANAR and sensor.name in named]
 
 
@@ -236,7 +240,7 @@ def _sources(robot: Robot, output: Output) -> Iterator[Found]:
         if sensor is None:
             way_out = Suggestion(source["sensor"], sensors, none="the robot has no sensors")
             yield Found("nav2-source", f'there is no sensor "{source["sensor"]}"', path, way_out)
-        elif sensor.type not in _SEES:
+        elif sensor.type not in SEEING:
             message = f'sensor "{sensor.name}" is {_article(sensor.type)}, which sees no obstacles for a costmap'
             yield Found("nav2-source", message, path, "name a lidar or a depth camera")
         elif not topic_of(robot, source):
@@ -268,6 +272,11 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         pose = output.options.get("pose")
         at = "with all joints at zero" if pose is None else f"in the pose {pose}"
         head += [f"The footprint is that {at}.", *size.remarks]
+        sensors = {source["sensor"] for source in sources_of(robot, output).values()}
+        if any(one.name in sensors and _stands_in(output, one) for one in robot.sensors):
+            head.append(
+                f"That points are obstacles from {_CLEARANCE:g} m above the floor is a stand-in: set clearance."
+            )
     return text(robot, output, templates, head, list(_nodes(robot, output, made, size))), said
 
 
@@ -287,6 +296,7 @@ def _nodes(robot: Robot, output: Output, made: Basics, size: Measured | None) ->
         values |= _band(layer, size)
         yield Node(f"{name}/{name}", "costmap", values | dict(_seen(robot, output, layer, size)))
     servers = _servers(output, made)
+    servers["collision_monitor"] |= _monitored(robot, output, made, size)
     for name, more in _way_of_velocities(robot, output, frames).items():
         servers[name] = {**servers.get(name, {}), **more}
     yield from (Node(name, name, values) for name, values in servers.items() if values)
@@ -315,14 +325,30 @@ def _servers(output: Output, made: Basics) -> dict[str, dict[str, Any]]:
 
 
 def _way_of_velocities(robot: Robot, output: Output, frames: Frames) -> dict[str, dict[str, Any]]:
-    """Return in which message the servers send velocities to the drive, and where its odometry comes from."""
-    driving, odometry = drivers(robot), _odometry(robot, frames)
+    """Return the topic of the odometry, and the messages and limits of velocities, by the servers that have them."""
+    distribution, driving, odometry = asked(output), drivers(robot), _odometry(robot, frames)
     found: dict[str, dict[str, Any]] = {}
-    for name in _MEASURING if odometry else ():
-        found[name] = {"odom_topic": odometry}
-    for name in _SENDING if driving and asked(output) != HUMBLE else ():
-        found[name] = {**found.get(name, {}), "enable_stamped_cmd_vel": driving[0].stamped}
+    for port in ports(distribution, role=ODOMETRY, direction=IN, group="nav2") if odometry else ():
+        found.setdefault(port.node, {})[port.parameter] = odometry
+    for port in ports(distribution, role=VELOCITY, group="nav2") if driving else ():
+        if port.stamp_parameter:
+            found.setdefault(port.node, {})[port.stamp_parameter] = driving[0].stamped
+    if robot.drive is not None and robot.drive.slides:  # Nav2's own limits keep every base from going sideways
+        for name, values in _sideways(distribution).items():
+            found[name] = {**found.get(name, {}), **values}
     return found
+
+
+def _sideways(distribution: str) -> dict[str, dict[str, Any]]:
+    """Return the limits with which Nav2 lets a base go sideways as fast as forwards."""
+    (ahead, turning), (push, twist) = _SPEEDS.get(distribution, _SPEEDS[JAZZY]), _ACCELERATIONS
+    smoother = {"max_velocity": [ahead, ahead, turning], "min_velocity": [-ahead, -ahead, -turning]}
+    smoother |= {"max_accel": [push, push, twist], "max_decel": [-push, -push, -twist]}
+    controller: dict[str, Any] = {"FollowPath.motion_model": "Omni"}
+    if distribution == HUMBLE:
+        limits = (("min_vel_y", -ahead), ("max_vel_y", ahead), ("acc_lim_y", push), ("decel_lim_y", -push))
+        controller = {f"FollowPath.{name}": value for name, value in limits}
+    return {"controller_server": controller, "velocity_smoother": smoother}
 
 
 def _odometry(robot: Robot, frames: Frames) -> str:
@@ -354,24 +380,86 @@ def _outline(output: Output, size: Measured | None) -> dict[str, Any]:
     return values if size.padding is None else {**values, "footprint_padding": size.padding}
 
 
-def _band(place: str, size: Measured | None) -> dict[str, float]:
-    """Return the keys of the heights of a layer, or of a source of one."""
-    names = ("min_obstacle_height", "max_obstacle_height")
-    return {f"{place}.{name}": one for name, one in zip(names, size.heights, strict=True)} if size is not None else {}
+def _band(place: str, size: Measured | None, clearance: float = 0.0) -> dict[str, float]:
+    """Return the keys of the heights of a layer, or of a source of one that sees nothing up to a clearance (m)."""
+    if size is None:
+        return {}
+    heights = {"min_obstacle_height": _round(size.heights[0] + clearance), "max_obstacle_height": size.heights[1]}
+    return {f"{place}.{name}": height for name, height in heights.items()}
+
+
+def sources_of(robot: Robot, output: Output) -> dict[str, Mapping[str, Any]]:
+    """Return the observation sources by name: those of the output, else all sensors with a topic that see obstacles."""
+    if given := output.options.get("sources"):
+        return dict(given)
+    seeing = [one for one in robot.sensors if one.type in SEEING and stated_topic(robot, one.name)]
+    return {_SOURCE if len(seeing) == 1 else one.name: {"sensor": one.name} for one in seeing}
+
+
+def topic_of(robot: Robot, source: Mapping[str, Any]) -> str:
+    """Return the topic of an observation source, or "" if nothing in the description names it."""
+    return str(source.get("topic") or stated_topic(robot, source["sensor"]))
+
+
+def scan_topic(robot: Robot, output: Output) -> str:
+    """Return the topic of the only lidar of one plane, or "" if it is unknown."""
+    lidars = [sensor.name for sensor in robot.sensors if sensor.type == PLANAR]
+    topics = {topic_of(robot, one) for one in sources_of(robot, output).values() if one["sensor"] in lidars}
+    topics |= {stated_topic(robot, lidars[0])} if len(lidars) == 1 and not topics else set()
+    return topics.pop() if len(topics) == 1 else ""
+
+
+def seen_by_slam(robot: Robot, output: Output, frames: Frames) -> dict[str, Any]:
+    """Return the frames and the topic of the scan for slam_toolbox."""
+    values = {"map_frame": frames.map, "odom_frame": frames.odom, "base_frame": frames.moved}
+    return values | _scan(robot, output, SLAM)
+
+
+def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
+    topic = scan_topic(robot, output)
+    return {port.parameter: topic for port in ports(asked(output), node=node, role="scan")} if topic else {}
+
+
+def _stands_in(output: Output, sensor: Sensor) -> bool:
+    """Return True if a sensor sees the floor as points, and nothing gives the height up to which it is free."""
+    return short_type(message_of_sensor(sensor.type)) == "PointCloud2" and "clearance" not in output.options
 
 
 def _seen(robot: Robot, output: Output, layer: str, size: Measured | None) -> Iterator[tuple[str, Any]]:
     """Yield the keys of the observation sources of a layer."""
-    sources = output.options.get("sources") or {}
+    sources = sources_of(robot, output)
     sensors: dict[str, Sensor] = {sensor.name: sensor for sensor in robot.sensors}
     if sources:
         yield f"{layer}.observation_sources", " ".join(sources)
     for name, source in sources.items():
         sensor, own = sensors[source["sensor"]], f"{layer}.{name}"
         yield f"{own}.topic", topic_of(robot, source)
-        yield f"{own}.data_type", _SEES[sensor.type]
+        yield f"{own}.data_type", short_type(message_of_sensor(sensor.type))
         yield f"{own}.sensor_frame", sensor.optical_frame or sensor.frame
-        yield from _band(own, size).items()
+        yield from ((f"{own}.{key}", True) for key in ("marking", "clearing"))
+        yield from ((f"{own}.{key}", value) for key, value in _RANGES.items())
+        yield from _band(own, size, _CLEARANCE if _stands_in(output, sensor) else 0.0).items()
+
+
+def _monitored(robot: Robot, output: Output, made: Basics, size: Measured | None) -> dict[str, Any]:
+    """Return the sources of the collision_monitor: it stops the robot while one of them is silent."""
+    sources, sensors = sources_of(robot, output), {sensor.name: sensor for sensor in robot.sensors}
+    values: dict[str, Any] = {}
+    for port in ports(asked(output), node="collision_monitor", role=OBSTACLES) if sources else ():
+        values[port.each] = list(sources)
+        for name, source in sources.items():
+            sensor = sensors[source["sensor"]]
+            kind = _MONITORED[short_type(message_of_sensor(sensor.type))]
+            values |= {f"{name}.type": kind, port.parameter.replace("<source>", name): topic_of(robot, source)}
+            if kind == "pointcloud" and size is not None:  # in the base frame
+                up = robot.transform(made.frames.moved, made.base, made.positions).xyz[2]
+                low = size.heights[0] + (_CLEARANCE if _stands_in(output, sensor) else 0.0)
+                values |= {f"{name}.min_height": _round(low - up), f"{name}.max_height": _round(size.heights[1] - up)}
+    return values
+
+
+def _round(height: float) -> float:
+    return round(height * _MILLIMETRES) / _MILLIMETRES + 0.0
 
 
 def _localisation(robot: Robot, output: Output, frames: Frames) -> Iterator[Node]:
@@ -385,7 +473,7 @@ def _localisation(robot: Robot, output: Output, frames: Frames) -> Iterator[Node
     values |= {"base_frame_id": frames.moved, "tf_broadcast": owns[AMCL]}
     if (drive := robot.drive) is not None:
         values["robot_model_type"] = _MOTION[drive.slides]
-    yield Node(AMCL, AMCL, values | scan_topic(robot, output))
+    yield Node(AMCL, AMCL, values | _scan(robot, output, AMCL))
     if there[SLAM]:
         silent = {} if owns[SLAM] else {"transform_publish_period": 0.0}
         yield Node(SLAM, SLAM, seen_by_slam(robot, output, frames) | silent)

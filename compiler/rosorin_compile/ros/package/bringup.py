@@ -197,7 +197,7 @@ class Bringup(NamedTuple):
 
         What it has to know comes from here where it is started by hand alone: the artifact has no section for it then.
         """
-        from ..nav2.scans import seen_by_slam
+        from ..nav2.write import seen_by_slam
         from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
 
         output = next(one for one in self.robot.outputs if one.name == self.outputs[_NAV2])

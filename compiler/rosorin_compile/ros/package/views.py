@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.model import Robot
 from rosorin_compile.source import files
-from rosorin_compile.source.bounded import yaml_of
+from rosorin_compile.source.load import yaml_of
 
 # What shows the messages of a sensor of a type: a class of rviz_default_plugins and the type of its messages.
 DISPLAYS: Mapping[str, str] = {

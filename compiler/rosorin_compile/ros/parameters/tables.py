@@ -6,19 +6,17 @@ at.
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.distributions import HUMBLE, JAZZY, described_by
+from rosorin_compile.formats.format import HUMBLE, JAZZY, described_by
 from rosorin_compile.model import Publisher
 from rosorin_compile.model.joint import NODE
-from rosorin_compile.source import files
-from rosorin_compile.source.project import data_folder
 
+from ..ports import TF, drive_plugins, facts, port_of
 from .values import refused
 
 # The distributions that the tables have; "" for a distribution is any of them.
@@ -163,11 +161,6 @@ def is_of_all_nodes(key: str) -> bool:
     return key in _ANY_NODE or key.startswith(_ANY_BELOW)
 
 
-@cache
-def _data(name: str) -> Any:
-    return json.loads(files.read_text(data_folder("schemas") / f"{name}.json"))
-
-
 def _of_distribution(distribution: str) -> str:
     return described_by(distribution) if distribution else ""
 
@@ -176,7 +169,7 @@ def _of_distribution(distribution: str) -> str:
 def kinds(distribution: str) -> Mapping[str, Kind]:
     """Return the kinds of nodes beside controllers, by name."""
     distribution = _of_distribution(distribution)
-    return {name: _kind(name, entry, distribution) for name, entry in _data("ros2_nodes")["nodes"].items()}
+    return {name: _kind(name, entry, distribution) for name, entry in facts("ros2_nodes")["nodes"].items()}
 
 
 def _kind(name: str, entry: Mapping[str, Any], distribution: str) -> Kind:
@@ -214,7 +207,7 @@ _TRANSFORM = {"parent": "odom_frame_id", "child": "base_frame_id", "switch": "en
 def plugins(distribution: str) -> Mapping[str, str]:
     """Return every type of controllers, with a table or without, with its package."""
     distribution = _of_distribution(distribution)
-    tables = [_data("ros2_controllers")[one] for one in DISTRIBUTIONS if distribution in ("", one)]
+    tables = [facts("ros2_controllers")[one] for one in DISTRIBUTIONS if distribution in ("", one)]
     return {plugin: package for one in tables for plugin, package in one["plugins"].items()}
 
 
@@ -224,24 +217,35 @@ def controller(plugin: str, distribution: str) -> Kind | None:
 
     A distribution that does not have it gives what the other one knows.
     """
-    distribution = _of_distribution(distribution)
+    of_tables = _of_distribution(distribution)
     tables = {one: entries for one in DISTRIBUTIONS if (entries := _entries_of(plugin, one))}
     if not tables:
         return None
-    chosen = distribution if distribution in tables else ""
-    of_all = _data("ros2_nodes")["controllers"]
+    chosen = of_tables if of_tables in tables else ""
+    of_all = facts("ros2_nodes")["controllers"]
     frame_id = of_all["frame_ids"].get(plugin, "")
     frames = {"odom_frame_id": "odom", "base_frame_id": "base", frame_id: "sensor"}
     keys = _keys_of_controllers(tables, chosen, frames)
-    odometry = of_all["odometry"].get(plugin, "")
+    if distribution not in ("", *DISTRIBUTIONS):
+        removed = of_all["removed_after_jazzy"].get(plugin, ())
+        keys = {name: _later(key, distribution, removed) for name, key in keys.items()}
+        chosen = distribution
+    port = port_of(plugin, "", TF)
+    odometry = port.topic if port else ""
     packages = (plugins("")[plugin], *_OF_CONTROLLERS)
     transform = of_all["transforms"].get(plugin) or (_TRANSFORM if odometry else {})
     return Kind(plugin, keys, chosen, packages, complete=True, odometry=odometry, transform=transform)
 
 
+def _later(key: Key, distribution: str, removed: Iterable[str]) -> Key:
+    """Return a key with a distribution after Jazzy added to those that know it, unless it was removed there."""
+    last = key.name.rpartition(".")[2]
+    return key if JAZZY not in key.only or last in removed else key._replace(only=(*key.only, distribution))
+
+
 def _entries_of(plugin: str, distribution: str) -> dict[str, Mapping[str, Any]]:
     """Return the keys of a type in a distribution; empty if it has no table there."""
-    data = _data("ros2_controllers")[distribution]
+    data = facts("ros2_controllers")[distribution]
     if plugin not in data["plugins"] or plugin not in data:
         return {}
     of_manager = {name.partition(".")[2]: entry for name, entry in data[MANAGER].items() if name.startswith("<name>.")}
@@ -272,7 +276,7 @@ def _keys_of_controllers(
 def manager(distribution: str) -> Kind:
     """Return the controller_manager, with the keys that it has of each controller (<name>.type)."""
     distribution = _of_distribution(distribution)
-    tables = {one: _data("ros2_controllers")[one][MANAGER] for one in DISTRIBUTIONS}
+    tables = {one: facts("ros2_controllers")[one][MANAGER] for one in DISTRIBUTIONS}
     keys = _keys_of_controllers(tables, distribution, {})
     optional = {name: key._replace(needed=False) for name, key in keys.items()}
     return Kind(MANAGER, optional, distribution, (MANAGER,), complete=True)
@@ -292,8 +296,7 @@ def controller_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | 
     """Return the controller of a drive that knows most of some keys, where they are those of one."""
     if _TRANSFORM["switch"] not in keys:
         return None
-    drives = _data("ros2_nodes")["controllers"]["odometry"]
-    found = [kind for plugin in drives if (kind := controller(plugin, distribution)) is not None]
+    found = [kind for plugin in drive_plugins() if (kind := controller(plugin, distribution)) is not None]
     return max(found, key=lambda kind: sum(kind.key(name) is not None for name in keys))
 
 

@@ -17,14 +17,14 @@ from rosorin_compile.source.diagnostics import (
     NOTE,
     WARNING,
     Diagnostic,
+    Help,
     Suggestion,
-    did_you_mean,
     error,
     listed,
     quoted,
-    swaps,
 )
 from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.wording import swaps
 
 from ..controllers.topics import drivers, is_of_nobody
 from ..navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
@@ -92,7 +92,7 @@ def filter_of(robot: Robot, output: Output, frames: Frames) -> tuple[Filter | No
         return None, [Found("filter-unclear", message, (), "an output for each: node: NAME", key=True)]
     if named is not None and named not in filters and (filters or named in {one.name for one in robot.publishers}):
         message = f'"{named}" is no filter of robot_localization'
-        way_out = did_you_mean(named, filters) or "its publisher says package: robot_localization"
+        way_out: Help = Suggestion(named, filters, none="its publisher says package: robot_localization")
         package = next((one.package for one in robot.publishers if one.name == named), "")
         if _PACKAGE in swaps(package):
             way_out = f'did you mean "{_PACKAGE}"?'

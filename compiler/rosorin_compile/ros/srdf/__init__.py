@@ -13,9 +13,9 @@ from rosorin_compile.formats.format import (
     NUMBER_FORMAT,
     Asked,
     Format,
+    Unsupported,
     xml_syntax,
 )
-from rosorin_compile.formats.unsupported import Unsupported
 
 from . import checks, reading, write
 

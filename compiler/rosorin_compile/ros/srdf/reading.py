@@ -16,7 +16,6 @@ from rosorin_compile.formats.urdf.reading import (
     LENGTHS,
     PLAIN,
     Reading,
-    number_of,
     numbers,
 )
 from rosorin_compile.language.lower import lower
@@ -299,7 +298,7 @@ class _Joining:
             self.reading.cannot_carry(named(element), value.span, help)
         else:
             unit = LENGTHS if joint.type == "prismatic" else ANGLES
-            number = number_of(words[0], unit, element, "value", self.reading)
+            number = self.reading.number(words[0], f"value of {named(element)}", unit, "size")
             if number is not None:
                 at = Placed(number, words[0].span)
                 return state._replace(positions={**state.positions, name.value: at})

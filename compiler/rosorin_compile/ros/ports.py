@@ -1,0 +1,159 @@
+"""Ports: the topics that stock ROS 2 nodes read and publish, as ``schemas/ros2_ports.json`` lists them.
+
+Whoever writes or checks a parameter, a remap or a display looks for ports by their role, and names no topic itself.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from rosorin_compile.source import files
+from rosorin_compile.source.project import data_folder
+
+VELOCITY, ODOMETRY, OBSTACLES, SCAN, IMU, TF, JOINT_STATES = (
+    *("velocity", "odometry", "obstacles", "scan", "imu", "tf", "joint_states"),
+)
+IN, OUT = "in", "out"
+_STAMPED = "Stamped"
+
+
+@dataclass(frozen=True)
+class Port:
+    """A topic that a node, or a type of controller, reads or publishes; the fields are explained in the file.
+
+    ``topic`` is the name after the remaps of nav2_bringup. ``stamp_parameter`` chooses between messages with and
+    without a header, and is empty if there is no choice; ``stamped`` is then its default.
+    """
+
+    node: str
+    direction: str
+    topic: str
+    role: str
+    type: str = ""
+    parameter: str = ""
+    qos: str = "reliable"
+    unstamped: str = ""
+    local: str = ""
+    each: str = ""
+    display: str = ""
+    missing: str = ""
+    when: tuple[tuple[str, Any], ...] = ()
+    stamp_parameter: str = ""
+    stamped: bool = False
+    group: str = ""
+    package: str = ""
+
+    def is_stamped(self, parameters: Mapping[str, Any]) -> bool:
+        """Return True if the node uses messages with a header."""
+        return bool(parameters.get(self.stamp_parameter, self.stamped)) if self.stamp_parameter else self.stamped
+
+    def message(self, parameters: Mapping[str, Any]) -> str:
+        """Return the type of the messages of a node with these parameters."""
+        return self.type + (_STAMPED if self.is_stamped(parameters) else "")
+
+    def name(self, parameters: Mapping[str, Any]) -> str:
+        """Return the topic of a node with these parameters, before remaps of its launch file."""
+        if self.local and parameters.get("use_local_topics"):
+            return self.local
+        if self.unstamped and not self.is_stamped(parameters):
+            return self.unstamped
+        return str(parameters.get(self.parameter) or self.topic)
+
+    def exists(self, parameters: Mapping[str, Any]) -> bool:
+        """Return True if a node with these parameters has the port; a parameter that is not given holds."""
+        return all(parameters.get(key, value) == value for key, value in self.when)
+
+
+@cache
+def facts(name: str) -> Any:
+    """Return a table of facts about ROS 2 by the name of its file."""
+    return json.loads(files.read_text(data_folder("schemas") / f"{name}.json"))
+
+
+def _table() -> Mapping[str, Any]:
+    table: Mapping[str, Any] = facts("ros2_ports")
+    return table
+
+
+def distribution_of_ports(distribution: str) -> str:
+    """Return the distribution whose ports hold for another one: later ones are as the last in the table."""
+    known = _table()["distributions"]
+    return distribution if distribution in known else str(known[-1])
+
+
+def message_of_sensor(kind: str) -> str:
+    """Return the type of the messages of a sensor by its type in a description; empty for an unknown one."""
+    return str(_table()["message_types"].get(kind, ""))
+
+
+def short_type(message: str) -> str:
+    """Return the type of a message without its package, as costmaps and RViz name it."""
+    return message.rpartition("/")[2]
+
+
+def _port(owner: str, entry: Mapping[str, Any], distribution: str, group: str, package: str) -> Port:
+    direction = IN if IN in entry else OUT
+    known = {key: entry[key] for key in Port.__dataclass_fields__ if key in entry and key not in ("stamped", "when")}
+    topic = entry.get("bringup", {}).get(distribution, entry[direction])
+    parameter, stamped = "", False
+    for key, defaults in entry.get("stamped", {}).items():
+        if group == "control":  # a controller without the parameter takes messages with a header alone
+            parameter, stamped = (key, True) if defaults.get(distribution) is not None else ("", True)
+        elif defaults.get(distribution) is not None:
+            parameter, stamped = key, bool(defaults[distribution])
+    values = {**known, "node": owner, "direction": direction, "topic": topic, "group": group, "package": package}
+    when = tuple(entry.get("when", {}).items())
+    return Port(**values, when=when, stamp_parameter=parameter, stamped=stamped)
+
+
+@cache
+def _of_nodes(distribution: str) -> tuple[Port, ...]:
+    found = []
+    for name, node in _table()["nodes"].items():
+        for entry in node["ports"] if distribution in node.get("only", [distribution]) else ():
+            if distribution in entry.get("only", [distribution]):
+                found.append(_port(name, entry, distribution, node["group"], node["package"]))
+    return tuple(found)
+
+
+def ports(distribution: str, *, node: str = "", role: str = "", direction: str = "", group: str = "") -> Iterator[Port]:
+    """Yield the ports of stock nodes in a distribution; empty arguments do not restrict them."""
+    for port in _of_nodes(distribution_of_ports(distribution)):
+        wanted = ((node, port.node), (role, port.role), (direction, port.direction), (group, port.group))
+        if all(value in ("", actual) for value, actual in wanted):
+            yield port
+
+
+@cache
+def controller_ports(plugin: str, distribution: str) -> tuple[Port, ...]:
+    """Return the ports of a controller or broadcaster of a type; none of a type without a table."""
+    entries = _table()["controllers"]["types"].get(plugin, ())
+    return tuple(_port(plugin, one, distribution_of_ports(distribution), "control", "") for one in entries)
+
+
+def port_of(plugin: str, distribution: str, role: str) -> Port | None:
+    """Return the port of a controller with a role, or None."""
+    return next((port for port in controller_ports(plugin, distribution) if port.role == role), None)
+
+
+def drive_plugins() -> list[str]:
+    """Return the types of controllers that drive a base: they read velocities and publish an odometry."""
+    roles = {name: {one["role"] for one in entries} for name, entries in _table()["controllers"]["types"].items()}
+    return [name for name, those in roles.items() if {VELOCITY, ODOMETRY} <= those]
+
+
+def full_topic(topic: str, namespace: str, node: str) -> str:
+    """Return the full name of a topic as a node in a namespace has it.
+
+    >>> full_topic("~/odom", "left", "base"), full_topic("scan", "", "amcl"), full_topic("/tf", "left", "base")
+    ('/left/base/odom', '/scan', '/tf')
+    """
+    space = namespace.strip("/")
+    inside = f"/{space}" if space else ""
+    if topic.startswith("~/"):
+        return f"{inside}/{node}/{topic[2:]}"
+    return topic if topic.startswith("/") else f"{inside}/{topic}"

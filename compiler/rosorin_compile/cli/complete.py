@@ -23,7 +23,7 @@ SECONDS = 3.0  # how long a person waits for a description to be read
 _MAX_ROBOTS = 8
 _XACRO_ARGUMENT = re.compile(r"<xacro:arg\s[^>]*?name=[\"']([^\"']+)[\"']")
 # The kinds that depend on a robot, each with the kinds of symbols.
-_OF_ROBOT = {kind: (kind,) for kind in ("argument", "joint", "pose", "mode", "output")}
+_OF_ROBOT: dict[str, tuple[str, ...]] = {kind: (kind,) for kind in ("argument", "joint", "pose", "mode", "output")}
 _OF_ROBOT |= {"frame": ("link",), "thing": ("link", "joint", "sensor")}
 
 Complete = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]"]
@@ -98,7 +98,9 @@ def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> 
         if hasattr(signal, "SIGALRM"):
             signal.setitimer(signal.ITIMER_REAL, 0)
     found: dict[str, str] = {}
-    for symbol in SymbolTable(tree).definitions(implied=True) if tree is not None else ():
+    if tree is None:
+        return found
+    for symbol in SymbolTable(tree).definitions(implied=True):
         if symbol.kind in _OF_ROBOT[kind]:
             found.setdefault(symbol.name, _help(at(tree, symbol.path[:2])))
     return {f"{name}{state}": "" for name in found for state in ("", "=off")} if kind == "mode" else found

@@ -1,8 +1,9 @@
 """rosorin-compile completion: print the script that makes a shell complete commands, options, robots and frames."""
 
+import click
 from click.shell_completion import get_completion_class
 
-from .command import Options, argument, click, command
+from .command import Options, argument, command
 from .console import PROBLEMS
 
 

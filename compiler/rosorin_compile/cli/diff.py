@@ -52,7 +52,8 @@ def run(options: Options) -> int:
         run.console.show([problem.diagnostic])
         return PROBLEMS
     found = api.diff(
-        *run.words,
+        run.words[0],
+        run.words[1],
         options.tolerance,
         options.prefix,
         arguments=values,

@@ -185,7 +185,7 @@ def _reason(problem: BaseException) -> tuple[str, int]:
         missing = f"the package {package} is not installed, and no robot is read without it"
         return f"{missing}: pip install {package}", USAGE
     nested = "the input is nested too deeply: includes, parts or expressions refer to each other"
-    kinds = {
+    kinds: dict[type[BaseException], str] = {
         RecursionError: nested,
         MemoryError: "not enough memory",
         OverflowError: f"a number is too large: {problem}",

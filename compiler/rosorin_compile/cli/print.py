@@ -4,6 +4,7 @@ Launch files and build rules call it instead of xacro: without errors nothing is
 is written beside the file that ``-o`` names.
 """
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ from pathlib import Path
 from rosorin_compile import api
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.arguments import UNKNOWN
+from rosorin_compile.model import Output
 from rosorin_compile.output import OutputError, encoded, is_generated, may_replace, write_file
 from rosorin_compile.output.written_names import remember, remembered
 from rosorin_compile.source.diagnostics import ERROR, RequestError
@@ -45,7 +47,7 @@ def run(options: Options) -> int:
         return _list(run)
     words, console, target = run.words, run.console, options.depfile_target or options.output
     if not words:
-        outputs = []
+        outputs: Sequence[Output] = ()
         with suppress(RequestError):
             description = run.find_robot()
             outputs = api.outputs(replace(run.request(description), warn=None)).outputs or ()
@@ -123,7 +125,7 @@ def _missing_output(robot: str) -> str:
 def _list(run: Run) -> int:
     if len(run.words) > 1:
         raise RequestError(f"a list is of one robot: {_CALL} --list ROBOT")
-    description = run.find_robot(*run.words, usage="--list ROBOT")
+    description = run.find_robot("".join(run.words), "--list ROBOT")
     found = api.outputs(run.request(description))
     if found.outputs is None:
         run.console.show([one for one in found.diagnostics if one.severity == ERROR])

@@ -39,7 +39,7 @@ def run(options: Options) -> int:
     if len(names) > 1:
         raise RequestError(f'one robot at a time, and JOINT=VALUE: "{names[1]}" is neither')
     try:
-        description = run.find_robot(*names, usage="ROBOT ...")
+        description = run.find_robot("".join(names), "ROBOT ...")
     except RequestError as problem:
         if not names or not names[0].lstrip("+-.")[:1].isdecimal():
             raise

@@ -43,7 +43,7 @@ def run(options: cli.Options) -> int:
 
 def _text(robot: Robot, found: Frames, options: cli.Options) -> str:
     from rosorin_compile.model.frame_tree import lines, publishers, rows, way
-    from rosorin_compile.viewer.frames_text import Look, heading, table, tree
+    from rosorin_compile.viewer.frames import Look, heading, table, tree
 
     every, on_terminal, is_ascii = rows(robot), sys.stdout.isatty(), True
     with suppress(UnicodeEncodeError, LookupError):  # a stream in memory has no encoding
@@ -82,6 +82,6 @@ def _publishers_of(robot: Robot, found: Frames, frame: str) -> list[str]:
             when = f"when {row.when}" if row.when else "always"
             sentences.append(f"{row.publisher} publishes {edge} on {row.topic}, {when}{joint}")
         else:
-            sentences.append(f"nobody publishes {edge}{joint}{f': {row.why}' if row.why else ''}")
-    none = f"nobody publishes {frame} in these modes" if into else f"nothing is above {frame}: it is a root"
+            sentences.append(f"no node publishes {edge}{joint}{f': {row.why}' if row.why else ''}")
+    none = f"no node publishes {frame} in these modes" if into else f"nothing is above {frame}: it is a root"
     return sentences or [none]

@@ -14,7 +14,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.arguments import UNKNOWN
 from rosorin_compile.model import Output
 from rosorin_compile.output import OutputError, encoded, is_generated, may_replace, write_file
-from rosorin_compile.output.written_names import remember, remembered
+from rosorin_compile.output.artifact_set import remember, remembered
 from rosorin_compile.source.diagnostics import ERROR, RequestError
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import counted, first_of

@@ -143,7 +143,7 @@ def _none(files: Sequence[Sequence[Section]], path: Path) -> Diagnostic:
     """Return that files have no controllers."""
     help = f"{MANAGER}: {{ros__parameters: {{NAME: {{type: TYPE}}}}}}"
     first = next((section.span for sections in files for section in sections), Span(Source(str(path), ""), 1, 1))
-    return error("controllers-none", "no controller stands here: nothing says the type of one", first, help)
+    return error("controllers-none", "no controller has a type here", first, help)
 
 
 def _of_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
@@ -265,8 +265,8 @@ def _nobody(node: Node, key: str, setting: Setting, heard: str, sources: Sequenc
     if not meant and not of_drive:
         return  # of somebody else, such as a camera
     source = next((one for one in sources if one.topic == meant), sources[0])
-    message = f'{node.shown} listens to the odometry {heard} ("{key}"{setting.how}), and nobody in the files publishes '
-    message += f"that: {source.node.shown} publishes {source.topic}"
+    message = f'{node.shown} listens to the odometry {heard} ("{key}"{setting.how}), and no node in the files '
+    message += f"publishes that: {source.node.shown} publishes {source.topic}"
     help = f"{key}: {source.topic.strip('/')}" + ("" if meant else "; or say the remap: --remap NODE:FROM:=TO")
     related = (Related(f"{source.node.shown} is here", source.node.span),)
     yield Diagnostic("parameters-odometry", WARNING if meant else NOTE, message, setting.span, related, help)

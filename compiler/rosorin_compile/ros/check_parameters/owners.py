@@ -33,7 +33,7 @@ RULES = (
     Rule(
         "parameters-other-edge",
         "A node publishes an edge that the description does not have: it has another parent, or another child. A "
-        "warning where nobody publishes that frame by the description.",
+        "warning where no node of the description publishes that frame.",
         "Correct the frames of the node, or add the edge to `edges`.",
         Heading.PARAMETERS,
     ),
@@ -313,7 +313,7 @@ def _nobody(case: Case, one: Declared, claim: Claim) -> Diagnostic:
     """Return that the node that owns an edge does not publish it."""
     why = claim.silent or f"it publishes {claim.edge}"
     when = f" when {one.when}" if one.when else ""
-    message = f"nobody publishes {one.parent} -> {one.child}{when}: {claim.node.shown} owns it, and {why}"
+    message = f"no node publishes {one.parent} -> {one.child}{when}: {claim.node.shown} owns it, and {why}"
     related = [case.related(f"{one.who} owns it here", one.path)]
     help = claim.way_out if claim.silent else "correct its frames, or the edge"
     return error("parameters-no-owner", message, claim.deciding.span, help, related)

@@ -148,7 +148,7 @@ class Bringup(NamedTuple):
         names = [one.name for one in self._limits(planning) if one.acceleration is not None] if planning else []
         if not names:
             return []
-        message = f"nobody says how fast joints may accelerate ({listed(names, 4)}), and MoveIt plans nothing without: "
+        message = f"joints have no limit of acceleration ({listed(names, 4)}), and MoveIt plans nothing without: "
         message += "config/joint_limits.yaml has a stand-in, 1 rad/s^2 or 1 m/s^2"
         help = "if the maker says other ones, load them after that file"
         return [Diagnostic("package-acceleration", NOTE, message, help=help)]

@@ -48,8 +48,8 @@ RULES = (
     ),
     Rule(
         "deploy-kept",
-        "A warning: a file was changed since the tool wrote it, or nobody knows who wrote it. It is replaced; as it"
-        " was, it is kept beside the new one.",
+        "A warning: a file was changed since the tool wrote it, or it is unknown which program wrote it. It is "
+        "replaced; as it was, it is kept beside the new one.",
         "Bring the change into the description, and remove what was kept.",
         Heading.PACKAGES,
     ),
@@ -269,8 +269,8 @@ def kept(there: Iterable[ProtectedFile]) -> Iterator[Diagnostic]:
             message = f"{one.name} was changed since this tool wrote it; as it was, it goes to {one.kept}"
             help = "bring the change into the description, and remove that file"
         else:
-            message = f"nothing says that this tool wrote {one.name}; as it was, it goes to {one.kept}"
-            help = "if nobody needs it, remove that file"
+            message = f"{one.name} has no mark of this tool; as it was, it goes to {one.kept}"
+            help = "remove that file if it is not needed"
         yield Diagnostic("deploy-kept", WARNING, message, None, (), help)
 
 

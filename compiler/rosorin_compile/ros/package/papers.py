@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 RULES = (
     Rule(
         "package-defaults",
-        "A note: nobody said who maintains the package, or its licence.",
+        "A note: the maintainer of the package, or its licence, is not stated.",
         "`--maintainer`, `--license`",
         Heading.PACKAGES,
     ),

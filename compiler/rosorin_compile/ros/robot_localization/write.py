@@ -13,16 +13,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.drive import driving_of
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    WARNING,
-    Diagnostic,
-    Help,
-    Suggestion,
-    error,
-    listed,
-    quoted,
-)
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Help, Suggestion, error, listed, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.wording import swaps
 
@@ -45,9 +36,9 @@ RULES = (
     ),
     Rule(
         "filter-input",
-        "An input of a filter has no topic or a number with a gap before it, or nobody says what of it is used, or it "
-        "is to give what such messages do not have. A warning where the filter has no inputs, or listens to an "
-        "odometry that nobody publishes.",
+        "An input of a filter has no topic or a number with a gap before it, or lacks the values that are used of it, "
+        "or it is to give what such messages do not have. A warning where the filter has no inputs, or listens to an "
+        "odometry that no node publishes.",
         "As the message says.",
         Heading.NAVIGATION,
     ),
@@ -137,7 +128,7 @@ def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
             yield Found("filter-input", message, path, f"number them from 0: {kind}{gap}", key=True)
         yield from _sensor(robot, name, one)
         if not topic(robot, name, one):
-            message = f'nobody says which topic "{name}" is on'
+            message = f'"{name}" has no topic'
             yield Found("filter-input", message, path, "add topic: NAME", key=True)
         yield from _published(robot, name, kind, one)
         yield from _uses(robot, name, kind, one, frames.moved)
@@ -154,7 +145,7 @@ def _published(robot: Robot, name: str, kind: str, one: Mapping[str, Any]) -> It
     published = {name: driver.topic(driver.odometry) for name, driver in named}
     meant = is_of_nobody(topic(robot, name, one), published)
     if meant:
-        message = f'nobody publishes "{topic(robot, name, one)}", which "{name}" listens to: the controller publishes'
+        message = f'no node publishes "{topic(robot, name, one)}", which "{name}" listens to: the controller publishes'
         path = ("inputs", name, "topic")
         yield Found("filter-input", f'{message} "{meant}"', path, f'write "{meant}"', WARNING)
 
@@ -183,7 +174,7 @@ def _uses(robot: Robot, name: str, kind: str, one: Mapping[str, Any], base: str)
             "filter-input", f'nothing of "{name}" is used', (*path, "uses"), "name what is, or remove the input"
         )
     if "uses" not in one and not usual(robot, kind, base):
-        message = f'nobody says what of "{name}" is used'
+        message = f'"{name}" does not list the values that are used'
         message += ", and the robot has no drive" if robot.drive is None and kind != "pose" else ""
         usually = {"pose": "x, y, yaw", "imu": "vyaw"}.get(kind, "vx, vyaw")
         yield Found("filter-input", message, path, f"such as uses: [{usually}]", key=True)

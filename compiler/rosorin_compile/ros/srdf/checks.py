@@ -296,7 +296,7 @@ def _passive(case: Case, planning: Planning) -> Iterator[Diagnostic]:
 def _why_passive(joint: Joint) -> str:
     if joint.is_fixed:
         return "is fixed"
-    return f'follows "{joint.mimic.joint}": nobody commands it anyway' if joint.mimic is not None else ""
+    return f'follows "{joint.mimic.joint}": it is not commanded anyway' if joint.mimic is not None else ""
 
 
 def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnostic]:

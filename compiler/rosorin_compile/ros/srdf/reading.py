@@ -10,18 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.format import Joined, Opened, Placed
-from rosorin_compile.formats.urdf.reading import (
-    ANGLES,
-    LENGTHS,
-    PLAIN,
-    Reading,
-    numbers,
-)
+from rosorin_compile.formats.format import Opened, Placed
+from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, PLAIN, Reading, numbers
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import DisabledCollision, Output, Robot, Transform
 from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
-from rosorin_compile.source.diagnostics import Span, has_errors, nearest, quoted
+from rosorin_compile.source.diagnostics import Diagnostic, Span, has_errors, nearest, quoted
 from rosorin_compile.source.tree import Map, Text
 from rosorin_compile.source.xml.markup import Element, correction, named
 
@@ -69,7 +63,7 @@ class _State(NamedTuple):
     span: Span
 
 
-def join(opened: Opened, tree: Map) -> Joined:
+def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
     """Return the sections that a file adds to a robot, and what there is to say about it."""
     robot = lower(tree).robot
     root = opened.xml.root
@@ -88,7 +82,7 @@ def join(opened: Opened, tree: Map) -> Joined:
     poses = made.poses(tree.get("poses") or {})
     moveit = made.moveit()
     sections = {"moveit": moveit, **({"poses": poses} if poses else {})}
-    return Joined(sections, made.reading.all_diagnostics())
+    return sections, made.reading.all_diagnostics()
 
 
 class _Joining:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from rosorin_compile.cli import answer
+from rosorin_compile.cli import console
 from support.answers import held_envelope
 from support.commands import write_files
 from support.forks import preload
@@ -44,7 +44,7 @@ def _no_fsync() -> Iterator[None]:
 @pytest.fixture(autouse=True)
 def _every_answer_holds(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever a test asks of a command of this process as JSON is held against the schema that it names."""
-    monkeypatch.setattr(answer, "envelope", held_envelope)
+    monkeypatch.setattr(console, "envelope", held_envelope)
 
 
 @pytest.fixture

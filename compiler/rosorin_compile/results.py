@@ -33,44 +33,15 @@ if TYPE_CHECKING:
     from rosorin_compile.recordings.results import Verified
     from rosorin_compile.variants.writing import WrittenVariants
 
+# fmt: off
 __all__ = [
-    "Argument",
-    "Arguments",
-    "Artifact",
-    "Checked",
-    "CheckedPhysics",
-    "CollisionMatrix",
-    "Compiled",
-    "Diagnostic",
-    "Difference",
-    "Explained",
-    "FrameEdge",
-    "FrameSituation",
-    "FrameTransform",
-    "Frames",
-    "Item",
-    "JointPulse",
-    "ModelComparison",
-    "NewRobot",
-    "Outputs",
-    "Page",
-    "Picture",
-    "Pulses",
-    "Reading",
-    "RequestError",
-    "Robot",
-    "Rules",
-    "Servos",
-    "Simulated",
-    "TransformPublisher",
-    "TransformStep",
-    "Transforms",
-    "UnknownName",
-    "Variant",
-    "Verified",
-    "Written",
-    "WrittenVariants",
+    "Argument", "Arguments", "Artifact", "Checked", "CheckedPhysics", "CollisionMatrix", "Compiled",
+    "Diagnostic", "Difference", "Explained", "FrameEdge", "FrameSituation", "FrameTransform", "Frames", "Item",
+    "JointPulse", "ModelComparison", "NewRobot", "Outputs", "Page", "Picture", "Pulses", "Reading",
+    "RequestError", "Robot", "Rules", "Servos", "Simulated", "TransformPublisher", "TransformStep",
+    "Transforms", "UnknownName", "Variant", "Verified", "Written", "WrittenVariants",
 ]
+# fmt: on
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.console import Console
-from rosorin_compile.cli.markdown import MAX_BYTES, Code, Diff, Section, Table, code, document, prose
+from rosorin_compile.cli.markdown import MAX_BYTES, Diff, Section, Table, code, document, prose
 from rosorin_compile.cli.report_formats import from_workspace, github
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Related, Source, Span, error
 from rosorin_compile.source.wording import printable
@@ -124,7 +124,7 @@ def test_nor_several(text: str) -> None:
 def section(text: str) -> Section:
     span = Span(Source(text, text), 1, 2)
     told = Diagnostic("a-rule", WARNING, text, span, (Related(text, span), Related(text, None)), text)
-    row = ((Code(text), " in ", Code(text)), (text,), (text,), (text,), (text,), (Code(text), ", ", Code(text)))
+    row = (f"{code(text)} in {code(text)}", *[prose(text)] * 4, f"{code(text)}, {code(text)}")
     head = ("what", "quantity", "before", "after", "by", "artifacts")
     blocks = [Table("change", head, (row,)), Diff(text, text, (f"-{text}", f"+{text}", text))]
     note = replace(told, severity=NOTE)
@@ -153,7 +153,7 @@ def test_a_document_has_our_elements_alone(text: str) -> None:
 @pytest.mark.parametrize("robots", [1, 30, 200])
 @pytest.mark.parametrize("rows", [0, 10, 3000])
 def test_it_is_bounded_and_says_what_is_left_out(robots: int, rows: int) -> None:
-    cell = ("some words " * 20,)
+    cell = prose("some words " * 20)
     table = Table("change", ("a", "b"), ((cell, cell),) * min(rows, 30_000 // robots))
     diffs = [Diff(f"{n}.urdf", "", ("+" + "x" * 100,) * 40) for n in range(min(rows, 30))]
     sections = [Section(f"robot{n}", wrong=["not up to date"], blocks=[table, *diffs]) for n in range(robots)]

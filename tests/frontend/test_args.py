@@ -66,12 +66,11 @@ def test_the_list_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
     found = listed(capsys)
     where = {"file": "descriptions/cart/robot.yaml", "line": 6, "column": 3}
     told = {"name": "mast", "type": "length", "allowed": [], "required": False, "default": "120 mm"}
-    assert found["mast"] == {**told, "help": "height of the mast", **where}
+    assert found["mast"] == {**told, "help": "height of the mast", "span": where, "value": "", "set_at": None}
     assert found["tag"]["required"] is True
-    assert found["tag"]["default"] is None
     assert found["base"]["allowed"] == ["fixed", "free"]
     place = {"file": "descriptions/cart/robot.yaml", "line": 3, "column": 39}
-    assert found["colour"]["value"] == {"text": "red", **place}
+    assert (found["colour"]["value"], found["colour"]["set_at"]) == ("red", place)
 
 
 def test_a_robot_without_arguments(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -117,7 +116,7 @@ def test_a_file_of_arguments_is_typed(project: Path, capsys: pytest.CaptureFixtu
     (project / "mine.yaml").write_text('tag: "12"\nsteps: [1, 2]\nmast: 150 mm\n', "utf-8")
     found = listed(capsys, "--args", "mine.yaml")
     where = {"file": "mine.yaml", "line": 2, "column": 8}
-    assert found["steps"]["value"] == {"text": "[1, 2]", **where}
+    assert (found["steps"]["value"], found["steps"]["set_at"]) == ("[1, 2]", where)
     assert main(["all", "--args", "mine.yaml"]) == 0, 'text in quotes is text: "12" is a tag'
     (project / "mine.yaml").write_text("tag: 12\n", "utf-8")
     assert main(["all", "--args", "mine.yaml"]) == 1

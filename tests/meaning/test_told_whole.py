@@ -14,10 +14,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli.check_tables import blocks
 from rosorin_compile.cli.diff import as_json
 from rosorin_compile.cli.main import main
-from rosorin_compile.cli.markdown import Section, document
+from rosorin_compile.cli.markdown import Section, blocks, document
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import YAML, Side, lines
 from rosorin_compile.compare.names import renamed_robot

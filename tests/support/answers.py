@@ -6,10 +6,10 @@ from typing import Any
 
 import jsonschema
 
-from rosorin_compile.cli import answer as answering
+from rosorin_compile.cli import console
 from support.paths import SCHEMAS
 
-_envelope = answering.envelope
+_envelope = console.envelope
 
 
 @cache
@@ -24,7 +24,7 @@ def hold(answer: dict[str, Any]) -> None:
     assert wrong == []
 
 
-def held_envelope(answer: answering.Answer) -> dict[str, object]:
+def held_envelope(answer: console.Console) -> dict[str, object]:
     """Return an answer as it is printed, which is as its schema says."""
     made = _envelope(answer)
     hold(json.loads(json.dumps(made)))

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.cli.answer import plain
+from rosorin_compile.cli.console import plain
 from rosorin_compile.cli.main import main
 from rosorin_compile.model import Transform
 from rosorin_compile.recordings.picture import as_svg

@@ -14,8 +14,8 @@ import pytest
 
 from rosorin_compile import __version__
 from rosorin_compile.cli.main import main
+from rosorin_compile.cli.registry import COMMANDS as GROUPS
 from rosorin_compile.cli.registry import commands
-from rosorin_compile.cli.table import GROUPS
 from rosorin_compile.formats import schema_names as names
 from rosorin_compile.language.schema import own_schema
 from support.commands import parse
@@ -110,15 +110,15 @@ def test_exit_codes_are_those_of_the_help(rosorin: Path, capsys: Shown, monkeypa
 @pytest.mark.parametrize(
     ("words", "wanted"),
     [
-        (["--xyz", "-12.5mm,-1cm,0"], ("-12.5mm,-1cm,0", False, ["a.stl"])),
-        (["--xyz=-1cm,0,0", "--exact"], ("-1cm,0,0", True, ["a.stl"])),
-        (["--xyz", "-.5,0,0"], ("-.5,0,0", False, ["a.stl"])),
-        (["--exact", "--xyz", "-1cm,0,0", "b.stl"], ("-1cm,0,0", True, ["a.stl", "b.stl"])),
+        (["--xyz", "-12.5mm,-1cm,0"], ((-0.0125, -0.01, 0.0), False, ["a.stl"])),
+        (["--xyz=-1cm,0,0", "--exact"], ((-0.01, 0.0, 0.0), True, ["a.stl"])),
+        (["--xyz", "-.5,0,0"], ((-0.5, 0.0, 0.0), False, ["a.stl"])),
+        (["--exact", "--xyz", "-1cm,0,0", "b.stl"], ((-0.01, 0.0, 0.0), True, ["a.stl", "b.stl"])),
     ],
 )
-def test_number_below_zero_is_the_value_of_an_option(words: list[str], wanted: tuple[str, bool, list[str]]) -> None:
+def test_number_below_zero_is_the_value_of_an_option(words: list[str], wanted: tuple[object, bool, list[str]]) -> None:
     options = parse(["extract", "heightmap", "a.stl", *words])
-    assert (options.xyz, options.exact, options.words) == wanted
+    assert (tuple(options.xyz), options.exact, options.words) == wanted
 
 
 def test_every_schema_is_printed(capsys: Shown) -> None:

@@ -1,25 +1,19 @@
 """rosorin-compile args: list the arguments of each robot."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
 
-from .answer import FINE, PROBLEMS, table
+from rosorin_compile import api
+from rosorin_compile.language.arguments import Argument
+
 from .command import Options, command, robots_argument
+from .console import FINE, PROBLEMS, table
 from .run import Run, find_robots, warn_of_no_robots
-
-if TYPE_CHECKING:
-    from rosorin_compile.language.arguments import Argument
-    from rosorin_compile.source.diagnostics import Span
 
 
 @command("args", exits="0 listed, 1 an invalid argument")
 @robots_argument()
 def run(options: Options) -> int:
     """List the arguments of each robot; those that are set are shown, and checked."""
-    from rosorin_compile import api
-
     run = Run.of(options)
     results = [api.arguments(run.request(description)) for description in find_robots(run.words)]
     for result in results:
@@ -27,13 +21,11 @@ def run(options: Options) -> int:
     if not run.words:
         warn_of_no_robots(run.console)
     valid = [result for result in results if not result.diagnostics]
-    robots = [{"robot": one.robot, "arguments": [_object(argument) for argument in one.arguments]} for one in valid]
-    run.give(robots, lambda: "\n".join(line for one in valid for line in _lines(one.robot, one.arguments)))
+    run.give(valid, lambda: "\n".join(line for one in valid for line in _lines(one.robot, one.arguments)))
     return FINE if len(valid) == len(results) else PROBLEMS
 
 
 def _lines(name: str, arguments: Sequence[Argument]) -> list[str]:
-    """Return the arguments of a robot as a table, the help of each below it."""
     if not arguments:
         return [f"{name} has no arguments"]
     rows = [("name", "type", "allowed", "default", "set to", "where")]
@@ -48,23 +40,3 @@ def _lines(name: str, arguments: Sequence[Argument]) -> list[str]:
     for argument, line in zip(arguments, lines, strict=True):
         shown += [f"  {line}", *([f"  {'':{width}}  {argument.help}"] if argument.help else [])]
     return shown
-
-
-def _object(argument: Argument) -> dict[str, Any]:
-    """Return an argument as plain JSON; values are texts as written, ``value`` only if it is set."""
-    found: dict[str, Any] = {
-        "name": argument.name,
-        "type": argument.type,
-        "allowed": list(argument.allowed),
-        "required": argument.required,
-        "default": None if argument.required else argument.default,
-        "help": argument.help,
-        **_place(argument.span),
-    }
-    if argument.value:
-        found["value"] = {"text": argument.value, **(_place(argument.set_at) if argument.set_at else {})}
-    return found
-
-
-def _place(span: Span) -> dict[str, Any]:
-    return {"file": span.source.path, "line": span.line, "column": span.column}

@@ -1,10 +1,7 @@
 """rosorin-compile bazel-dir: print the folder of the Bazel rule that ships with the tool."""
 
-from __future__ import annotations
-
 from rosorin_compile.source.project import data_folder
 
-from .answer import give_result
 from .command import Options, command
 
 
@@ -12,4 +9,4 @@ from .command import Options, command
 def run(options: Options) -> int:
     """Print the folder that has rosorin_robot.bzl."""
     folder = str(data_folder("bazel"))
-    return give_result(options, folder, lambda: folder)
+    return options.console.give(folder, lambda: folder)

@@ -4,8 +4,6 @@ With --every-argument a robot is compiled with every combination of the argument
 checks, ``check NAME``, are commands of their own.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import tempfile
@@ -16,8 +14,8 @@ from functools import partial
 from itertools import islice
 from math import prod
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from rosorin_compile import api
 from rosorin_compile.language.arguments import Choice, Combination, choices, combinations, declared
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, has_errors
 from rosorin_compile.source.messages import arrange
@@ -27,23 +25,21 @@ from rosorin_compile.source.wording import counted
 from rosorin_compile.viewer.changed import Pictures
 
 from . import command as cli
-from .answer import FINE, PROBLEMS
-from .depfile import check_depfile, write_depfile
+from .console import FINE, PROBLEMS
+from .depfile import write_depfile
+from .markdown import blocks
 from .registry import commands
-from .run import Run, count, for_each, nothing_written, write_page
-
-if TYPE_CHECKING:
-    from rosorin_compile.cli.markdown import Block
+from .run import Run, count, for_each
 
 MAX_COMBINATIONS = 256
+_SUBMODULE = "160000"  # the mode of an entry in the index of Git
 
 
-def _checks() -> dict[str, list[tuple[str, str]]]:
-    """Return the checks for the help."""
-    return {"Checks (see check CHECK --help)": [(one.name, one.help) for one in commands("checks").values()]}
-
-
-@cli.command("check", exits="0 no differences, 1 differences or errors", sections=_checks)
+@cli.command(
+    "check",
+    exits="0 no differences, 1 differences or errors",
+    sections=lambda: {"Checks (see check CHECK --help)": [(one.name, one.help) for one in commands("checks").values()]},
+)
 @cli.check_options("[CHECK] [ROBOT ...]", offers=("checks", "robot", "argument"))
 @cli.hook_option()
 @cli.notes_option
@@ -56,12 +52,21 @@ def _checks() -> dict[str, list[tuple[str, str]]]:
 @cli.depfile_options("required with --depfile")
 def run(options: cli.Options) -> int:
     """Compile each robot and compare with its artifacts."""
-    if options.staged:
-        return _check_staged(options)
-    return _check(options)
-
-
-_SUBMODULE = "160000"
+    if not options.staged:
+        return _check(options)
+    absolute = [word for word in options.words if Path(word).is_absolute()]
+    if absolute:
+        raise RequestError(f"--staged takes paths from this folder, not {absolute[0]}")
+    here = Path.cwd()
+    for name in ("html", "summary", "depfile"):
+        if getattr(options, name) is not None:
+            setattr(options, name, str(here / getattr(options, name)))
+    with _staged_files(here) as folder:
+        os.chdir(folder)  # so that messages have the paths of the repository
+        try:
+            return _check(options)
+        finally:
+            os.chdir(here)
 
 
 @contextmanager
@@ -72,13 +77,12 @@ def _staged_files(here: Path) -> Iterator[Path]:
     hand, which this uses. Raises RequestError without Git or a repository, and for an index with conflicts.
     """
     top = Path(_run_git(here, "rev-parse", "--show-toplevel").removesuffix("\n"))
-    entries = _run_git(top, "ls-files", "--stage", "-z").split("\0")[:-1]
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-staged-") as temporary:
         copy = Path(os.path.realpath(temporary))
         _run_git(top, "checkout-index", "--all", "--force", "--quiet", f"--prefix={copy}{os.sep}")
-        for entry in entries:
-            mode, _, name = entry.partition(" ")[0], *entry.partition("\t")[1:]
-            if mode == _SUBMODULE:
+        for entry in _run_git(top, "ls-files", "--stage", "-z").split("\0")[:-1]:
+            facts, _, name = entry.partition("\t")
+            if facts.startswith(_SUBMODULE):
                 (copy / name).parent.mkdir(parents=True, exist_ok=True)
                 (copy / name).symlink_to(top / name, target_is_directory=True)
         folder = copy / Path(os.path.realpath(here)).relative_to(os.path.realpath(top))
@@ -98,29 +102,7 @@ def _run_git(folder: Path, *arguments: str) -> str:
     return os.fsdecode(done.stdout)
 
 
-def _check_staged(options: cli.Options) -> int:
-    """Check the staged files in a copy of the repository, so that messages have the paths of the repository."""
-    absolute = [word for word in options.words if Path(word).is_absolute()]
-    if absolute:
-        raise RequestError(f"--staged takes paths from this folder, not {absolute[0]}")
-    here = Path.cwd()
-    for name in ("html", "summary", "depfile"):
-        if getattr(options, name, None) is not None:
-            setattr(options, name, str(here / getattr(options, name)))
-    with _staged_files(here) as folder:
-        os.chdir(folder)
-        try:
-            return _check(options)
-        finally:
-            os.chdir(here)
-
-
 def _check(options: cli.Options) -> int:
-    if options.every_argument and options.html is not None:
-        raise RequestError("--html shows a comparison with what is committed; it does not go with this option")
-    check_depfile(options)
-    if options.depfile is not None and options.every_argument:
-        raise RequestError("--depfile is about what is committed: it does not go with --every-argument")
     if options.depfile is not None and options.depfile_target is None:
         raise RequestError("a depfile needs a target: --depfile-target NAME")
     if options.every_argument:
@@ -135,45 +117,38 @@ def _check(options: cli.Options) -> int:
         page.clear()
         with Path(os.devnull).open("w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
             for_each(options, work)
-            write_page(page, Run.of(options).console)
+            Run.of(options).write_page(page)
         raise
-    write_page(page, Run.of(options).console)
+    Run.of(options).write_page(page)
     return code
 
 
 def check_robot(run: Run, description: Description, page: Pictures | None = None) -> int:
     """Compile one robot and compare it with its outputs folder; ``page`` gets the changes."""
-    from rosorin_compile import api
-
     options, console, name, request = run.options, run.console, description.name, run.request(description)
     if description.path == Description.ON_STDIN:
         compiled = request.compile()
-        run.show(compiled)
-        if compiled.robot is None or has_errors(compiled.diagnostics):
-            return max(nothing_written(console, name, compiled.diagnostics), PROBLEMS)
+        if run.show(compiled) or compiled.robot is None:
+            run.nothing_written(description, compiled.diagnostics)
+            return PROBLEMS
         console.say(f"{name}: {count(compiled.artifacts)} compiled; there are no committed ones")
         return FINE
     checked = api.check(request)
     compiled, committed, folder = checked.compiled, checked.committed, checked.folder
-    console.tell_read(request.inputs(compiled))
+    console.print_read(request.inputs(compiled))
     failed = run.show(checked)
     if committed is None:
         if compiled.robot is None or has_errors(compiled.diagnostics):
-            nothing_written(console, name, compiled.diagnostics)
+            run.nothing_written(description, compiled.diagnostics)
         return PROBLEMS
     comparison = committed.comparison
     if page is not None:
         page.take(request, compiled, comparison, committed.committed, committed.meshes)
     if not committed.same:
-
-        def blocks() -> list[Block]:
-            from .check_tables import blocks
-
-            return blocks(comparison.changes, comparison.texts, committed.meshes)
-
         lines = committed.lines(full=getattr(options, "full", False))
         found = error("outputs-differ", "\n".join(lines), None, "run rosorin-compile all to write them again")
-        console.differ("not up to date", lines, found, blocks)
+        tables = partial(blocks, comparison.changes, comparison.texts, committed.meshes)
+        console.differ("not up to date", lines, found, tables)
         if options.output is not None and not folder.is_dir():
             way = "rosorin-compile all with the same -o and arguments writes it"
             console.warn(f"{name}: there is no folder {folder}; {way}")
@@ -194,10 +169,9 @@ def _check_every(run: Run, description: Description) -> int:
     request = run.request(description)
     try:
         values = request.values()
+        arguments, wrong = declared(description.path, values, request.packages)
     except LoadError as problem:
-        run.console.show([problem.diagnostic])
-        return PROBLEMS
-    arguments, wrong = declared(description.path, values, request.packages)
+        arguments, wrong = [], [problem.diagnostic]
     if has_errors(wrong):
         run.console.show(wrong)
         return PROBLEMS
@@ -215,7 +189,17 @@ def _check_every(run: Run, description: Description) -> int:
     causes = [replace(d, message=d.message + _with(varied, tried, where)) for d, where in found.items()]
     run.console.show(arrange(causes))
     failed = {one for diagnostic, where in found.items() if diagnostic.severity == "error" for one in where}
-    run.console.say(f"{description.name}: {_summary(varied, len(tried), len(failed))}")
+    total, names = prod(len(values) for _, values in varied), ", ".join(name for name, _ in varied)
+    result = f"{len(failed):,} with errors" if failed else "all fine"
+    line = f"{counted(total, 'combination')} of {names} compiled, {result}"
+    if len(tried) < total:
+        line = (
+            f"{len(tried):,} of {total:,} combinations of {names} compiled, {result}; set some of them for the others"
+        )
+    elif not varied:
+        result = "with errors" if failed else "fine"
+        line = f"no argument with a list of values is left open; compiled once, {result}"
+    run.console.say(f"{description.name}: {line}")
     return PROBLEMS if failed else FINE
 
 
@@ -227,21 +211,12 @@ def _with(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequenc
         [value for value in values if any(row[index] == value for row in where)]
         for index, (_, values) in enumerate(varied)
     ]
-    named = [(name, used) for (name, values), used in zip(varied, columns, strict=True) if len(used) < len(values)]
-    if named and prod(map(len, columns)) == len(where):
-        causes = [f"{name}={' or '.join(used)}" for name, used in named]
-        return f" (with {', '.join(causes)})"
-    first = ", ".join(f"{name}={value}" for (name, _), value in zip(varied, where[0], strict=True))
-    more = f", and in {counted(len(where) - 1, 'other combination')}" if len(where) > 1 else ""
-    return f" (with {first}{more})"
-
-
-def _summary(varied: Sequence[Choice], tried: int, failed: int) -> str:
-    """Return how many combinations were tried and how many of them have errors."""
-    if not varied:
-        return f"no argument with a list of values is left open; compiled once, {'with errors' if failed else 'fine'}"
-    count, names = prod(len(values) for _, values in varied), ", ".join(name for name, _ in varied)
-    result = f"{failed:,} with errors" if failed else "all fine"
-    if tried < count:
-        return f"{tried:,} of {count:,} combinations of {names} compiled, {result}; set some of them for the others"
-    return f"{counted(count, 'combination')} of {names} compiled, {result}"
+    causes = [
+        f"{name}={' or '.join(used)}"
+        for (name, values), used in zip(varied, columns, strict=True)
+        if len(used) < len(values)
+    ]
+    if not causes or prod(map(len, columns)) != len(where):
+        causes = [f"{name}={value}" for (name, _), value in zip(varied, where[0], strict=True)]
+        causes += [f"and in {counted(len(where) - 1, 'other combination')}"] if len(where) > 1 else []
+    return f" (with {', '.join(causes)})"

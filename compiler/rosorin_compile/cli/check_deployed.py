@@ -1,19 +1,18 @@
 """rosorin-compile check deployed: compare what robots are compiled to with the copies in a folder."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 
+from rosorin_compile import api
 from rosorin_compile.source.diagnostics import RequestError, error
 from rosorin_compile.source.project import Description
 
-from .answer import FINE, PROBLEMS
-from .check_tables import blocks
 from .command import Options, check, check_options, full_option
-from .run import Run, for_each, nothing_written
+from .console import FINE, PROBLEMS
+from .markdown import blocks
+from .run import Run, for_each
 
-_HOW = "rosorin-compile check deployed ROBOT FOLDER"
+_USAGE = "ROBOT FOLDER"
 
 
 @check("deployed", exits="0 no differences, 1 differences or errors")
@@ -21,13 +20,10 @@ _HOW = "rosorin-compile check deployed ROBOT FOLDER"
 @full_option
 def run(options: Options) -> int:
     """Compare the copies in a folder with what robots are compiled to."""
-    from rosorin_compile import api
-
     names = Run.of(options).words
     if not names:
-        raise RequestError(f"there is no folder to look into: {_HOW}")
+        raise RequestError(f"there is no folder to look into: rosorin-compile check deployed {_USAGE}")
     folder = names[-1]
-    options.words = [word for word in options.words if word != folder] + names[:-1].count(folder) * [folder]
     with suppress(PermissionError):  # reported as an error of the robot
         if not Path(folder).is_dir():
             raise RequestError(f'there is no folder "{folder}"')
@@ -35,7 +31,7 @@ def run(options: Options) -> int:
     def check_robot(run: Run, description: Description) -> int:
         result = api.check_deployed(run.request(description), folder, full=options.full)
         console = run.console
-        console.tell_read(result.inputs)
+        console.print_read(result.inputs)
         if result.differing:
             help = "run rosorin-compile deploy to write them again"
             compared, others = result.compared()
@@ -44,10 +40,10 @@ def run(options: Options) -> int:
             console.differ("not as deployed", result.lines, found, lambda: tables)
         failed = run.show(result)
         if not result.robot:
-            nothing_written(console, description.name, result.diagnostics)
+            run.nothing_written(description, result.diagnostics)
             return PROBLEMS
         total = len(result.same) + len(result.differing)
         console.say(f"{description.name}: {len(result.same)} of {total} copies in {folder} as compiled")
         return PROBLEMS if result.differing or failed else FINE
 
-    return for_each(options, check_robot, alone=_HOW)
+    return for_each(options, check_robot, _USAGE, names[:-1])

@@ -1,13 +1,11 @@
 """rosorin-compile check physics: find collisions and impossible masses with MuJoCo and the meshes."""
 
-from __future__ import annotations
-
 from rosorin_compile import api
 from rosorin_compile.mujoco.physics.checking import require
 from rosorin_compile.source.project import Description
 
-from .answer import FINE, PROBLEMS, plain
 from .command import Options, check, check_options, hook_option
+from .console import FINE, PROBLEMS
 from .run import Run, for_each, severities
 
 
@@ -23,7 +21,7 @@ def run(options: Options) -> int:
 def _check(run: Run, description: Description) -> int:
     result = api.check_physics(run.request(description))
     run.console.show(result.diagnostics)
-    run.add_to_result({"looked_at": plain(result.looked_at)})
+    run.console.robots[-1]["looked_at"] = result.looked_at
     if result.looked_at is None:
         return run.no_robot(description)
     run.console.say(f"{description.name}: physics of {result.looked_at}: {severities(result.diagnostics)}")

@@ -1,10 +1,7 @@
 """rosorin-compile cmake-dir: print the folder of the CMake package that ships with the tool."""
 
-from __future__ import annotations
-
 from rosorin_compile.source.project import data_folder
 
-from .answer import give_result
 from .command import Options, command
 
 _MORE = "Pass it to find_package(rosorin_compile) as rosorin_compile_DIR; see docs/builds.md."
@@ -14,4 +11,4 @@ _MORE = "Pass it to find_package(rosorin_compile) as rosorin_compile_DIR; see do
 def run(options: Options) -> int:
     """Print the folder that has rosorin_compileConfig.cmake."""
     folder = str(data_folder("cmake"))
-    return give_result(options, folder, lambda: folder)
+    return options.console.give(folder, lambda: folder)

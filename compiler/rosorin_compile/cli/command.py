@@ -1,32 +1,30 @@
-"""Commands, checks and their options: click commands with grouped help and one way of running.
+"""Commands and their options: click commands with grouped help and one way of running.
 
-``command`` and ``check`` turn a function that takes parsed ``Options`` and returns an exit code into one of them.
+``command`` and ``check`` turn a function that takes parsed ``Options`` and returns an exit code into a ``Command``.
 """
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from types import SimpleNamespace
-from typing import Any, TypeVar
+from typing import Any
 
 import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
-from rosorin_compile.cli.console import ENVELOPE, MARKDOWN, show_progress
 from rosorin_compile.source.cache import cache_refused
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, did_you_mean
-from rosorin_compile.source.plugins import Plugin, PluginFailed, broken, failed
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError
+from rosorin_compile.source.plugins import Plugin, PluginFailed, broken
 from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.system import missed
 
 from . import complete
-from .answer import FINE, PROBLEMS, Answer
-from .table import entry
+from .console import FINE, PROBLEMS, Console, show_progress
+from .registry import BUILT_IN, CHECK
 
 RULES = (
     Rule(
@@ -35,25 +33,19 @@ RULES = (
         "`chmod go-w` of the folder that is named, or another one in `ROSORIN_COMPILE_CACHE`.",
         WRITING,
     ),
-    Rule(
-        "system-lacks",
-        "A note: this system has no locks, or no limits of a process, as Windows has none; the run goes on without.",
-        "Let nothing else write into the folder that is named; give it files of people whom you trust.",
-        WRITING,
-    ),
+    Rule("system-lacks", "A note: this system has no locks or limits of processes.", "Use trusted files.", WRITING),
 )
 
-Sections = Callable[[], Mapping[str, Sequence[tuple[str, str]]]]
-FORMAT_NAMES = ("text", ENVELOPE, "github", "sarif", MARKDOWN)
 PAGE_MEGABYTES = 40  # of the meshes of a page
 ROBOT_HELP = "name of a robot in descriptions/, or a folder or file"
 ROBOTS_HELP = f"{ROBOT_HELP}; default: all robots"
-POSITIONS = "Joint positions (default: zero)"
-_ARGUMENTS = "Arguments of the description or the xacro file"
+OF_ROBOT = ("robot", "argument")  # kinds of names that a shell completes
 
 
 class Options(SimpleNamespace):
-    """The parsed options of one run by name; repeatable options and ``words`` are lists."""
+    """The parsed options of one run by name; ``words`` and repeatable options are lists, pairs a dict."""
+
+    console: Console
 
     def pick(self, names: str) -> dict[str, Any]:
         """Return the values of some options by name, as arguments of the API."""
@@ -61,22 +53,19 @@ class Options(SimpleNamespace):
 
 
 Run = Callable[[Options], int]
-Decorated = TypeVar("Decorated", bound=Callable[..., Any])
-Decorator = Callable[[Decorated], Decorated]
+Decorator = Callable[[Any], Any]
 
 
 class Option(click.Option):
-    """An option with the ``section`` of the help that lists it, and names of options that it ``excludes``.
+    """An option with the ``section`` of the help that lists it, and the names of options that it excludes or needs.
 
     ``many`` options take all words up to the next option.
     """
 
-    def __init__(
-        self, *words: Any, section: str = "", excludes: Sequence[str] = (), many: bool = False, **settings: Any
-    ) -> None:
-        self.section = section
-        self.many = many
-        self.excludes = tuple(excludes)
+    section = ""
+
+    def __init__(self, *words: Any, excludes: str = "", needs: str = "", many: bool = False, **settings: Any) -> None:
+        self.excludes, self.needs, self.many = excludes.split(), needs, many
         super().__init__(*words, **settings)
 
 
@@ -88,16 +77,14 @@ class Argument(click.Argument):
         self.help = help
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str]:
-        """Return the name and the help of this argument."""
         return self.metavar or self.human_readable_name, self.help or ""
 
 
 class Command(click.Command):
-    """A command: ``rosorin-compile NAME``.
+    """A command: ``rosorin-compile NAME``, or ``check NAME`` if it is ``within`` check.
 
-    ``group`` is the heading of the help that lists it and ``order`` its place there; ``also`` are alternative names.
-    ``exits`` describes the exit codes 0 and 1; a ``hidden`` command is not listed. ``more`` is added to the help, and
-    ``sections`` returns lists to add to it. ``within`` is the command that this one belongs to.
+    ``group`` is the heading of the help that lists it; ``also`` are alternative names. ``exits`` describes the exit
+    codes 0 and 1. ``more`` is added to the help, and ``sections`` returns lists to add to it.
     """
 
     def __init__(
@@ -106,44 +93,29 @@ class Command(click.Command):
         run: Run,
         params: Sequence[click.Parameter] = (),
         *,
-        help: str,
         group: str = "plug-ins",
         exits: str = "0 fine, 1 errors",
         more: str = "",
-        order: int = 100,
         also: Sequence[str] = (),
-        hidden: bool = False,
-        sections: Sections | None = None,
+        sections: Callable[[], Mapping[str, Sequence[tuple[str, str]]]] = dict,
         within: str = "",
+        **settings: Any,
     ) -> None:
-        if not re.fullmatch("[a-z][a-z0-9-]*", name):
-            raise ValueError(f'"{name}" is not a valid name of a command')
-        for field, text in (("help", help), ("group", group), ("exits", exits)):
-            if not isinstance(text, str):
-                raise TypeError(f"{field} of {name} is a str, not {str(text)[:60]!r}")
-        super().__init__(name, params=[*params], help=help, hidden=hidden, short_help=help)
-        self.run = run
-        self.group = group
-        self.exits = exits
-        self.more = more
-        self.order = order
-        self.also = tuple(also)
-        self.sections = sections
+        super().__init__(name, params=[*params], **settings)
+        self.run, self.group, self.exits, self.more, self.also = run, group, exits, more, tuple(also)
+        self.sections, self.within = sections, within
         self.called = f"{within} {name}".strip()
         self.plugin: Plugin | None = None
 
     def make_context(
         self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
     ) -> click.Context:
-        """Parse the arguments of this command. Raises PluginFailed."""
-        if parent is not None and isinstance(parent.obj, Answer):
-            parent.obj.command = self.called
-        with self.guarded():
-            return super().make_context(info_name, args, parent, **extra)
+        if parent is not None and isinstance(parent.obj, Console):  # from now on errors are of this command
+            parent.obj.command, parent.obj.plugin = self.called, self.plugin
+        return super().make_context(info_name, args, parent, **extra)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse the arguments, and reject options that exclude each other."""
-        many = {name for one in self.params if getattr(one, "many", False) for name in one.opts}
+        many = {name for param in self.params if getattr(param, "many", False) for name in param.opts}
         repeated: list[str] = []  # the arguments, with an option that takes many words repeated for each of them
         current = ""
         for arg in args:
@@ -153,65 +125,55 @@ class Command(click.Command):
                 repeated.append(current)
             repeated.append(arg)
         rest = super().parse_args(ctx, repeated)
-        used = {
-            one.name: one.opts[-1]
-            for one in self.params
-            if ctx.get_parameter_source(one.name or "") == ParameterSource.COMMANDLINE
-        }
-        for one in self.params if not ctx.resilient_parsing else ():
-            other = next((used[name] for name in getattr(one, "excludes", ()) if name in used), None)
-            if one.name in used and other is not None:
-                raise click.UsageError(f"argument {one.opts[-1]}: not allowed with argument {other}", ctx)
+        words = {param.name or "": param.opts[-1] for param in self.params}
+        used = [name for name in words if ctx.get_parameter_source(name) == ParameterSource.COMMANDLINE]
+        for param in self.params if not ctx.resilient_parsing else ():
+            if isinstance(param, Option) and param.name in used:
+                for name in param.excludes:
+                    if name in used:
+                        raise click.UsageError(
+                            f"argument {param.opts[-1]}: not allowed with argument {words[name]}", ctx
+                        )
+                if param.needs and param.needs not in used:
+                    raise click.UsageError(f"{param.opts[-1]} goes with {words[param.needs]}", ctx)
         return rest
 
     def invoke(self, ctx: click.Context) -> int:
         """Run this command; return the exit code. Raises RequestError, PluginFailed."""
-        answer = ctx.obj if isinstance(ctx.obj, Answer) else Answer()
         options = self.options(ctx)
-        options.answer, answer.command, answer.form = answer, self.called, options.format
-        seconds = getattr(options, "xacro_seconds", None)
-        if seconds is not None:
-            if seconds < 1:
-                raise RequestError(f"--xacro-seconds takes 1 or more seconds, not {seconds}")
-            os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(seconds)  # for all processes of the run
+        console = options.console
+        console.form, console.quiet, console.verbose = options.format, options.quiet, options.verbose
+        if getattr(options, "xacro_seconds", None) is not None:  # for all processes of the run
+            os.environ["ROSORIN_COMPILE_XACRO_SECONDS"] = str(options.xacro_seconds)
         if options.format in ("text", "github", "markdown") and not options.quiet:
             show_progress()
-        with self.guarded():
-            code = self.run(options)
+        code = self.run(options)
         if self.plugin is not None and type(code) is not int:
             raise PluginFailed(broken(self.plugin, f"gives no exit code, but {str(code)[:60]!r}"))
-        if not options.quiet:
-            notes = [Diagnostic("system-lacks", NOTE, message) for message in missed()]
-            if refused := cache_refused():
-                notes.insert(0, Diagnostic("cache-not-private", NOTE, refused[0], help=refused[1]))
-            if notes:
-                answer.console().show(notes)
+        notes = [Diagnostic("system-lacks", NOTE, message) for message in missed()]
+        if refused := cache_refused():
+            notes.insert(0, Diagnostic("cache-not-private", NOTE, refused[0], help=refused[1]))
+        if notes and not console.quiet:
+            console.show(notes)
         fail_on = getattr(options, "fail_on", "error")
         if fail_on == "never" and code == PROBLEMS:
             return FINE
-        if fail_on == "warning" and code == FINE and (answer.severities["error"] or answer.severities["warning"]):
+        if fail_on == "warning" and code == FINE and (console.severities["error"] or console.severities["warning"]):
             return PROBLEMS
         return code
 
     def options(self, ctx: click.Context) -> Options:
         """Return the parsed options of a context."""
         values = {name: list(value) if isinstance(value, tuple) else value for name, value in ctx.params.items()}
-        return Options(**values, called=self.called, plugin=self.plugin)
-
-    @contextmanager
-    def guarded(self) -> Iterator[None]:
-        """Turn whatever the code of a plug-in raises in the block into PluginFailed."""
-        try:
-            yield
-        except (RequestError, PluginFailed, BrokenPipeError, click.ClickException, click.exceptions.Exit, click.Abort):
-            raise
-        except (Exception, SystemExit) as problem:
-            if self.plugin is None:
-                raise
-            raise PluginFailed(failed(self.plugin, problem)) from None
+        for param in self.params:
+            if isinstance(param.type, Pair):
+                pairs = values[param.name or ""]
+                values[param.name or ""] = dict(pairs)
+                if isinstance(param.type, Mode) and len({*pairs}) > len(dict(pairs)):
+                    raise RequestError("a mode cannot be on and off")
+        return Options(**values, console=ctx.obj or Console(), called=self.called)
 
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write what this command does, and its other names."""
         text = self.help or ""
         also = [name for name in (self.name or "", *self.also) if name != ctx.info_name] if self.also else []
         paragraphs = [f"{text[:1].upper()}{text[1:]}.", self.more, f"Alias: {', '.join(also)}." if also else ""]
@@ -222,13 +184,12 @@ class Command(click.Command):
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the arguments, and the options by section."""
         headed: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
-        for one in self.get_params(ctx):
-            record = one.get_help_record(ctx)
+        for param in self.get_params(ctx):
+            record = param.get_help_record(ctx)
             if record is not None:
-                head = "Arguments" if isinstance(one, Argument) else getattr(one, "section", "") or "Options"
+                head = "Arguments" if isinstance(param, Argument) else getattr(param, "section", "") or "Options"
                 headed.setdefault(head, []).append(record)
-        more = self.sections() if self.sections is not None else {}
-        for head, rows in [*headed.items(), *more.items()]:
+        for head, rows in [*headed.items(), *self.sections().items()]:
             if rows:
                 with formatter.section(head):
                     formatter.write_dl(list(rows))
@@ -237,236 +198,209 @@ class Command(click.Command):
         """Write nothing: ``format_options`` writes the arguments, also with versions of click that have no help."""
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the exit codes."""
         formatter.write_paragraph()
         formatter.write_text(f"Exit codes: {self.exits}, 2 wrong usage.")
 
 
-class Check(Command):
-    """A check: ``rosorin-compile check NAME``. The parameters are those of ``Command``."""
-
-    def __init__(self, name: str, run: Run, params: Sequence[click.Parameter] = (), **settings: Any) -> None:
-        super().__init__(name, run, params, within="check", **settings)
-
-
-class CommandGroup(click.Group):
-    """A command that only has commands within it, such as ``extract``."""
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the command within this one, and the arguments that are left for it."""
-        if args[0] not in self.commands and not ctx.resilient_parsing:
-            raise click.UsageError(f'{self.name} has no command "{args[0]}"; {did_you_mean(args[0], self.commands)}')
-        return super().resolve_command(ctx, args)
-
-
-def command(name: str, kind: type[Command] = Command, **settings: Any) -> Callable[[Run], Command]:
+def command(name: str, within: str = "", **settings: Any) -> Callable[[Run], Command]:
     """Return a decorator that makes a function that takes ``Options`` a command; built-in ones are in the registry."""
-    listed = entry(name, "checks" if kind is Check else "commands") if "help" not in settings else None
-    if listed is not None:
-        settings |= {key: getattr(listed, key) for key in ("help", "group", "order", "also", "hidden")}
+    if "help" not in settings:
+        settings |= BUILT_IN["checks" if within == CHECK else "commands"][name]._asdict()
+        del settings["name"]
 
     def decorate(run: Run) -> Command:
         # click keeps the parameters of decorators in reverse order
         decorated = [*output_options(lambda: None).__click_params__, *getattr(run, "__click_params__", [])]
-        return kind(name, run, decorated[::-1], **settings)
+        return Command(name, run, decorated[::-1], within=within, **settings)
 
     return decorate
 
 
-check = partial(command, kind=Check)
+check = partial(command, within=CHECK)
 
 
-def option(*names: str, **settings: Any) -> Decorator[Any]:
-    """Return a decorator that adds an ``Option``; it can be used several times, also with click 8.0."""
-    return lambda function: click.option(*names, cls=Option, **settings)(function)
-
-
-def argument(*names: str, **settings: Any) -> Decorator[Any]:
-    """Return a decorator that adds an ``Argument``; it can be used several times, also with click 8.0."""
-    return lambda function: click.argument(*names, cls=Argument, **settings)(function)
-
-
-def combined(*decorators: Decorator[Any]) -> Decorator[Any]:
-    """Return one decorator that adds the parameters of several, in their order."""
-
-    def decorate(function: Decorated) -> Decorated:
-        for decorator in reversed(decorators):
-            function = decorator(function)
-        return function
-
-    return decorate
-
-
-class _Path(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
+class FileName(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
     """The name of a file or folder, which must not be empty."""
 
     name = "path"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the name."""
         return value or self.fail("the name is empty", param, ctx)
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """Let the shell complete files."""
         return [CompletionItem(incomplete, type="dir" if "FOLDER" in str(param.metavar) else "file")]
 
 
-PATH = _Path()
+def pair(text: str, form: str) -> tuple[str, str]:
+    """Return the name and the value of a text such as NAME=VALUE or NAME:=VALUE. Raises RequestError.
+
+    ``form`` is what the error shows; only the value of an argument, NAME=VALUE, may be empty.
+    """
+    name, equals, value = text.partition("=")
+    name = name.strip().removesuffix(":")
+    if not equals or not name or not (value.strip() or form == "NAME=VALUE"):
+        raise RequestError(f'"{text}" is not {form}')
+    return name, value if form == "NAME=VALUE" else value.strip()
 
 
-def path_option(*names: str, metavar: str, help: str, **settings: Any) -> Decorator[Any]:
-    """Return an option that takes the name of a file or folder, which the shell completes."""
-    return option(*names, type=PATH, metavar=metavar, help=help, **settings)
+class Pair(click.ParamType):  # type: ignore[type-arg]
+    """A name and a value; a repeatable option of pairs is a dict."""
+
+    name = "pair"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        return pair(value, str(param and param.metavar))
 
 
-def flag(*names: str, help: str, **settings: Any) -> Decorator[Any]:
-    """Return an option without a value."""
-    return option(*names, is_flag=True, help=help, **settings)
+class Mode(Pair):
+    """A mode that is on or off: slam, "not slam", slam=on or slam=off."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        match = re.fullmatch(r"\s*(not\s+)?([^\s=]+)\s*(?:=(on|off))?", value)
+        if match is None or (match[1] and match[3]):
+            name = (value.partition("=")[0].split()[-1:] or ["NAME"])[0]
+            raise RequestError(f'"{value}" is not a mode: write {name}, "not {name}", {name}=on or {name}=off')
+        return match[2], match[3] == "on" if match[3] else not match[1]
 
 
-def choice(name: str, values: Sequence[str], **settings: Any) -> Decorator[Any]:
-    """Return an option that takes one of some values."""
-    return option(name, type=click.Choice(values), **settings)
+def option(*names: str, offers: str = "", **settings: Any) -> Decorator:
+    """Return a decorator that adds an ``Option``; it can be used several times, also with click 8.0.
+
+    A name may be followed by its metavar, as in ``--name NAME``: a FILE or FOLDER is the name of one, ``a|b`` are the
+    choices, and NAME=VALUE is a pair. ``offers`` is the kind of names that a shell completes; the other settings are
+    those of click.
+    """
+    pairs = [name.partition(" ") for name in names]
+    for metavar in (metavar for _, _, metavar in pairs if metavar):
+        if "|" in metavar:
+            settings["type"] = click.Choice(metavar.split("|"))
+        else:
+            settings["metavar"] = metavar
+        if metavar.startswith(("FILE", "FOLDER")):
+            settings.setdefault("type", PATH)
+        elif "=" in metavar:
+            settings.setdefault("type", Pair())
+    if settings.get("default") and "default: " not in settings.get("help", ""):
+        settings["help"] = f"{settings.get('help', '')}; default: {settings['default']}"
+    if offers:
+        settings["shell_complete"] = complete.of(offers)
+    return lambda function: click.option(*(name for name, _, _ in pairs), cls=Option, **settings)(function)
 
 
-def texts(*names: str, metavar: str, help: str, offers: str = "", **settings: Any) -> Decorator[Any]:
-    """Return a repeatable option; ``offers`` is the kind of names that a shell completes."""
-    completion = {"shell_complete": complete.of(offers)} if offers else {}
-    return option(*names, multiple=True, metavar=metavar, help=help, **completion, **settings)
+PATH = FileName()
+flag = partial(option, is_flag=True)
+repeatable = partial(option, multiple=True)
 
 
-def words_argument(
-    metavar: str, help: str = "", required: bool = False, offers: complete.Offers = ()
-) -> Decorator[Any]:
-    """Return the arguments of a command as ``words``; ``offers`` are the kinds of names that a shell completes."""
-    return argument(
-        "words", nargs=-1, required=required, metavar=metavar, help=help, shell_complete=complete.of(*offers)
-    )
+def argument(*names: str, offers: Sequence[str] = (), **settings: Any) -> Decorator:
+    """Return a decorator that adds an ``Argument``; ``offers`` are the kinds of names that a shell completes."""
+    if offers:
+        settings["shell_complete"] = complete.of(*offers)
+    return lambda function: click.argument(*names, cls=Argument, **settings)(function)
+
+
+def words_argument(metavar: str, help: str = "", required: bool = False, offers: Sequence[str] = OF_ROBOT) -> Decorator:
+    """Return the arguments of a command as ``words``."""
+    return argument("words", nargs=-1, required=required, metavar=metavar, help=help, offers=offers)
+
+
+def combined(*decorators: Decorator, section: str = "") -> Decorator:
+    """Return one decorator that adds the parameters of several, in their order, to a section of the help."""
+
+    def decorate(function: Any) -> Any:
+        count = len(getattr(function, "__click_params__", []))
+        for decorator in reversed(decorators):
+            function = decorator(function)
+        for param in function.__click_params__[count:]:
+            param.section = section or getattr(param, "section", "")
+        return function
+
+    return decorate
 
 
 output_options = combined(
-    choice(
-        "--format",
-        FORMAT_NAMES,
-        metavar="FORMAT",
-        default="text",
-        help=f"format of the output: {', '.join(FORMAT_NAMES[:-1])} or {FORMAT_NAMES[-1]}; default: text",
-    ),
-    flag("-q", "--quiet", help="print only errors and the result", excludes=("verbose",)),
+    option("--format text|json|github|sarif|markdown", default="text", help="format of the output"),
+    flag("-q", "--quiet", help="print only errors and the result", excludes="verbose"),
     flag("-v", "--verbose", help="print all notes, and the files that were read"),
 )
+_PACKAGE = "folder of a ROS package, for $(find NAME) and package://NAME; repeatable"
 robot_options = combined(
-    texts(
-        "--package",
-        "packages",
-        metavar="NAME=PATH",
-        help="folder of a ROS package, for $(find NAME) and package://NAME; repeatable",
-    ),
+    repeatable("--package NAME=PATH", "packages", help=_PACKAGE),
     flag("--trust", help="do not warn about code that a xacro file can run"),
-    option("--xacro-seconds", type=int, metavar="S", help="time limit for a xacro file in seconds; default: 60"),
-    texts(
-        "-a",
-        "--arg",
-        metavar="NAME=VALUE",
-        help="set an argument; NAME:=VALUE without -a is the same",
-        section=_ARGUMENTS,
-        offers="argument=",
-    ),
-    texts(
-        "--args",
-        "args_files",
-        metavar="FILE",
-        help="read arguments from a YAML file; -a overrides them",
-        section=_ARGUMENTS,
-        offers="file",
+    option("--xacro-seconds S", type=click.IntRange(1), help="time limit for a xacro file in seconds; default: 60"),
+    combined(
+        repeatable(
+            "-a", "--arg NAME=VALUE", help="set an argument; NAME:=VALUE without -a is the same", offers="argument="
+        ),
+        repeatable("--args FILE", "args_files", help="read arguments from a YAML file; -a overrides them"),
+        section="Arguments of the description or the xacro file",
     ),
 )
-robot_argument = words_argument("[ROBOT]", f"{ROBOT_HELP}; required if there are several", offers=("robot", "argument"))
-output_folder_option = path_option(
+robot_argument = words_argument("[ROBOT]", f"{ROBOT_HELP}; required if there are several")
+output_folder_option = option(
     "-o",
-    "--output",
-    metavar="FOLDER",
+    "--output FOLDER",
     help="folder of the artifacts, with a subfolder for each of several robots; default: outputs/ROBOT",
 )
-summary_option = path_option("--summary", metavar="FILE", help="also append the messages to a file, as Markdown")
 notes_option = flag("--notes", help="list notes and stand-ins instead of counting them")
 full_option = flag("--full", help="print differences of texts in full")
-dry_run_option = flag("-n", "--dry-run", help="write nothing; print what would change")
 force_option = flag("--force", help="replace a file that this command did not write")
-fail_on_option = choice(
-    "--fail-on",
-    ("error", "warning", "never"),
-    metavar="SEVERITY",
-    default="error",
-    help="exit with 1 if a message has this severity or a higher one: error, warning or never; default: error",
+strict_option = flag("--strict", help="treat positions beyond a limit as errors")
+dry_run_option = flag("-n", "--dry-run", help="write nothing; print what would change")
+fail_on_option = option(
+    "--fail-on error|warning|never", default="error", help="exit with 1 for a message of this or a higher severity"
 )
 
 
-def robots_argument(
-    metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, offers: complete.Offers = ("robot", "argument")
-) -> Decorator[Any]:
+def robots_argument(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **settings: Any) -> Decorator:
     """Return the robots of a command that handles several, with the options that every robot takes."""
-    return combined(words_argument(metavar, help, offers=offers), robot_options)
+    return combined(words_argument(metavar, help, **settings), robot_options)
 
 
-def check_options(
-    metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, offers: complete.Offers = ("robot", "argument")
-) -> Decorator[Any]:
+def check_options(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **settings: Any) -> Decorator:
     """Return what every check takes: robots, the folder of the artifacts, a summary and the severity that fails."""
-    return combined(robots_argument(metavar, help, offers), output_folder_option, summary_option, fail_on_option)
+    summary_option = option("--summary FILE", help="also append the messages to a file, as Markdown")
+    return combined(robots_argument(metavar, help, **settings), output_folder_option, summary_option, fail_on_option)
 
 
-def hook_option(more: str = "") -> Decorator[Any]:
+def hook_option(more: str = "") -> Decorator:
     """Return the option for pre-commit."""
-    return flag(
-        "--hook", help=f"for pre-commit: take changed files as arguments and use all robots of their projects{more}"
-    )
+    help = f"for pre-commit: take changed files as arguments and use all robots of their projects{more}"
+    return flag("--hook", help=help)
 
 
-def page_options(what: str) -> Decorator[Any]:
+def page_options(what: str) -> Decorator:
     """Return the options of an HTML page; ``what`` describes it."""
+    limit = f"with --html: size limit for all meshes together, in MB; default: {PAGE_MEGABYTES}"
     return combined(
-        path_option("--html", metavar="FILE", help=what),
-        flag("--no-meshes", help="with --html: leave out the meshes"),
-        option(
-            "--max-megabytes",
-            type=float,
-            metavar="NUMBER",
-            help=f"with --html: size limit for all meshes together, in MB; default: {PAGE_MEGABYTES}",
-        ),
+        option("--html FILE", help=what, excludes="every_argument"),
+        flag("--no-meshes", help="with --html: leave out the meshes", needs="html"),
+        option("--max-megabytes NUMBER", type=float, help=limit, needs="html"),
     )
 
 
-def depfile_options(target: str) -> Decorator[Any]:
+def depfile_options(target: str, excludes: str = "") -> Decorator:
     """Return the options for depfiles; ``target`` describes the default target."""
+    help = "write the files that were read as a Make and Ninja depfile"
     return combined(
-        path_option("--depfile", metavar="FILE", help="write the files that were read as a Make and Ninja depfile"),
-        path_option("--depfile-target", metavar="NAME", help=f"target in the depfile; {target}"),
+        option("--depfile FILE", help=help, excludes=f"hook dry_run every_argument {excludes}"),
+        option("--depfile-target NAME", type=PATH, help=f"target in the depfile; {target}", needs="depfile"),
     )
 
 
-def mode_option(unnamed: str, section: str = "") -> Decorator[Any]:
+def mode_option(unnamed: str) -> Decorator:
     """Return the option that switches modes; ``unnamed`` describes the state of the other modes."""
     help = f'switch a mode on or off: slam, "not slam" or slam=off; other modes: {unnamed}'
-    return texts("--mode", "modes", metavar="MODE", help=help, section=section, offers="mode")
+    return repeatable("--mode MODE", "modes", type=Mode(), help=help, offers="mode")
 
 
-def pose_option(help: str, section: str = "") -> Decorator[Any]:
-    """Return the option that names a pose of the description."""
-    return option("--pose", default="", metavar="POSE", help=help, section=section, shell_complete=complete.of("pose"))
-
-
-def position_options(sweep: bool = False) -> Decorator[Any]:
-    """Return the options that set the positions of joints; ``sweep`` adds one that takes several in turn."""
-    joints = {"section": POSITIONS, "offers": "joint="}
-    overridden = "--pose and --pulse" if sweep else "--pose"
-    position = f"position, such as 30deg, 5cm or 1,2,30deg; overrides {overridden}"
-    count = "use COUNT positions in turn; repeatable: all combinations"
+def position_options(*more: Decorator, overrides: str = "--pose") -> Decorator:
+    """Return the options that set the positions of joints, and further ones in the same section of the help."""
+    position = f"position, such as 30deg, 5cm or 1,2,30deg; overrides {overrides}"
     return combined(
-        pose_option("named pose of the description", POSITIONS),
-        texts("--pulse", "pulses", metavar="JOINT=PULSE", help="pulse sent to the servo; overrides --pose", **joints),
-        texts("--joint", "joints", metavar="JOINT=VALUE", help=position, **joints),
-        *([texts("--sweep", "sweeps", metavar="JOINT=FROM:TO:COUNT", help=count, **joints)] if sweep else []),
+        option("--pose POSE", default="", help="named pose of the description", offers="pose"),
+        repeatable("--pulse JOINT=PULSE", "pulses", help="pulse for the servo; overrides --pose", offers="joint="),
+        repeatable("--joint JOINT=VALUE", "joints", help=position, offers="joint="),
+        *more,
+        section="Joint positions (default: zero)",
     )

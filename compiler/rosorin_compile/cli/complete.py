@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import re
 import signal
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 from click.shell_completion import CompletionItem
 
-from .table import names
+from .registry import names
 
 if TYPE_CHECKING:
     from rosorin_compile.source.project import Description
@@ -22,9 +22,10 @@ if TYPE_CHECKING:
 SECONDS = 3.0  # how long a person waits for a description to be read
 _MAX_ROBOTS = 8
 _XACRO_ARGUMENT = re.compile(r"<xacro:arg\s[^>]*?name=[\"']([^\"']+)[\"']")
-_OF_ROBOT = ("argument", "frame", "joint", "thing", "pose", "mode", "output")  # the kinds that depend on a robot
+# The kinds that depend on a robot, each with the kinds of symbols.
+_OF_ROBOT: dict[str, tuple[str, ...]] = {kind: (kind,) for kind in ("argument", "joint", "pose", "mode", "output")}
+_OF_ROBOT |= {"frame": ("link",), "thing": ("link", "joint", "sensor")}
 
-Offers = Iterable[str]
 Complete = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]"]
 
 
@@ -36,8 +37,7 @@ def of(*kinds: str) -> Complete:
         for kind in kinds:
             suffix = "=" if kind.endswith("=") else ":=" if kind == "argument" else ""
             with suppress(Exception):
-                for name, help in _names(kind.removesuffix("="), ctx).items():
-                    found.setdefault(name + suffix, help)
+                found = {**{name + suffix: help for name, help in _names(kind.rstrip("="), ctx).items()}, **found}
         items = [
             CompletionItem(name, help=" ".join(help.split()) or None)
             for name, help in found.items()
@@ -49,7 +49,6 @@ def of(*kinds: str) -> Complete:
 
 
 def _names(kind: str, ctx: click.Context) -> dict[str, str]:
-    """Return the names of one kind, each with a short help."""
     from rosorin_compile.formats import FORMATS, schema_names
     from rosorin_compile.source.project import Description, all_here, here
     from rosorin_compile.source.rule_registry import find
@@ -68,33 +67,41 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
     if kind == "robot":
         return {path.parent.name: "robot of this project" for path in all_here()}
     if kind == "format":
-        return {one.name: one.about for one in FORMATS.values() if one.write is not None}
+        return {format.name: format.about for format in FORMATS.values() if format.write is not None}
     if kind == "rule":
         return dict.fromkeys(sorted(find()), "")
     return schema_names() if kind == "schema" else names(kind) if kind in ("commands", "checks") else {}
 
 
 def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> dict[str, str]:
-    """Return the names of one kind of a robot, which is read without running anything."""
+    """Return the names of one kind of a robot, which is read without running anything, within a time limit."""
     from rosorin_compile.language.arguments import declared
     from rosorin_compile.language.symbols import SymbolTable
     from rosorin_compile.request import Request, is_foreign
     from rosorin_compile.source.tree import at
 
+    def stop(*_: object) -> NoReturn:
+        raise TimeoutError
+
     path = description.path
     if kind == "argument" and is_foreign(path):
         return dict.fromkeys(_XACRO_ARGUMENT.findall(path.read_text("utf-8", "replace")), "argument of the xacro")
     arguments = dict(text.split("=", 1) for text in ctx.params.get("arg") or () if "=" in text)
-    with _time_limit():
+    if hasattr(signal, "SIGALRM"):  # not on Windows
+        signal.signal(signal.SIGALRM, stop)
+        signal.setitimer(signal.ITIMER_REAL, SECONDS)
+    try:
         if kind == "argument":
-            return {one.name: one.help for one in declared(path, {})[0]}
-        tree = Request(description, arguments, warn=_refuse_xacro).understand().expanded.tree
-    if tree is None:
-        return {}
-    kinds = {"frame": ("link",), "thing": ("link", "joint", "sensor")}.get(kind, (kind,))
+            return {argument.name: argument.help for argument in declared(path, {})[0]}
+        tree = Request(description, arguments, warn=stop).understand().expanded.tree  # a xacro file can run code
+    finally:
+        if hasattr(signal, "SIGALRM"):
+            signal.setitimer(signal.ITIMER_REAL, 0)
     found: dict[str, str] = {}
+    if tree is None:
+        return found
     for symbol in SymbolTable(tree).definitions(implied=True):
-        if symbol.kind in kinds:
+        if symbol.kind in _OF_ROBOT[kind]:
             found.setdefault(symbol.name, _help(at(tree, symbol.path[:2])))
     return {f"{name}{state}": "" for name in found for state in ("", "=off")} if kind == "mode" else found
 
@@ -103,28 +110,4 @@ def _help(entry: Any) -> str:
     """Return what an entry of a section is: its type and the links that it connects, or its file."""
     values = entry if isinstance(entry, dict) else {}
     ends = f"{values['parent']} -> {values['child']}" if "child" in values and "parent" in values else ""
-    return ", ".join(str(one) for one in (values.get("type"), ends, values.get("file")) if one)
-
-
-def _refuse_xacro(_: object) -> NoReturn:
-    """Stop before a xacro file runs."""
-    raise ValueError("a xacro file can run code")
-
-
-@contextmanager
-def _time_limit() -> Iterator[None]:
-    """Raise TimeoutError in the block after a while; there is no limit without signals, as on Windows."""
-    if not hasattr(signal, "SIGALRM"):
-        yield
-        return
-
-    def stop(*_: object) -> NoReturn:
-        raise TimeoutError
-
-    before = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, SECONDS)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
+    return ", ".join(str(value) for value in (values.get("type"), ends, values.get("file")) if value)

@@ -1,26 +1,22 @@
 """rosorin-compile completion: print the script that makes a shell complete commands, options, robots and frames."""
 
-from __future__ import annotations
-
 import click
 from click.shell_completion import get_completion_class
 
-from .answer import PROBLEMS, give_result
 from .command import Options, argument, command
-
-SHELLS = ("bash", "zsh", "fish")
+from .console import PROBLEMS
 
 
 @command("completion", exits="0 printed, 1 the shell is too old")
-@argument("shell", type=click.Choice(SHELLS), metavar="SHELL", help="bash, zsh or fish")
+@argument("shell", type=click.Choice(("bash", "zsh", "fish")), metavar="SHELL", help="bash, zsh or fish")
 def run(options: Options) -> int:
     """Print the script of a shell."""
     from .main import COMPLETE, PROGRAM, program
 
     shell = get_completion_class(options.shell)
+    assert shell is not None  # noqa: S101 - click has the three
     try:
-        script = shell(program(), {}, PROGRAM, COMPLETE).source() if shell is not None else ""
+        script = shell(program(), {}, PROGRAM, COMPLETE).source()
     except RuntimeError as problem:
-        options.answer.fail(str(problem), PROBLEMS)
-        return PROBLEMS
-    return give_result(options, {"shell": options.shell, "script": script}, lambda: script)
+        return options.console.fail(str(problem), PROBLEMS)
+    return options.console.give({"shell": options.shell, "script": script}, lambda: script)

@@ -1,4 +1,4 @@
-"""Print the output of a command: diagnostics at once for a person, or as one document at the end for a program.
+"""The output of one run: diagnostics and a result, as text at once or as one document for a program at the end.
 
 While ``guarded`` is active, no text of a file, of a name or of another program controls the terminal; ``paint`` and
 ``give`` bypass it, for our own colours and for artifacts on their way into a file or a pipe.
@@ -6,30 +6,37 @@ While ``guarded`` is active, no text of a file, of a name or of another program 
 
 from __future__ import annotations
 
+import dataclasses
 import errno
+import math
 import os
 import re
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from rosorin_compile.source.diagnostics import ERROR, NOTE, TRUSTED, WARNING, Diagnostic
+from rosorin_compile.source.diagnostics import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, Span
 from rosorin_compile.source.diagnostics import text as report_text
 from rosorin_compile.source.messages import gathered, worded
+from rosorin_compile.source.plugins import Plugin
 from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.wording import and_more, counted, printable
 
 if TYPE_CHECKING:
     from .markdown import Block, Section
 
-MAX_SHOWN = 200  # more than a person reads; a program gets all
+RULES = (
+    Rule("wrong-usage", "The command line is invalid; the exit code is 2.", "See the help of the command.", WRITING),
+    Rule("run-stopped", "The run ended early: a file is unusable, memory ran out.", "As the message says.", WRITING),
+)
 
+FINE, PROBLEMS, USAGE = 0, 1, 2  # exit codes
+MAX_SHOWN = 200  # more than a person reads; a program gets all
 PROGRESS = "ROSORIN_COMPILE_PROGRESS"  # the variable; off: no progress is shown
-MARKDOWN = "markdown"
-ENVELOPE = "json"  # a result with all diagnostics of the run
 
 _STAND_IN = "stand-in"
 _LISTED = ("not-in-format", "engine-missing", "drives-assumed")  # notes that are printed where others are counted
@@ -47,13 +54,11 @@ class _Guard:
         return getattr(self.stream, name)
 
     def write(self, text: str) -> int:
-        """Write a text; lines and tabs stay."""
         Progress.wipe()
         self.stream.write(printable(text, _LAYOUT))
         return len(text)
 
     def writelines(self, lines: Iterable[str]) -> None:
-        """Write texts."""
         for line in lines:
             self.write(line)
 
@@ -109,39 +114,32 @@ def give(text: str) -> None:
 
 
 class Console:
-    """Prints the output of a run, in one of the forms of ``report``.
+    """Prints the output of a run, in the format ``form``.
 
-    ``quiet``: only errors; ``verbose``: also which files were read; ``summary``: sections of Markdown are collected,
-    whatever the form. ``collected`` and ``severities`` may be shared by several consoles.
+    ``quiet``: only errors; ``verbose``: also which files were read. ``counts_notes``: notes are counted for people, and
+    not listed. ``keeps_sections``: sections of Markdown are collected. ``command`` and ``plugin`` are those that run.
     """
 
-    give = staticmethod(give)
-
-    def __init__(
-        self,
-        form: str,
-        quiet: bool = False,
-        verbose: bool = False,
-        summary: bool = False,
-        collected: list[Diagnostic] | None = None,
-        severities: Counter[str] | None = None,
-    ) -> None:
+    def __init__(self, form: str = "text", quiet: bool = False) -> None:
         self.form = form
-        self.for_people = form == "text"  # otherwise standard output is one document for a program
         self.quiet = quiet
-        self.verbose = verbose
-        self.keeps = summary or form == MARKDOWN
+        self.verbose = self.counts_notes = self.keeps_sections = False
+        self.command = ""
+        self.plugin: Plugin | None = None
         self.sections: list[Section] = []
-        self.collected: list[Diagnostic] = [] if collected is None else collected
-        self.severities: Counter[str] = Counter() if severities is None else severities
+        self.diagnostics: list[Diagnostic] = []  # for the document
+        self.severities: Counter[str] = Counter()
         self.unlisted: Counter[str] = Counter()  # the notes that were counted, and not printed; stand-ins apart
-        self.counts = False  # whether notes are counted for people, and not listed
-        self.listing = "without -q they are listed"
         self.differing: list[str] = []  # the differences of the current robot, in lines
+        self.robots: list[dict[str, object]] = []  # the result of a command that handles several robots
+        self.result: object = None
+
+    @property
+    def for_people(self) -> bool:
+        return self.form == "text"
 
     @property
     def section(self) -> Section:
-        """The section of the current robot."""
         if not self.sections:
             self.begin("")
         return self.sections[-1]
@@ -149,54 +147,58 @@ class Console:
     def begin(self, name: str) -> None:
         """Begin with the output of one robot."""
         self.differing = []
-        if self.keeps:
+        if self.keeps_sections:
             from .markdown import Section
 
             self.sections.append(Section(name))
 
     def end(self, failed: bool) -> None:
         """End with one robot; a failure without a message refers to the log."""
-        if self.keeps and failed and not self.section.failed:
+        if self.keeps_sections and failed and not self.section.failed:
             self.section.wrong.append("failed: see the log of the run")
 
-    def differ(self, what: str, lines: Sequence[str], told: Diagnostic, blocks: Callable[[], Sequence[Block]]) -> None:
-        """Report a difference: as ``lines``, for a program as a diagnostic, in Markdown as ``what`` and ``blocks``."""
+    def differ(
+        self, what: str, lines: Sequence[str], diagnostic: Diagnostic, blocks: Callable[[], Sequence[Block]]
+    ) -> None:
+        """Report a difference: as lines, for a program as a diagnostic, in Markdown as ``what`` and ``blocks``."""
         self.differing += lines
-        self.severities[told.severity] += 1
+        self.severities[diagnostic.severity] += 1
         if self.for_people:
             for line in lines:
                 print(line)
         else:
-            self.collected.append(told)
-        if self.keeps:
+            self.diagnostics.append(diagnostic)
+        if self.keeps_sections:
             self.section.wrong.append(what)
             self.section.blocks += blocks()
-            self.section.said += [told.help] if told.help else []
+            self.section.lines += [diagnostic.help] if diagnostic.help else []
 
     def show(self, diagnostics: Sequence[Diagnostic], listed: bool = False) -> None:
         """Print diagnostics, or collect them; for people notes may only be counted, unless ``listed``."""
         self.severities.update(one.severity for one in diagnostics)
-        if self.keeps or not self.for_people:
+        if self.keeps_sections or not self.for_people:
             diagnostics = worded(diagnostics)
         if self.quiet:
             stand_ins = [one for one in diagnostics if one.rule == _STAND_IN]
             diagnostics = [*(one for one in diagnostics if one.severity == ERROR), *stand_ins]
-        if self.keeps:
+        if self.keeps_sections:
             self.section.diagnostics += diagnostics
         if not self.for_people:
-            self.collected += diagnostics
+            self.diagnostics += diagnostics
             return
-        if self.quiet or (self.counts and not listed):
+        if self.quiet or (self.counts_notes and not listed):
             notes = [one for one in diagnostics if one.severity == NOTE and one.rule not in _LISTED]
             self.unlisted.update(_STAND_IN if one.rule == _STAND_IN else NOTE for one in notes)
             diagnostics = [one for one in diagnostics if one.severity != NOTE or one.rule in _LISTED]
         if not diagnostics:
             return
         diagnostics = gathered(diagnostics, [WARNING, NOTE])
-        text = report_text(worded(diagnostics[:MAX_SHOWN]), colour())
+        # NO_COLOR and FORCE_COLOR come before a terminal.
+        is_coloured = "NO_COLOR" not in os.environ and ("FORCE_COLOR" in os.environ or sys.stderr.isatty())
+        text = report_text(worded(diagnostics[:MAX_SHOWN]), is_coloured)
         if len(diagnostics) > MAX_SHOWN:
             text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
-        if colour():
+        if is_coloured:
             paint(text, sys.stderr)
         else:
             sys.stderr.write(printable(text, _LAYOUT))
@@ -211,22 +213,35 @@ class Console:
         if self.quiet and not needed:
             return
         print(self._inert(line), file=sys.stdout if self.for_people else sys.stderr)
-        if self.keeps:
-            self.section.said.append(line.removeprefix(f"{self.section.name}: "))
-
-    def tell_read(self, files: Iterable[object]) -> None:
-        """Print which files were read, if the run is verbose."""
-        if self.verbose and self.for_people:
-            for file in dict.fromkeys(map(str, files)):
-                self.warn(f"read {file}")
+        if self.keeps_sections:
+            self.section.lines.append(line.removeprefix(f"{self.section.name}: "))
 
     def warn(self, line: str) -> None:
         """Print a line to standard error, also in a quiet run."""
         sys.stderr.write(f"{self._inert(line)}\n")
 
+    def print_read(self, files: Iterable[object]) -> None:
+        """Print which files were read, if the run is verbose."""
+        if self.verbose and self.for_people:
+            for file in dict.fromkeys(map(str, files)):
+                self.warn(f"read {file}")
+
     def _inert(self, line: str) -> str:
         """Return a line in which a job on GitHub finds no command, whatever a robot is called."""
         return line.replace("::", ": :").replace("##[", "## [") if self.form == "github" else line
+
+    def give(self, result: object, text: Callable[[], str] = str, show: Callable[[str], object] = print) -> int:
+        """Set the result of the command, and print it as ``text`` unless a program reads the output; return FINE."""
+        self.result = result
+        if self.form in ("text", "github") and (shown := text()):
+            show(shown)
+        return FINE
+
+    def fail(self, message: str, code: int) -> int:
+        """Report why the run ended; return the exit code."""
+        sys.stderr.write(f"rosorin-compile: {message}\n")
+        self.diagnostics.append(Diagnostic("wrong-usage" if code == USAGE else "run-stopped", ERROR, message))
+        return code
 
     def summary(self) -> str:
         """Return the output as Markdown."""
@@ -234,30 +249,61 @@ class Console:
 
         return document(self.sections)
 
-    def finish(self) -> None:
-        """Print how many notes were not listed. Documents for programs are printed at the end of the run."""
+    def print_counts(self) -> None:
+        """Print how many notes were not listed."""
         if self.for_people and self.unlisted.total():
             stand_ins, notes = self.unlisted[_STAND_IN], self.unlisted[NOTE]
             counts = [f"{counted(stand_ins, _STAND_IN)}: values that are not measured"] if stand_ins else []
             counts += [counted(notes, NOTE)] if notes else []
-            listing = self.listing.replace("them", "it") if counts == ["1 note"] else self.listing
-            self.warn(f"{', and '.join(counts)}; {listing}")
+            them = "it" if counts == ["1 note"] else "them"
+            how = f"--notes lists {them}" if self.counts_notes else "without -q they are listed"
+            self.warn(f"{', and '.join(counts)}; {how}")
+
+    def print_document(self) -> None:
+        """Print the document of a program: the envelope, or the diagnostics in the requested format."""
+        if self.form == "json":
+            import json
+
+            sys.stdout.write(json.dumps(envelope(self), indent=2, allow_nan=False) + "\n")
+        elif self.form == "markdown":
+            sys.stdout.write(self.summary())
+        elif self.form != "text":
+            from .report_formats import FORMATS
+
+            sys.stdout.write(FORMATS[self.form](self.diagnostics))
 
 
-def print_document(form: str, consoles: Iterable[Console], collected: Sequence[Diagnostic]) -> None:
-    """Print the diagnostics of a run in a form for programs."""
-    if form == MARKDOWN:
-        from .markdown import document
+def envelope(console: Console) -> dict[str, object]:
+    """Return the JSON envelope of a run as plain data; its schema is ``envelope``."""
+    from rosorin_compile.source.version import __version__
 
-        sys.stdout.write(document([section for console in consoles for section in console.sections]))
-        return
-    from .report_formats import FORMATS
-
-    sys.stdout.write(FORMATS[form](collected))
+    diagnostics = [plain(one.as_object()) for one in console.diagnostics]
+    head = {"version": __version__, "command": console.command}
+    return {**head, "diagnostics": diagnostics, "result": plain(console.result)}
 
 
-def colour() -> bool:
-    """Return True if diagnostics are printed in colour: NO_COLOR and FORCE_COLOR come before a terminal."""
-    if "NO_COLOR" in os.environ:
-        return False
-    return ("FORCE_COLOR" in os.environ) or sys.stderr.isatty()
+def plain(value: object) -> object:
+    """Return a value as plain JSON data; a dataclass becomes an object of the fields in its ``repr``.
+
+    Diagnostics are left out: the envelope has them. Infinite numbers are null.
+    """
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.repr}
+        return {name: plain(inner) for name, inner in fields.items() if name != "diagnostics"}
+    if isinstance(value, Span):
+        return {"file": value.source.path, "line": value.line, "column": value.column}
+    if hasattr(value, "_asdict"):  # a named tuple
+        value = value._asdict()
+    if isinstance(value, Mapping):
+        return {str(key): plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return [plain(inner) for inner in (sorted(value) if isinstance(value, (set, frozenset)) else value)]
+    if isinstance(value, Path):
+        return str(value)
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def table(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return rows of cells as lines with aligned columns."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]

@@ -1,40 +1,19 @@
 """Depfiles: what a target was made from, in the syntax of Make and Ninja (``--depfile``)."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rosorin_compile.output import OutputError, write_file
-from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.rule_registry import WRITING, Rule
 
-from .answer import FINE, PROBLEMS
-from .run import Run, find_robots
-
-if TYPE_CHECKING:
-    from .command import Options
+from .console import FINE, PROBLEMS
+from .run import Run
 
 RULES = (Rule("depfile-name", "The name of a file in the depfile has a line break.", "Rename the file.", WRITING),)
 
 _DEPFILE = re.compile(rb"\S[^\n]*:(?: \\\n  \S[^\n]*)*\n")
-
-
-def check_depfile(options: Options) -> None:
-    """Raise RequestError for a depfile of several robots, and for a target without one."""
-    if options.depfile_target is not None and options.depfile is None:
-        raise RequestError("--depfile-target goes with --depfile FILE")
-    if options.depfile is None:
-        return
-    if options.hook:
-        raise RequestError("--depfile does not go with --hook, which is about all robots of a project")
-    found = find_robots(Run.of(options).words)
-    if len(found) > 1:
-        robots = ", ".join(description.name for description in found)
-        raise RequestError(f"a depfile is about one robot, and there are several: {robots}; name one")
 
 
 def write_depfile(
@@ -49,8 +28,8 @@ def write_depfile(
         names = [escaped(name) for name in (target, *dict.fromkeys(map(str, inputs)))]
         text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
         if any(os.path.realpath(path) == os.path.realpath(file) for file in (*inputs, *made)):
-            help = "name another file"
-            raise OutputError("output-is-input", f"{path} is an input or an artifact in the depfile", help)
+            message = f"{path} is an input or an artifact in the depfile"
+            raise OutputError("output-is-input", message, "name another file")
         write_file(path, os.fsencode(text), may_replace=_is_depfile)
         for file in newer:
             try:

@@ -1,24 +1,14 @@
 """rosorin-compile help: show the help of a command."""
 
-from __future__ import annotations
-
 import click
 
 from rosorin_compile.source.diagnostics import RequestError
 
-from . import complete
-from .answer import give_result
 from .command import Options, argument, command
 
 
 @command("help", exits="0 shown")
-@argument(
-    "names",
-    nargs=-1,
-    metavar="[COMMAND ...]",
-    shell_complete=complete.of("commands"),
-    help="a command; default: all commands",
-)
+@argument("names", nargs=-1, metavar="[COMMAND ...]", help="a command; default: all commands", offers=("commands",))
 def run(options: Options) -> int:
     """Print the help of a command, or the list of commands."""
     from .main import PROGRAM, program
@@ -32,5 +22,4 @@ def run(options: Options) -> int:
             context = click.Context(found, info_name=name, parent=context)
     if words:
         raise RequestError(f'{context.command_path} has no command "{words[0]}"')
-    text = context.get_help()
-    return give_result(options, text, lambda: text)
+    return options.console.give(context.get_help(), context.get_help)

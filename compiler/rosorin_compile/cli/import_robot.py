@@ -1,79 +1,43 @@
 """rosorin-compile import: make a description of a robot that exists as URDF, xacro, SDF or MJCF."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import Any
 
+from rosorin_compile import api
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.importing.import_robot import companions
 from rosorin_compile.source.diagnostics import ERROR, RequestError, counted
 from rosorin_compile.source.project import Description
 
-from .answer import FINE, PROBLEMS
-from .command import (
-    Decorator,
-    Options,
-    choice,
-    combined,
-    command,
-    flag,
-    option,
-    path_option,
-    robot_options,
-    words_argument,
-)
+from .command import Options, combined, command, flag, option, robot_options, words_argument
+from .console import PROBLEMS
 from .run import Run, take_stdin
 
 
-def _source() -> Decorator[Any]:
-    """Return the argument for the source, with the endings of files that can be imported."""
-    from rosorin_compile.formats import FORMATS
-
-    *others, last = FORMATS.endings(include=True)
-    return words_argument("SOURCE", f"a {', '.join(others)} or {last} file", required=True, offers=("file", "argument"))
-
-
-def _companion_options() -> Decorator[Any]:
-    """Return an option for each format whose files add to the robot of another file."""
-    from rosorin_compile.importing.import_robot import companions
-
-    return combined(
-        *(path_option(f"--{c.name}", metavar="FILE", help=f"also read the {c.word} of the robot") for c in companions())
-    )
-
-
 @command("import", exits="0 written, 1 the source has errors")
-@_source()
-@path_option("-o", "--output", metavar="FOLDER", help="new folder of the description; default: descriptions/ROBOT")
-@path_option(
-    "--into",
-    metavar="FOLDER",
-    help="write the description to the ROS package of SOURCE, with a test that compares both",
-)
-@option("--name", metavar="NAME", help="name of the robot; default: that of SOURCE")
+@words_argument("SOURCE", f"a {', '.join(FORMATS.endings(include=True))} file", True, ("file", "argument"))
+@option("-o", "--output FOLDER", help="new folder of the description; default: descriptions/ROBOT")
+@option("--into FOLDER", help="write the description to the ROS package of SOURCE, with a test that compares both")
+@option("--name NAME", help="name of the robot; default: that of SOURCE")
 @flag("--strict", help="treat unsupported elements as errors")
 @flag("--lenient", help="accept violations of the specification where possible")
 @flag("--no-parts", help="do not factor repeated structures into parts")
 @flag("--verbatim", help="copy the Gazebo and ros2_control elements of a URDF unchanged")
 @flag("--flat", help="import the URDF that a xacro generates, without its macros")
-@choice(
-    "--drives",
-    ("position", "velocity", "none"),
+@option(
+    "--drives position|velocity|none",
     help="servos in the MJCF for a robot without actuators; default: position for joints with limits, else velocity",
 )
 @flag("--force", help="write to a folder that is not empty")
 @flag("--ours", help="if both SOURCE and the description changed, keep the description")
 @option(
-    "--meshes",
-    metavar="FOLDER",
+    "--meshes FOLDER",
+    type=str,
     help="prefix of relative mesh names: a folder relative to the artifacts, or package://NAME",
 )
-@_companion_options()
+@combined(*(option(f"--{one.name} FILE", help=f"also read the {one.word} of the robot") for one in companions()))
 @robot_options
 def run(options: Options) -> int:
     """Import a robot, and print the result."""
-    from rosorin_compile import api
-    from rosorin_compile.importing.import_robot import companions
-
     run = Run.of(options)
     if len(run.words) != 1:
         raise RequestError(f"import takes one SOURCE, not {len(run.words) or 'none'}")
@@ -91,7 +55,7 @@ def run(options: Options) -> int:
         parts=not options.no_parts,
         keep_edits=options.ours,
     )
-    console.tell_read(result.inputs)
+    console.print_read(result.inputs)
     failed = run.show(result)
     if failed and not result.written:
         errors = sum(one.severity == ERROR for one in result.diagnostics)
@@ -102,7 +66,6 @@ def run(options: Options) -> int:
         console.say(line, needed=True)
     for line in result.next_steps:
         console.say(line)
-    if not failed:
-        run.give(result)
-    console.finish()
-    return PROBLEMS if failed else FINE
+    if failed:
+        return PROBLEMS
+    return run.give(result)

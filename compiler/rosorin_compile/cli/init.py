@@ -1,22 +1,17 @@
 """rosorin-compile init: create a new description, which compiles as it is, with the schema for editors."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from rosorin_compile.importing.new_robot import DEFAULT, TEMPLATES, check_free
+from rosorin_compile import api
+from rosorin_compile.importing.new_robot import DEFAULT, TEMPLATES, NewRobot, check_free
 from rosorin_compile.source.diagnostics import RequestError, error
 
-from .answer import PROBLEMS, answer_of, give_result
-from .command import Options, argument, command, path_option
-
-if TYPE_CHECKING:
-    from rosorin_compile.importing.new_robot import NewRobot
+from .command import Options, argument, command, option
+from .console import PROBLEMS
 
 
 @command("init", exits="0 written, 1 the folder cannot be written")
@@ -28,24 +23,21 @@ if TYPE_CHECKING:
     metavar="[TEMPLATE]",
     help=f"one of {', '.join(TEMPLATES)}; default: prompt in a terminal, else {DEFAULT}",
 )
-@path_option("-o", "--output", default=".", metavar="FOLDER", help="folder of the project; default: .")
+@option("-o", "--output FOLDER", default=".", help="folder of the project")
 def run(options: Options) -> int:
     """Write a new description, and print the next step."""
-    from rosorin_compile import api
-
     try:
         check_free(options.name, Path(options.output))
         template = options.template or (_ask() if options.format == "text" else DEFAULT)
         new = api.init(options.name, template, options.output)
     except OSError as problem:
         message = f"cannot write in {options.output}: {problem.strerror or problem}"
-        answer_of(options).console().show([error("output-folder", message, None, "name another folder")])
+        options.console.show([error("output-folder", message, None, "name another folder")])
         return PROBLEMS
-    return give_result(options, new, lambda: "\n".join(_lines(options, new)))
+    return options.console.give(new, lambda: "\n".join(_lines(options, new)))
 
 
 def _lines(options: Options, new: NewRobot) -> Iterator[str]:
-    """Yield what was written, and the next step, as lines."""
     yield f"{new.description} written: {TEMPLATES[new.template].what}"
     if new.schema_written:
         yield f"{new.schema} written: completion and help in editors"

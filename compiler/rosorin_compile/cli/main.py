@@ -8,38 +8,31 @@ from __future__ import annotations
 import errno
 import io
 import os
+import re
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, redirect_stderr, suppress
+from collections.abc import Sequence
+from contextlib import redirect_stderr, suppress
+from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 import click
 from click.shell_completion import CompletionItem, shell_complete
 
-from rosorin_compile.cli.console import guarded
-from rosorin_compile.source.diagnostics import RequestError
-from rosorin_compile.source.plugins import PluginFailed
+from rosorin_compile.source.diagnostics import RequestError, did_you_mean
+from rosorin_compile.source.plugins import PluginFailed, failed, installed
 from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.version import __version__
 
-from . import registry, table
-from .answer import FINE, PROBLEMS, USAGE, Answer, requested_format
+from . import registry
+from .console import FINE, PROBLEMS, USAGE, Console, guarded
 
 PROGRAM = "rosorin-compile"
 COMPLETE = "_ROSORIN_COMPILE_COMPLETE"  # the variable with which the scripts of shells call the program
 INTERRUPTED = 130
 
 # Words that people type for a command, and the command that they look for.
-_INSTEAD = {
-    "build": "all",
-    "convert": "import",
-    "create": "init",
-    "generate": "all",
-    "lint": "check",
-    "new": "init",
-    "show": "view",
-    "validate": "check",
-}
+_INSTEAD = {"build": "all", "convert": "import", "create": "init", "generate": "all", "lint": "check", "new": "init"}
+_INSTEAD |= {"show": "view", "validate": "check"}
 _REQUIRED = {"jinja2": "jinja2", "jsonschema": "jsonschema", "yaml": "pyyaml"}  # modules, and their packages
 _STREAM_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
 
@@ -48,11 +41,9 @@ class Program(click.Group):
     """The commands, in groups; a module of a command is imported when it is called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names of all commands; nothing is imported."""
-        return list(table.names("commands"))
+        return list(registry.names("commands"))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return the command of a name."""
         return registry.command(cmd_name)
 
     def resolve_command(
@@ -63,62 +54,45 @@ class Program(click.Group):
         found = registry.command(name)
         if found is None:
             raise click.UsageError(f'there is no command "{name}"; {_suggestion(name)}')
-        if name == table.CHECK and getattr(found, "plugin", None) is None:
+        if name == registry.CHECK:
             return registry.resolve_check(found, rest)
         return name, found, rest
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the commands in groups."""
-        entries = [one for one in registry.commands().values() if not one.hidden]
-        width = max(len(one.name) for one in entries)
-        for group in dict.fromkeys(one.group for one in entries):
+        entries = [entry for entry in registry.commands().values() if not entry.hidden]
+        width = max(len(entry.name) for entry in entries)
+        for group in dict.fromkeys(entry.group for entry in entries):
             with formatter.section(group):
-                for one in entries:
-                    if one.group == group:
-                        formatter.write(f"{'':{formatter.current_indent}}{one.name:<{width}}  {one.help}\n")
+                for entry in entries:
+                    if entry.group == group:
+                        formatter.write(f"{'':{formatter.current_indent}}{entry.name:<{width}}  {entry.help}\n")
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
-        """Return the commands that a shell offers; nothing is imported."""
-        entries = table.names("commands").items()
+        entries = registry.names("commands").items()
         items = [CompletionItem(name, help=help) for name, help in entries if name.startswith(incomplete)]
         return items + click.Command.shell_complete(self, ctx, incomplete)
 
 
 def _suggestion(word: str) -> str:
     from rosorin_compile.formats import FORMATS
-    from rosorin_compile.source.diagnostics import did_you_mean
 
     instead = _INSTEAD.get(word) or (f"print ROBOT {word}" if word in FORMATS else "")
-    aliases = [name for one in table.COMMANDS for name in one.also]
-    return f'say "{instead}"' if instead else did_you_mean(word, [*table.names("commands"), *aliases])
+    return f'say "{instead}"' if instead else did_you_mean(word, [*registry.names("commands"), *registry.ALIASES])
 
 
 def _version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
-    """Print the versions of the program and of its plug-ins."""
-    from rosorin_compile.source.plugins import installed
-    from rosorin_compile.source.version import __version__
-
     if not requested or ctx.resilient_parsing:
         return
     print(f"{PROGRAM} {__version__}")
-    groups: dict[tuple[str, str], dict[str, None]] = {}
-    for plugin in installed():
-        groups.setdefault((plugin.distribution, plugin.version), {})[plugin.group] = None
-    for (name, version), brings in groups.items():
-        print(f"plug-in {name} {version} ({', '.join(brings)})")
+    for (name, version), plugins in groupby(installed(), lambda plugin: plugin[:2]):
+        print(f"plug-in {name} {version} ({', '.join(dict.fromkeys(plugin.group for plugin in plugins))})")
     ctx.exit()
 
 
 def program() -> Program:
     """Return the command line."""
-    version = click.Option(
-        ["--version"],
-        is_flag=True,
-        is_eager=True,
-        expose_value=False,
-        callback=_version,
-        help="Show the versions of the tool and its plug-ins, and exit.",
-    )
+    help = "Show the versions of the tool and its plug-ins, and exit."
+    version = click.Option(["--version"], is_flag=True, is_eager=True, expose_value=False, callback=_version, help=help)
     return Program(
         PROGRAM,
         params=[version],
@@ -144,105 +118,98 @@ def main(argv: Sequence[str] | None = None) -> int:
             top = program()
             sys.stderr.write(top.get_help(click.Context(top, info_name=PROGRAM)) + "\n")
             return USAGE
-        return _run(words)
+        try:
+            formats = re.findall(r"(?<=^--format[=\n])\w+$", "\n".join(words), re.MULTILINE)  # if parsing fails
+            console = Console("json" if formats[-1:] == ["json"] else "text")
+            code = _run(words, console)
+            console.print_counts()
+            console.print_document()
+            sys.stdout.flush()
+            return code
+        except KeyboardInterrupt:
+            return INTERRUPTED
+        except OSError as problem:
+            return _closed_output(problem)
+        finally:
+            Progress.hide()
 
 
-def _run(words: list[str]) -> int:
-    """Run a command line; return the exit code."""
-    answer = Answer(form=requested_format(words))
-    code = PROBLEMS
-    try:
-        with _errors_reported(answer):
-            code = _invoke(words, answer)
-        code = answer.code or code
-        answer.end()
-        sys.stdout.flush()
-    except KeyboardInterrupt:
-        return INTERRUPTED
-    except OSError as problem:
-        is_closed = isinstance(problem, BrokenPipeError)
-        if not is_closed and (problem.filename is not None or problem.errno not in _STREAM_ERRORS):
-            raise
-        # Let standard output lead nowhere, so that Python does not try to write the rest at the end.
-        with Path(os.devnull).open("wb") as nowhere:
-            os.dup2(nowhere.fileno(), sys.stdout.fileno())
-        if not is_closed:
-            sys.stderr.write(f"{PROGRAM}: cannot write to standard output: {problem.strerror}\n")
-        return PROBLEMS
-    finally:
-        Progress.hide()
-    return code
+def _closed_output(problem: OSError) -> int:
+    """Report that standard output cannot be written, unless its reader has left; return the exit code."""
+    is_closed = isinstance(problem, BrokenPipeError)
+    if not is_closed and (problem.filename is not None or problem.errno not in _STREAM_ERRORS):
+        raise problem
+    # Let standard output lead nowhere, so that Python does not try to write the rest at the end.
+    with Path(os.devnull).open("wb") as nowhere:
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())
+    if not is_closed:
+        sys.stderr.write(f"{PROGRAM}: cannot write to standard output: {problem.strerror}\n")
+    return PROBLEMS
 
 
-def _invoke(words: list[str], answer: Answer) -> int:
+def _invoke(words: list[str], console: Console) -> int:
     """Parse a command line and run its command; return the exit code."""
+    top = program()
     try:
-        top = program()
-        with top.make_context(PROGRAM, words, obj=answer) as context:
-            code: Any = top.invoke(context)
-            return code if isinstance(code, int) else FINE
+        with top.make_context(PROGRAM, words, obj=console) as context:
+            return int(top.invoke(context) or FINE)
     except click.exceptions.Exit as ended:
-        answer.form = "text"  # the help or the version was printed
+        console.form = "text"  # the help or the version was printed
         return ended.exit_code
 
 
-@contextmanager
-def _errors_reported(answer: Answer) -> Iterator[None]:
-    """Report errors of the block that end the run, in one sentence each; set the exit code."""
+def _run(words: list[str], console: Console) -> int:
+    """Run a command line, and report an error that ends the run in one sentence; return the exit code."""
     try:
-        yield
+        return _invoke(words, console)
     except click.UsageError as problem:
-        where = problem.ctx.command_path if problem.ctx is not None else PROGRAM
-        answer.fail(_usage_message(problem, where), USAGE)
+        return console.fail(_usage_message(problem), USAGE)
     except RequestError as problem:
-        answer.fail(str(problem), USAGE)
+        return console.fail(str(problem), USAGE)
     except PluginFailed as problem:
-        answer.console().show([problem.diagnostic])
-        answer.code = PROBLEMS
-    except ModuleNotFoundError as problem:
-        if problem.name not in _REQUIRED:
-            raise
-        package = _REQUIRED[problem.name]
-        missing = f"the package {package} is not installed, and no robot is read without it"
-        answer.fail(f"{missing}: pip install {package}", USAGE)
-    except RecursionError:
-        answer.fail("the input is nested too deeply: includes, parts or expressions refer to each other", PROBLEMS)
-    except MemoryError:
-        answer.fail("not enough memory", PROBLEMS)
-    except OverflowError as problem:
-        answer.fail(f"a number is too large: {problem}", PROBLEMS)
+        console.show([problem.diagnostic])
     except (BrokenPipeError, KeyboardInterrupt):
         raise
-    except OSError as problem:
-        if problem.filename is None and problem.errno in _STREAM_ERRORS:
-            raise
-        if problem.errno == errno.ENAMETOOLONG:
-            answer.fail(f"no file can have so long a name: {str(problem.filename)[:60]}...", USAGE)
-        elif _is_folder_gone():
-            answer.fail("the current folder was removed; change to another one", USAGE)
-        else:
-            name = f"{problem.filename}: " if problem.filename is not None else ""
-            answer.fail(f"{name}{problem.strerror or problem}", PROBLEMS)
-    except Exception as problem:
+    except (Exception, SystemExit) as problem:
         if isinstance(problem.__cause__, KeyboardInterrupt):  # Python 3.11 wraps what comes while a class is made
             raise KeyboardInterrupt from None
-        raise
+        if console.plugin is None:
+            return console.fail(*_reason(problem))
+        console.show([failed(console.plugin, problem)])
+    return PROBLEMS
 
 
-def _usage_message(problem: click.UsageError, where: str) -> str:
+def _reason(problem: BaseException) -> tuple[str, int]:
+    """Return why a run ended, and the exit code; raise the exception again if it is a fault of the program."""
+    if isinstance(problem, ModuleNotFoundError) and (package := _REQUIRED.get(problem.name or "")):
+        missing = f"the package {package} is not installed, and no robot is read without it"
+        return f"{missing}: pip install {package}", USAGE
+    nested = "the input is nested too deeply: includes, parts or expressions refer to each other"
+    kinds: dict[type[BaseException], str] = {
+        RecursionError: nested,
+        MemoryError: "not enough memory",
+        OverflowError: f"a number is too large: {problem}",
+    }
+    if type(problem) in kinds:
+        return kinds[type(problem)], PROBLEMS
+    if not isinstance(problem, OSError) or (problem.filename is None and problem.errno in _STREAM_ERRORS):
+        raise problem
+    if problem.errno == errno.ENAMETOOLONG:
+        return f"no file can have so long a name: {str(problem.filename)[:60]}...", USAGE
+    try:
+        Path.cwd()
+    except OSError:
+        return "the current folder was removed; change to another one", USAGE
+    name = f"{problem.filename}: " if problem.filename is not None else ""
+    return f"{name}{problem.strerror or problem}", PROBLEMS
+
+
+def _usage_message(problem: click.UsageError) -> str:
     """Return what is wrong with a command line, with a suggestion or the command that shows the help."""
-    from rosorin_compile.source.diagnostics import did_you_mean
-
+    where = problem.ctx.command_path if problem.ctx is not None else PROGRAM
     called = where.removeprefix(PROGRAM).strip()
     if isinstance(problem, click.NoSuchOption) and problem.ctx is not None:
-        options = [name for one in problem.ctx.command.params for name in one.opts if name.startswith("--")]
+        options = [name for param in problem.ctx.command.params for name in param.opts if name.startswith("--")]
         return f"{called or PROGRAM} has no option {problem.option_name}; {did_you_mean(problem.option_name, options)}"
     message = problem.format_message().rstrip(".")
     return f"{called}: {message}; see {where} --help".removeprefix(": ") if "; " not in message else message
-
-
-def _is_folder_gone() -> bool:
-    try:
-        return not Path.cwd()
-    except OSError:
-        return True

@@ -4,8 +4,6 @@ Text of a description may come from anybody who opens a pull request. A word tha
 link, a picture, mathematics) is written as code. The document is bounded: a comment holds 65,536 characters.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -13,9 +11,11 @@ from functools import lru_cache
 from html import escape
 from typing import NamedTuple
 
+from rosorin_compile.compare.changes import Change
+from rosorin_compile.output.committed import CHANGED, MAX_LINES, TextDifference, shorten
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Span
 from rosorin_compile.source.messages import gathered
-from rosorin_compile.source.wording import counted, listed, plural, printable
+from rosorin_compile.source.wording import and_more, counted, listed, plural, printable
 
 from .report_formats import from_workspace
 
@@ -23,23 +23,15 @@ MAX_BYTES = 60_000  # of UTF-8; leaves room for words around the document
 HEAD = "## Robots: "  # the beginning of each document
 _MAX_CODE = 200  # letters of one name or number
 _MAX_TEXT = 1000  # letters of one message
-
-
-class Code(str):
-    """A name or a number, to be set as code."""
-
-    __slots__ = ()
-
-
-Cell = tuple[str, ...]  # texts, those that are Code as code
+_MAX_NAMES = 12  # in one cell
 
 
 class Table(NamedTuple):
-    """Rows under a head; ``noun`` is what one row is."""
+    """Rows of Markdown under a head; ``noun`` is what one row is."""
 
     noun: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
 
 
 class Diff(NamedTuple):
@@ -47,7 +39,7 @@ class Diff(NamedTuple):
 
     name: str
     remark: str
-    lines: tuple[str, ...]
+    lines: Sequence[str]
     left: int = 0
 
 
@@ -59,7 +51,7 @@ class Section:
     """The result for one robot: its name, lines of text, problems in a few words, differences, and diagnostics."""
 
     name: str
-    said: list[str] = field(default_factory=list)
+    lines: list[str] = field(default_factory=list)
     wrong: list[str] = field(default_factory=list)
     blocks: list[Block] = field(default_factory=list)
     diagnostics: list[Diagnostic] = field(default_factory=list)
@@ -75,22 +67,48 @@ class Section:
         return not (self.failed or self.blocks or any(one.severity == WARNING for one in self.diagnostics))
 
 
+def blocks(
+    changes: Sequence[Change], texts: Sequence[TextDifference], others: Sequence[tuple[str, str]] = ()
+) -> list[Block]:
+    """Return changes and differences of text as tables; ``others`` are further files, each with a remark."""
+    found: list[Block] = []
+    if changes:
+        rows = [(prose(change.words()), _codes(change.artifacts)) for change in changes]
+        found.append(Table("change", ("change", "artifacts"), rows))
+    diffs = [text for text in texts if text.kind == CHANGED and text.shown and text.lines]
+    # Where the changes explain it, a file whose text is not shown needs no remark.
+    unexplained = "" if any(change.artifacts for change in changes) else "different text"
+    files = [(text.file, text.remark or unexplained) for text in texts if text not in diffs]
+    remarks = [(code(name), prose(remark)) for name, remark in [*files, *others] if remark]
+    if remarks:
+        found.append(Table("file", ("file", "what is wrong"), remarks))
+    for text in diffs:
+        shown = shorten(text.lines)[:MAX_LINES]
+        found.append(Diff(text.file, text.remark, shown, len(text.lines) - len(shown)))
+    return found
+
+
+def _codes(names: Sequence[str]) -> str:
+    """Return names as code, commas between them; of many the first ones and the number of the others."""
+    return ", ".join(map(code, names[:_MAX_NAMES])) + and_more(len(names) - _MAX_NAMES)
+
+
 # How many rows of a table, diffs of a robot and lines of a diff are shown: the first that fits is used.
 _DETAILS = ((200, 20, 40), (50, 5, 10), (5, 0, 0))
 
 
 def document(sections: Sequence[Section]) -> str:
     """Return the Markdown of several robots: those with something to review first, the others a line each."""
-    failed = sum(one.failed for one in sections)
+    failed = sum(section.failed for section in sections)
     head = f"{HEAD}{failed:,} of {len(sections):,} with problems" if failed else f"{HEAD}no problems"
-    quiet = "\n".join(_line(one) for one in sections if one.quiet)
-    for rows, diffs, lines in _DETAILS:
-        parts = ["\n\n".join(_section(one, rows, diffs, lines)) for one in sections if not one.quiet]
+    quiet = "\n".join(_line(section) for section in sections if section.quiet)
+    for details in _DETAILS:
+        parts = ["\n\n".join(_section(section, *details)) for section in sections if not section.quiet]
         text = "\n\n".join(filter(None, [head, *parts, quiet])) + "\n"
         if _size(text) <= MAX_BYTES:
             return text
     text = f"{head}\n\nToo much to show here: see the log of the run.\n\n"
-    for number, section in enumerate(sorted(sections, key=lambda one: one.quiet)):
+    for number, section in enumerate(sorted(sections, key=lambda section: section.quiet)):
         line = f"{_line(section)}\n"
         if _size(text + line) > MAX_BYTES - 100:
             return f"{text}- and {counted(len(sections) - number, 'more robot')}\n"
@@ -103,67 +121,59 @@ def _size(text: str) -> int:
 
 
 def _line(section: Section) -> str:
-    said = [*map(prose, [*section.wrong, *section.said]), *_counts(section.diagnostics, [ERROR, WARNING, NOTE])]
-    return f"- {code(section.name)}: {'; '.join(said) or 'nothing to report'}"
+    texts = [*map(prose, [*section.wrong, *section.lines]), *_counts(section.diagnostics, ERROR, WARNING, NOTE)]
+    return f"- {code(section.name)}: {'; '.join(texts) or 'nothing to report'}"
 
 
-def _counts(diagnostics: Sequence[Diagnostic], severities: Sequence[str]) -> list[str]:
+def _counts(diagnostics: Sequence[Diagnostic], *severities: str) -> list[str]:
     """Return the number of diagnostics of each severity; of the notes, how many are stand-ins."""
-    counts = {one: sum(d.severity == one for d in diagnostics) for one in severities}
-    texts = [counted(count, one) for one, count in counts.items() if count]
+    counts = {severity: sum(d.severity == severity for d in diagnostics) for severity in severities}
+    texts = [counted(count, severity) for severity, count in counts.items() if count]
     stand_ins = sum(d.rule == "stand-in" for d in diagnostics)
     if stand_ins and NOTE in severities:
         texts[-1] += f" ({counted(stand_ins, 'stand-in')}: values that have not been measured)"
     return texts
 
 
-def _section(section: Section, rows: int, most_diffs: int, lines: int) -> Iterator[str]:
-    verdict = listed([*map(prose, section.wrong), *_counts(section.diagnostics, [ERROR, WARNING])])
+def _section(section: Section, rows: int, max_diffs: int, lines: int) -> Iterator[str]:
+    verdict = listed([*map(prose, section.wrong), *_counts(section.diagnostics, ERROR, WARNING)])
     yield f"### {code(section.name)}: {verdict}" if section.name else f"### {verdict[:1].upper()}{verdict[1:]}"
-    yield from (prose(line.strip()) for line in section.said)
+    yield from (prose(line.strip()) for line in section.lines)
     yield from (_table(block, rows) for block in section.blocks if isinstance(block, Table))
     merged = gathered(section.diagnostics, [WARNING, NOTE])
-    if worse := [one for one in merged if one.severity != NOTE]:
+    if worse := [diagnostic for diagnostic in merged if diagnostic.severity != NOTE]:
         yield _table(_diagnostics(worse), rows)
     diffs = [block for block in section.blocks if isinstance(block, Diff)]
-    yield from (_diff(diff, lines) for diff in diffs[:most_diffs])
-    if len(diffs) > most_diffs:
-        yield f"{counted(len(diffs) - most_diffs, 'text difference')} left out here"
-    if notes := [one for one in merged if one.severity == NOTE]:
-        yield _folded("".join(_counts(section.diagnostics, [NOTE])), _table(_diagnostics(notes), min(rows, 50)))
+    yield from (_diff(diff, lines) for diff in diffs[:max_diffs])
+    if len(diffs) > max_diffs:
+        yield f"{counted(len(diffs) - max_diffs, 'text difference')} left out here"
+    if notes := [diagnostic for diagnostic in merged if diagnostic.severity == NOTE]:
+        yield _folded("".join(_counts(section.diagnostics, NOTE)), _table(_diagnostics(notes), min(rows, 50)))
 
 
 def _diagnostics(diagnostics: Sequence[Diagnostic]) -> Table:
-    def message(one: Diagnostic) -> str:
-        related = (f"{_place(r.span)}: {r.message}" if r.span else r.message for r in one.related)
-        return "\n".join([one.message, *related])
+    def place(span: Span | None) -> str:
+        return f"{from_workspace(span.source.path)}:{span.line}:{span.column}" if span else ""
 
-    rows = [((d.severity,), (Code(d.rule),), (Code(_place(d.span)),), (message(d),), (d.help,)) for d in diagnostics]
-    return Table("message", ("", "rule", "place", "message", "help"), tuple(rows))
+    rows = []
+    for d in diagnostics:
+        related = (f"{place(r.span)}: {r.message}" if r.span else r.message for r in d.related)
+        message = "<br>".join(map(prose, "\n".join([d.message, *related]).split("\n")))
+        rows.append((d.severity, code(d.rule), code(place(d.span)) if d.span else "", message, prose(d.help)))
+    return Table("message", ("", "rule", "place", "message", "help"), rows)
 
 
-def _place(span: Span | None) -> str:
-    return f"{from_workspace(span.source.path)}:{span.line}:{span.column}" if span else ""
-
-
-def _table(table: Table, most: int) -> str:
+def _table(table: Table, limit: int) -> str:
     """Return the first rows of a table and the number of the others, without empty columns."""
-    columns = [at for at in range(len(table.head)) if any("".join(row[at]) for row in table.rows)]
-    rows = [[table.head[at] for at in columns], ["---"] * len(columns)]
-    rows += [["".join(map(_piece, row[at])) for at in columns] for row in table.rows[:most]]
-    lines = [f"| {' | '.join(row)} |" for row in rows]
-    left = len(table.rows) - most
+    columns = [at for at in range(len(table.head)) if any(row[at] for row in table.rows)]
+    rows = [table.head, ["---"] * len(table.head), *table.rows[:limit]]
+    lines = [f"| {' | '.join(row[at] for at in columns)} |" for row in rows]
+    left = len(table.rows) - limit
     return "\n".join([*lines, "", f"and {left:,} more {plural(table.noun, left)}"] if left > 0 else lines)
 
 
-def _piece(text: str) -> str:
-    if isinstance(text, Code):
-        return code(text) if text else ""
-    return "<br>".join(prose(line) for line in text.split("\n"))
-
-
-def _diff(diff: Diff, most: int) -> str:
-    lines = [printable(line, keep="\t") for line in diff.lines[:most]]
+def _diff(diff: Diff, limit: int) -> str:
+    lines = [printable(line, keep="\t") for line in diff.lines[:limit]]
     if left := diff.left + len(diff.lines) - len(lines):
         lines.append(f"... {counted(left, 'more line')}")
     remark = diff.remark or "different text"
@@ -181,8 +191,8 @@ def _folded(title: str, text: str) -> str:
     return f"<details><summary>{title}</summary>\n\n{text}\n\n</details>"
 
 
-def _cut(text: str, most: int) -> str:
-    return f"{text[:most]}..." if len(text) > most else text
+def _cut(text: str, limit: int) -> str:
+    return f"{text[:limit]}..." if len(text) > limit else text
 
 
 # A word that no Markdown reads anything into, without quotes and the like around it.

@@ -1,64 +1,60 @@
 """rosorin-compile package: write a ROS 2 package that is ready to build."""
 
-from __future__ import annotations
+from rosorin_compile import api
 
-from typing import Any
+from .command import Options, combined, command, option, repeatable, robot_argument, robot_options
+from .console import FINE, PROBLEMS
+from .run import Run
 
-from rosorin_compile.ros.package.naming import CONTROL, MOVEIT, NAV2
-
-from .answer import FINE, PROBLEMS
-from .command import Decorator, Options, choice, command, option, path_option, robot_argument, robot_options, texts
-from .run import Run, assignments, nothing_written
-
-_HOW = "rosorin-compile package ROBOT -o FOLDER"
-
-
-def _launch(name: str, started: str) -> Decorator[Any]:
-    """Return an option that adds a launch file."""
-    text = f"add a launch file that starts {started} with the parameters of the robot"
-    return option(f"--{name}/--no-{name}", default=None, help=text)
+_STARTED = {
+    "control": "the controller_manager and the controllers",
+    "moveit": "MoveIt",
+    "nav2": "Nav2 and robot_localization",
+}
 
 
 @command("package", exits="0 written or unchanged, 1 errors")
 @robot_argument
-@path_option("-o", "--output", required=True, metavar="FOLDER", help="folder of the package")
-@option("--name", metavar="NAME", help="name of the package; default: ROBOT_description")
-@choice("--build-type", ("ament_cmake", "ament_python"), help="build type of the package; default: ament_cmake")
-@option("--package-version", metavar="X.Y.Z", help="version of the package; default: 0.1.0")
-@option("--maintainer", metavar="'NAME <MAIL>'", help="maintainer of the package")
-@option("--license", metavar="SPDX", help="license of the package, such as Apache-2.0")
-@option("--url", metavar="URL", help="website of the package")
-@texts("--topic", "topics", metavar="SENSOR=TOPIC", help="topic of a sensor, for the RViz configuration; repeatable")
+@option("-o", "--output FOLDER", required=True, help="folder of the package")
+@option("--name NAME", help="name of the package; default: ROBOT_description")
+@option("--build-type ament_cmake|ament_python", help="build type of the package; default: ament_cmake")
+@option("--package-version X.Y.Z", "version", help="version of the package; default: 0.1.0")
+@option("--maintainer 'NAME <MAIL>'", help="maintainer of the package")
+@option("--license SPDX", help="license of the package, such as Apache-2.0")
+@option("--url URL", help="website of the package")
+@repeatable("--topic SENSOR=TOPIC", "topics", help="topic of a sensor, for the RViz configuration; repeatable")
 @option(
     "--compile-at-launch/--no-compile-at-launch",
     default=None,
     help="compile the description at launch, with its arguments as launch arguments",
 )
-@_launch(CONTROL, "the controller_manager and the controllers")
-@_launch(MOVEIT, "MoveIt")
-@_launch(NAV2, "Nav2 and robot_localization")
+@combined(
+    *(
+        option(
+            f"--{name}/--no-{name}",
+            default=None,
+            help=f"add a launch file that starts {started} with the parameters of the robot",
+        )
+        for name, started in _STARTED.items()
+    )
+)
 @robot_options
 def run(options: Options) -> int:
     """Write the package of a robot, and print the result."""
-    from rosorin_compile import api
-
-    run, description = Run.alone(options, "a package is for one robot", _HOW, "name a file")
+    run, description = Run.alone(options, stdin=False)
     console = run.console
     console.begin(description.name)
     result = api.package(
         run.request(description),
         options.output,
-        **options.pick("name build_type maintainer license url compile_at_launch control moveit nav2"),
-        version=options.package_version,
-        topics=assignments(options.topics, "SENSOR=TOPIC, such as laser=/scan"),
+        **options.pick("name build_type version maintainer license url topics compile_at_launch control moveit nav2"),
     )
-    console.tell_read(result.inputs)
+    console.print_read(result.inputs)
     failed = run.show(result)
-    if result.package:
-        written = f"{len(result.written)} written" if result.written else "unchanged"
-        console.say(f"{result.package}: {len(result.files)} files in {result.folder}, {written}")
-        run.give(result)
-    else:
-        nothing_written(console, description.name, result.diagnostics)
-    console.finish()
-    return PROBLEMS if failed or not result.package else FINE
+    if not result.package:
+        run.nothing_written(description, result.diagnostics)
+        return PROBLEMS
+    written = f"{len(result.written)} written" if result.written else "unchanged"
+    console.say(f"{result.package}: {len(result.files)} files in {result.folder}, {written}")
+    run.give(result)
+    return PROBLEMS if failed else FINE

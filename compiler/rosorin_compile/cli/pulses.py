@@ -1,23 +1,18 @@
 """rosorin-compile pulses: convert servo pulses to joint positions and back."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+from rosorin_compile import api
+from rosorin_compile.model import Robot
+from rosorin_compile.results import JointPulse
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.numbers import exact, fixed
 
-from .answer import FINE, PROBLEMS, table
-from .command import Options, command, flag, option, pose_option, robot_options, words_argument
-from .run import Run, assignments, find_robot
+from .command import Options, command, flag, option, pair, robot_options, strict_option, words_argument
+from .console import FINE, PROBLEMS, table
+from .run import Run
 
-if TYPE_CHECKING:
-    from rosorin_compile.model import Robot
-    from rosorin_compile.results import JointPulse
-
-_HOW = "rosorin-compile pulses ROBOT ..."
 _HEADS = ("joint", "pulse", "position", "degrees", "asked for", "off by")
 _SERVO_HEADS = ("joint", "servos", "pulses", "positions", "degrees", "limits", "pulses within limits")
 
@@ -29,32 +24,30 @@ _SERVO_HEADS = ("joint", "servos", "pulses", "positions", "degrees", "limits", "
     offers=("robot", "joint="),
 )
 @flag("--radians", help="read numbers without a unit as radians or metres")
-@flag("--degrees", help="read numbers without a unit as degrees or metres", excludes=("radians",))
-@pose_option("convert all joints of a named pose")
-@flag("--strict", help="treat positions beyond a limit as errors")
-@option("--model", metavar="FILE", help="check that a robot_model.json gives the same positions for every pulse")
+@flag("--degrees", help="read numbers without a unit as degrees or metres", excludes="radians")
+@option("--pose POSE", default="", help="convert all joints of a named pose", offers="pose")
+@strict_option
+@option("--model FILE", help="check that a robot_model.json gives the same positions for every pulse")
 @robot_options
 def run(options: Options) -> int:
     """Print pulses and the positions that they set."""
-    from rosorin_compile import api
     from rosorin_compile.model.servos import NoModel, NoPulse
 
     run = Run.of(options)
     console = run.console
     names = [word for word in run.words if "=" not in word]
     if len(names) > 1:
-        raise RequestError(f'one robot at a time, and JOINT=VALUE: "{names[1]}" is neither; {_HOW}')
-    name = "".join(names)
+        raise RequestError(f'one robot at a time, and JOINT=VALUE: "{names[1]}" is neither')
     try:
-        description = find_robot(name, _HOW)
+        description = run.find_robot("".join(names), "ROBOT ...")
     except RequestError as problem:
-        if not name.lstrip("+-.")[:1].isdecimal():
+        if not names or not names[0].lstrip("+-.")[:1].isdecimal():
             raise
-        raise RequestError(f"{problem}; if it is a pulse or a position, write JOINT={name}") from None
+        raise RequestError(f"{problem}; if it is a pulse or a position, write JOINT={names[0]}") from None
     try:
         found = api.pulses(
             run.request(description),
-            assignments((word for word in run.words if "=" in word), "JOINT=VALUE"),
+            dict(pair(word, "JOINT=VALUE") for word in run.words if "=" in word),
             **options.pick("pose model strict"),
             unit="deg" if options.degrees else "rad" if options.radians else "",
         )
@@ -102,15 +95,14 @@ def _calibration(robot: Robot) -> list[str]:
         first, last = group.pulse_range
         for name in group.joints:
             joint, ends = robot.joint[name], travel(group)
-            slides = joint.type == "prismatic"
-            unit = "m" if slides else "rad"
             limit = joint.limit if joint.moves and joint.type != "continuous" else None
             inside, bounds = within(group, limit), "none"
             if limit is not None:
                 lower, upper = ("?" if value is None else f"{value:.6g}" for value in (limit.lower, limit.upper))
-                bounds = f"{lower} to {upper} {unit}"
+                bounds = f"{lower} to {upper} {joint.unit}"
+            slides = joint.type == "prismatic"
             degrees = " to ".join("" if slides else fixed(math.degrees(end), 6) for end in ends)
-            positions = f"{ends[0]:.6g} to {ends[1]:.6g} {unit}"
+            positions = f"{ends[0]:.6g} to {ends[1]:.6g} {joint.unit}"
             pulses = "none" if inside is None else f"{inside[0]} to {inside[1]}"
             rows.append((name, group.name, f"{first} to {last}", positions, degrees, bounds, pulses))
     return [*lines, *table(rows)]

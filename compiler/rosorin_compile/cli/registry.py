@@ -7,51 +7,128 @@ not called.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
-from rosorin_compile.source.diagnostics import nearest
+from rosorin_compile.source.diagnostics import WARNING, nearest
 from rosorin_compile.source.plugins import PluginFailed, broken, clash, installed, load
 from rosorin_compile.source.project import ROOT_FILE, Description, NoDescription, all_here
-
-from .command import Check, Command
-from .table import BUILT_IN, CHECK, GROUPS, Entry, entry, names
 
 if TYPE_CHECKING:
     from rosorin_compile.source.diagnostics import Diagnostic
 
+    from .command import Command
 
-def command(name: str) -> click.Command | None:
-    """Return the command of a name; built-in commands come first. Raises PluginFailed."""
-    return _find(name, "commands")
+CHECK = "check"  # the command that has checks
+# Groups in the order of the help, each with its commands; those of plug-ins follow.
+COMMANDS = {
+    "describe and compile": {
+        "init": "create a new robot description",
+        "all": "compile robots and write all artifacts",
+        "print": "compile a robot and print one artifact to standard output",
+        "check": "compile robots and compare them with the committed artifacts",
+        "watch": "compile on every change of a file and print the changes of the robot",
+        "sweep": "compile many variants of one robot, each to a separate folder",
+        "collisions": "compute the pairs of links that MoveIt does not need to check",
+        "schema": "print the JSON Schema of descriptions or of an output",
+        "rule": "explain a rule: the cause of the message and the fix",
+    },
+    "import and compare": {
+        "import": "convert a URDF, xacro, SDF or MJCF to a description",
+        "extract": "compute boxes and height maps from meshes",
+        "diff": "compare two robots by meaning, in any supported formats",
+    },
+    "inspect": {
+        "explain": "print the pose of a frame and the lines of YAML that define it",
+        "tf": "print the transform between two frames, in the format of tf2_echo",
+        "frames": "show the tree of frames with their publishers",
+        "view": "show the robot in the browser and update it when files change",
+        "picture": "draw the robot to a PNG file, without a browser",
+        "simulate": "test the robot in MuJoCo: at rest, in its poses and driving",
+        "pulses": "convert servo pulses to joint positions and back",
+        "args": "list the arguments of a robot",
+    },
+    "build systems": {
+        "cmake-dir": "print the folder of the CMake package",
+        "bazel-dir": "print the folder of the Bazel rule",
+    },
+    "deploy and verify": {
+        "package": "write a ROS 2 package with the artifacts of a robot",
+        "deploy": "copy the artifacts to an existing ROS 2 package",
+        "verify": "compare a recording of the robot with its description",
+    },
+    "set up": {"completion": "print the completion script for bash, zsh or fish", "help": "show the help of a command"},
+}
+CHECKS = {
+    "parameters": "check parameter files of ROS nodes: frames and publishers",
+    "deployed": "compare with copies in a package, an install space or another folder",
+    "physics": "find links that collide with each other at rest or while joints move, with MuJoCo",
+}
+ALIASES = {"compile": "all"}
+_HIDDEN = ("pulses", "cmake-dir", "bazel-dir")
 
 
-def check(name: str) -> click.Command | None:
-    """Return the check of a name; one of a plug-in may also be called DISTRIBUTION:NAME. Raises PluginFailed."""
+class Entry(NamedTuple):
+    """A command or check as the help lists it."""
+
+    name: str
+    group: str
+    help: str
+    also: tuple[str, ...] = ()
+    hidden: bool = False
+
+
+BUILT_IN = {
+    "commands": {
+        name: Entry(name, group, help, tuple(alias for alias in ALIASES if ALIASES[alias] == name), name in _HIDDEN)
+        for group, helps in COMMANDS.items()
+        for name, help in helps.items()
+    },
+    "checks": {name: Entry(name, CHECK, help) for name, help in CHECKS.items()},
+}
+
+
+def names(group: str) -> dict[str, str]:
+    """Return the names of all "commands" or "checks" with their help; plug-ins are named, but not imported."""
+    own = {one.name: one.help for one in BUILT_IN[group].values() if not one.hidden}
+    return {**{one.name: f"of {one.distribution} {one.version}" for one in installed() if one.group == group}, **own}
+
+
+def commands(group: str = "commands") -> dict[str, Entry]:
+    """Return all commands or checks by name, as the help lists them: group by group."""
+    found = {**BUILT_IN[group]}
+    if any(one.group == group for one in installed()):
+        more, wrong = _load(group, [*found, *ALIASES])
+        _warn(wrong)
+        found |= {
+            one.name or "": Entry(one.name or "", one.group, one.help or "", one.also, one.hidden) for one in more
+        }
+    groups = list(dict.fromkeys([*COMMANDS, *(one.group for one in found.values())]))
+    return dict(sorted(found.items(), key=lambda item: groups.index(item[1].group)))
+
+
+def command(name: str, group: str = "commands") -> click.Command | None:
+    """Return the command or check of a name, or None; built-in ones come first. Raises PluginFailed.
+
+    A check of a plug-in may also be called DISTRIBUTION:NAME.
+    """
     distribution, _, inner = name.rpartition(":")
-    if distribution and distribution == _distribution("checks", inner):
-        return _of_plugin(inner, "checks")
-    return _find(name, "checks")
-
-
-def _find(name: str, group: str) -> click.Command | None:
-    listed = entry(name, group)
-    if listed is None:
-        return _of_plugin(name, group)
-    _warn(clash(one, name) for one in installed() if (one.group, one.name) == (group, name))
-    found: click.Command = import_module(f"rosorin_compile.cli.{listed.module}").run
-    return found
-
-
-def _of_plugin(name: str, group: str) -> click.Command | None:
-    if not _distribution(group, name):
+    own = ALIASES.get(name, name)
+    if own in BUILT_IN[group]:
+        _warn(clash(one, name) for one in installed() if (one.group, one.name) == (group, name))
+        module = "import_robot" if own == "import" else own.replace("-", "_")
+        found: click.Command = import_module(f".{'check_' * (group == 'checks')}{module}", __package__).run
+        return found
+    brings = _distribution(group, inner)
+    if not brings or distribution not in ("", brings):
         return None
-    commands, wrong = _load(group, (), name)
+    commands, wrong = _load(group, (), inner)
     if wrong and not commands:
         raise PluginFailed(wrong[0])
     _warn(wrong)
@@ -65,8 +142,9 @@ def _distribution(group: str, name: str) -> str:
 
 def _load(group: str, taken: Iterable[str], called: str | None = None) -> tuple[list[Command], list[Diagnostic]]:
     """Load the commands of plug-ins, of one name or all; return them, and diagnostics about invalid ones."""
-    kind = Check if group == "checks" else Command
-    found, diagnostics = load(group, kind, lambda one: (one.name or "", *one.also), set(taken).__contains__, called)
+    from .command import Command
+
+    found, diagnostics = load(group, Command, lambda one: (one.name or "", *one.also), set(taken).__contains__, called)
     good, wrong = [], list(diagnostics)
     for plugin, one in found:
         if one.name != plugin.name:
@@ -79,73 +157,49 @@ def _load(group: str, taken: Iterable[str], called: str | None = None) -> tuple[
 
 def _warn(diagnostics: Iterable[Diagnostic]) -> None:
     """Report what is wrong with plug-ins that this run does not need."""
-    from rosorin_compile.cli.console import Console
-    from rosorin_compile.source.diagnostics import WARNING
+    from .console import Console
 
-    Console("text").show([replace(one, severity=WARNING) for one in diagnostics])
-
-
-def commands(group: str = "commands") -> dict[str, Entry]:
-    """Return all commands or checks by name, as the help lists them: group by group, each in its order."""
-    found = [*BUILT_IN[group]]
-    if any(one.group == group for one in installed()):
-        more, wrong = _load(group, [name for one in found for name in (one.name, *one.also)])
-        _warn(wrong)
-        found += [Entry(one.name or "", "", one.group, one.help or "", one.order, one.also, one.hidden) for one in more]
-    groups = list(dict.fromkeys([*GROUPS, *(one.group for one in found)]))
-    return {one.name: one for one in sorted(found, key=lambda one: (groups.index(one.group), one.order))}
+    Console().show([replace(one, severity=WARNING) for one in diagnostics])
 
 
-def resolve_check(command: click.Command, words: list[str]) -> tuple[str, click.Command, list[str]]:
+def resolve_check(check: click.Command, words: list[str]) -> tuple[str, click.Command, list[str]]:
     """Return the check that the words after ``check`` name, or ``check`` itself, with the words that are left.
 
     The name of a built-in check comes before a robot of that name, which is reached by its path. A robot of the project
     comes before a check of a plug-in, which is reached as DISTRIBUTION:NAME.
     """
-    values = {name for one in command.params if isinstance(one, click.Option) and not one.is_flag for name in one.opts}
-    places = _words(words, values)
-    if not places:
-        return CHECK, command, words
-    name = words[places[0]]
-    built_in, distribution = entry(name, "checks") is not None, _distribution("checks", name)
-    if not built_in and distribution and name in {path.parent.name for path in all_here()}:
+    takes_value = {
+        name for one in check.params if isinstance(one, click.Option) and not one.is_flag for name in one.opts
+    }
+    end = words.index("--") if "--" in words else len(words)
+    before = ["", *words]
+    places = [at for at in range(end) if not words[at].startswith("-") and before[at] not in takes_value]
+    name, found = words[places[0]] if places else "", None
+    distribution, robot = _distribution("checks", name), _robot(name) if name else None
+    if name not in CHECKS and distribution and name in {path.parent.name for path in all_here()}:
         way = f"rosorin-compile {CHECK} {distribution}:{name}"
         _report(f'"{name}" is a robot here; the check of that name of {distribution}: {way}')
-        return CHECK, command, words
-    found = check(name)
+    elif name and (found := command(name, "checks")) is None:
+        later = [words[place] for place in places[1:] if words[place] in CHECKS]
+        named = next((word for word in later if not _robot(word) and not Path(word).exists()), None)
+        close = nearest(name, names("checks"))
+        if named:
+            _report(f'"{named}" is a check; write it before the robot: {CHECK} {named} ROBOT')
+        elif close not in (None, name) and robot is None:
+            _report(f'"{name}" is no check; did you mean "{close}"?')
     if found is None:
-        _report_mistake(name, [words[place] for place in places[1:]])
-        return CHECK, command, words
-    robot = _robot(name) if built_in else None
-    if robot is not None:
+        return CHECK, check, words
+    if robot is not None and name in CHECKS:
         path = robot.path.parent if robot.path.name == ROOT_FILE else robot.path
         shown = f"./{path}" if path == Path(name) else str(path)
         _report(f'"{name}" is a check; the robot of that name: rosorin-compile {CHECK} {shown}')
     return f"{CHECK} {name}", found, words[: places[0]] + words[places[0] + 1 :]
 
 
-def _words(words: Sequence[str], with_value: set[str]) -> list[int]:
-    """Return the indices of the words before ``--`` that are no option and no value of one."""
-    end = words.index("--") if "--" in words else len(words)
-    before = ["", *words]
-    return [at for at in range(end) if not words[at].startswith("-") and before[at] not in with_value]
-
-
-def _report_mistake(name: str, later: Sequence[str]) -> None:
-    """Report a check that is named after the robot, or a misspelt one."""
-    named = next((one for one in later if entry(one, "checks") and not _robot(one) and not Path(one).exists()), None)
-    close = nearest(name, names("checks"))
-    if named:
-        _report(f'"{named}" is a check; write it before the robot: {CHECK} {named} ROBOT')
-    elif close not in (None, name) and _robot(name) is None:
-        _report(f'"{name}" is no check; did you mean "{close}"?')
-
-
 def _robot(name: str) -> Description | None:
-    try:
+    with suppress(NoDescription):
         return Description.find([name])[0]
-    except NoDescription:
-        return None
+    return None
 
 
 def _report(message: str) -> None:

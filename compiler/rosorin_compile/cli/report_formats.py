@@ -1,7 +1,5 @@
 """Write diagnostics for programs: GitHub annotations and SARIF."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Callable, Sequence

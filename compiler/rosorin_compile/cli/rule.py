@@ -1,17 +1,16 @@
 """rosorin-compile rule: explain the id of a message, or list all ids."""
 
-from __future__ import annotations
-
 import re
 import textwrap
 from collections.abc import Iterable
 
+from rosorin_compile import api
 from rosorin_compile.language.suppressions import STAYS
 from rosorin_compile.source.diagnostics import has_errors
 from rosorin_compile.source.rule_registry import PLUGINS, Rule
 
-from .answer import FINE, PROBLEMS, answer_of, give_result
 from .command import Options, command, words_argument
+from .console import FINE, PROBLEMS
 
 _LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
 _WIDTH = 100
@@ -19,17 +18,13 @@ _IMPORTED = {"always": "import writes that entry by itself.", "lenient": "import
 
 
 @command("rule", exits="0 printed, 1 a plug-in is broken")
-@words_argument(
-    "[ID ...]", "id in the brackets of a message, such as axis-zero; default: list all rules", offers=("rule",)
-)
+@words_argument("[ID ...]", "id of a message, such as axis-zero; default: list all rules", offers=("rule",))
 def run(options: Options) -> int:
     """Print the entries of rules."""
-    from rosorin_compile import api
-
     found = api.explain_rules(options.words)
     entries = ["\n".join(entry(rule)) for rule in found.rules]
-    give_result(options, found.rules, lambda: "\n\n".join(entries) if options.words else _list(found.rules))
-    answer_of(options).console().show(found.diagnostics)
+    options.console.give(found.rules, lambda: "\n\n".join(entries) if options.words else _list(found.rules))
+    options.console.show(found.diagnostics)
     return PROBLEMS if has_errors(found.diagnostics) else FINE
 
 
@@ -59,7 +54,6 @@ def _wrapped(text: str) -> list[str]:
 
 
 def _list(rules: Iterable[Rule]) -> str:
-    """Return rules by topic, a line each."""
     topics: dict[str, list[Rule]] = {}
     for rule in rules:
         topics.setdefault(rule.topic or PLUGINS, []).append(rule)

@@ -1,12 +1,11 @@
-"""The state of a command while it runs: options, console, arguments and robots.
+"""The input of a command: the arguments and packages of the command line, and the robots that it names.
 
-``Run.of`` creates it from the options; ``for_each`` calls a function for each requested robot.
+``Run.of`` reads them from the options; ``for_each`` calls a function for each requested robot.
 """
 
 from __future__ import annotations
 
 import os
-import re
 import sys
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Sized
@@ -15,40 +14,24 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.cli.console import Console
 from rosorin_compile.request import Request
-from rosorin_compile.source import files
+from rosorin_compile.source import files, project
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, has_errors
 from rosorin_compile.source.plugins import aside
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import (
-    Description,
-    NoDescription,
-    all_with,
-    first_file,
-    give_stdin,
-    here,
-    no_file,
-    without_first_file,
-)
+from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.wording import counted, listed
 
-from .answer import FINE, PROBLEMS, answer_of, give_result
+from .command import Options, pair
+from .console import FINE, PROBLEMS, Console
 
 if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case
     from rosorin_compile.viewer.changed import Pictures
 
-    from .command import Options
-
 RULES = (
-    Rule(
-        "no-robot-file",
-        "A warning: a folder of `descriptions` has no file `robot.yaml`, so it is not compiled.",
-        "Rename the file that the message names, or move the folder out of `descriptions`.",
-        FILES,
-    ),
+    Rule("no-robot-file", "A warning: a folder of `descriptions` has no `robot.yaml`.", "Rename its file.", FILES),
 )
 
 MARK = ":="  # between name and value of an argument, as in xacro
@@ -66,53 +49,70 @@ class Run:
 
     options: Options
     console: Console
+    words: list[str]
     arguments: Mapping[str, str]
     argument_files: tuple[Path, ...]
     packages: Mapping[str, Path]
-    words: list[str]
 
     @classmethod
     def of(cls, options: Options, words: list[str] | None = None) -> Run:
         """Return the run of some options. Raises RequestError for invalid ones."""
         words = options.words if words is None else words
+        console = options.console
+        console.counts_notes = not getattr(options, "notes", True) and not options.verbose
         summary = getattr(options, "summary", None)
+        console.keeps_sections = console.form == "markdown" or summary is not None
         if summary is not None:
-            check_summary(Path(summary))
-        verbose = getattr(options, "verbose", False)
-        console = answer_of(options).console(options.quiet, verbose, summary is not None)
-        if hasattr(options, "notes") and not options.notes and not verbose:
-            console.counts, console.listing = True, "--notes lists them"
-        if not hasattr(options, "arg"):  # a command without arguments of robots
-            return cls(options, console, {}, (), {}, words)
-        arguments = named([*(word for word in words if MARK in word), *options.arg])
+            _check_summary(Path(summary))
+        arguments = {**dict(pair(word, "NAME=VALUE") for word in words if MARK in word), **options.arg}
         argument_files = tuple(map(Path, options.args_files))
         for file in argument_files:
             if not files.is_file(file):
-                raise RequestError(no_file(file, "arguments"))
-        packages = assignments(options.packages, "NAME=PATH")
+                raise RequestError(project.no_file(file, "arguments"))
+        packages = {name: Path(path) for name, path in options.packages.items()}
         for name, path in packages.items():
             if not files.is_folder(path):
                 raise RequestError(f'there is no folder "{path}" for the package {name}')
-        folders = {name: Path(path) for name, path in packages.items()}
-        return cls(options, console, arguments, argument_files, folders, [word for word in words if MARK not in word])
+        return cls(options, console, [word for word in words if MARK not in word], arguments, argument_files, packages)
 
     @classmethod
-    def alone(cls, options: Options, several: str, how: str, stdin: str = "") -> tuple[Run, Description]:
+    def alone(cls, options: Options, stdin: bool = True) -> tuple[Run, Description]:
         """Return the run of a command about one robot, and that robot: the one that is named, or the only one here.
 
-        ``several`` explains why it is one, ``how`` how it is named. With ``stdin``, an alternative, a robot on standard
-        input is refused. Raises RequestError.
+        A robot on standard input is refused without ``stdin``. Raises RequestError.
         """
         run = cls.of(options)
-        if stdin:
-            refuse_stdin(run.words, stdin)
+        if not stdin:
+            refuse_stdin(run.words)
         if len(run.words) > 1:
-            raise RequestError(f"{several}: {how}")
-        return run, find_robot(run.words[0] if run.words else "", how)
+            raise RequestError(f"{options.called} takes one robot, not {len(run.words)}")
+        return run, run.find_robot(*run.words)
+
+    def find_robot(self, name: str = "", usage: str = "ROBOT") -> Description:
+        """Return the robot of a name, or the only one here; ``usage`` shows how to name one. Raises RequestError."""
+        try:
+            found = find_robots([name]) if name else project.here()
+        except NoDescription as problem:
+            raise RequestError(str(problem)) from None
+        if len(found) > 1:
+            robots = ", ".join(description.name for description in found)
+            how = f"rosorin-compile {self.options.called} {usage}"
+            raise RequestError(f"there are several robots here: {robots}; name one: {how}")
+        return found[0]
+
+    def robot_before(self, count: int, usage: str) -> tuple[Description, list[str]]:
+        """Return the robot, the first of more than ``count`` words or the only one here, and the other words."""
+        if not count <= len(self.words) <= count + 1:
+            raise RequestError(f"write rosorin-compile {self.options.called} {usage}")
+        try:
+            return self.find_robot("".join(self.words[:-count]), usage), self.words[-count:]
+        except RequestError as problem:
+            more = f"; write {self.options.called} {usage}" if len(self.words) > count else ""
+            raise RequestError(f"{problem}{more}") from None
 
     def request(self, description: Description) -> Request:
         """Return the request for a robot; warnings before code is executed are printed."""
-        trust = getattr(self.options, "trust", False)
+        trust = self.options.trust
         return Request(description, self.arguments, self.argument_files, self.packages, trust, self.console.ahead)
 
     def read_options(self) -> dict[str, Any]:
@@ -144,67 +144,85 @@ class Run:
         self.console.show(result.diagnostics)
         return has_errors(result.diagnostics)
 
-    def add_to_result(self, more: Mapping[str, object]) -> None:
-        """Add to the row of the current robot in the result of a command that handles several robots."""
-        if robots := answer_of(self.options).robots:
-            robots[-1].update(more)
-
     def give(self, result: object, text: Callable[[], str] = str) -> int:
         """Set the result of the command, and print it as ``text``; return the exit code ``FINE``."""
-        return give_result(self.options, result, text)
+        return self.console.give(result, text)
 
-    def finish(self) -> None:
-        """Print what was counted, and append the summary to a file if requested. Raises RequestError."""
-        self.console.finish()
-        summary = getattr(self.options, "summary", None)
-        if summary is None:
-            return
-        check_summary(Path(summary))  # it may have changed during the run
+    def nothing_written(self, description: Description, diagnostics: Sequence[Diagnostic]) -> int:
+        """Print how many errors keep a robot from being compiled; return the exit code."""
+        errors = sum(diagnostic.severity == ERROR for diagnostic in diagnostics)
+        if not errors:
+            self.console.say(f"{description.name}: nothing to emit; say under outputs: what you want")
+            return FINE
+        self.console.warn(f"{description.name}: {counted(errors, 'error')}, nothing written")
+        return PROBLEMS
+
+    def write_page(self, page: Pictures) -> None:
+        """Write a page of changes. Raises RequestError."""
+        from rosorin_compile.output import OutputError
+
         try:
-            with Path(summary).open("a", encoding="utf-8", errors="backslashreplace") as file:
-                file.write(self.console.summary())
-        except (OSError, ValueError) as problem:
-            reason = getattr(problem, "strerror", None) or problem
-            raise RequestError(f'cannot write the summary "{summary}": {reason}') from None
+            done = page.write()
+        except OutputError as problem:
+            raise RequestError(f"cannot write the page: {problem.diagnostic.message}") from None
+        if not done.robots:
+            removed = "; the old one is removed" if done.removed else ""
+            self.console.warn(f"{done.file}: no page, because no robot compiles{removed}")
+            return
+        if done.left_out:
+            self.console.warn(f"{done.file}: without {done.left_out}")
+        self.console.say(f"{done.file}: a page with {counted(done.robots, 'robot')}, {done.bytes / 1e6:.1f} MB")
 
 
-def for_each(options: Options, work: Callable[[Run, Description], int], alone: str = "") -> int:
-    """Call a function with each requested robot; return the worst exit code.
+def for_each(
+    options: Options, work: Callable[[Run, Description], int], usage: str = "", robots: Sequence[str] | None = None
+) -> int:
+    """Call a function with each requested robot, those of the command line or ``robots``; return the worst exit code.
 
-    Without a name all robots are requested, or, if ``alone`` shows how to name one, the only one. Raises RequestError.
+    Without a name all robots are requested, or, if ``usage`` shows how to name one, the only one. Raises RequestError.
     """
-    changed: list[str] | None = None
-    words = options.words
+    words, changed = options.words, None
     if getattr(options, "hook", False) and words:
         changed = [word for word in words if os.path.lexists(word)]  # a file sets no argument, whatever its name
         words = [word for word in words if word not in changed]
     run = Run.of(options, words)
-    names = run.words
+    console, names = run.console, [*(run.words if robots is None else robots)]
     if changed is not None:
         if names:
             raise RequestError(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
-        names = [str(path) for path in all_with(changed)]
-    elif alone and not names:
-        names = [str(find_robot("", alone).path)]
+        names = [str(path) for path in project.all_with(changed)]
+    elif usage and not names:
+        names = [str(run.find_robot("", usage).path)]
     found = placed(options, names) if names or changed is None else []
-    if not options.words and not alone:
-        warn_of_no_robots(run.console)
+    if getattr(options, "depfile", None) is not None and len(found) > 1:
+        several = ", ".join(description.name for description in found)
+        raise RequestError(f"a depfile is about one robot, and there are several: {several}; name one")
+    if not options.words and not usage:
+        warn_of_no_robots(console)
     if not found:
-        run.console.say("none of these files is in a project: no folder above them has descriptions/*/robot.yaml")
-    plugin, robots, code = getattr(options, "plugin", None), answer_of(options).robots, FINE
+        console.say("none of these files is in a project: no folder above them has descriptions/*/robot.yaml")
+    code = FINE
+    console.robots = []
     for description in found:
-        run.console.begin(description.name)
+        console.begin(description.name)
         Progress.about(f"{description.name}:" if len(found) > 1 else "")
-        robots.append({"robot": description.name, "file": str(description.path), "fine": False})
+        console.robots.append({"robot": description.name, "file": str(description.path), "fine": False})
         # A program reads one document on standard output, without what a plug-in prints.
-        with nullcontext() if plugin is None or run.console.for_people else aside():
+        with nullcontext() if console.plugin is None or console.for_people else aside():
             result = work(run, description)
-        differing = {"differences": run.console.differing} if run.console.differing else {}
-        run.add_to_result({"fine": result == FINE, **differing})
-        run.console.end(result != FINE)
+        differing = {"differences": console.differing} if console.differing else {}
+        console.robots[-1].update({"fine": result == FINE, **differing})
+        console.end(result != FINE)
         code = max(code, result)
-    give_result(options, {"robots": robots}, str)
-    run.finish()
+    console.give({"robots": console.robots})
+    summary = getattr(options, "summary", None)
+    if summary is not None:
+        try:
+            with Path(summary).open("a", encoding="utf-8", errors="backslashreplace") as file:
+                file.write(console.summary())
+        except (OSError, ValueError) as problem:
+            reason = getattr(problem, "strerror", None) or problem
+            raise RequestError(f'cannot write the summary "{summary}": {reason}') from None
     return code
 
 
@@ -216,18 +234,6 @@ def find_robots(names: list[str], outputs: str | None = None) -> list[Descriptio
     except NoDescription as problem:
         refuse_half_marks(names)
         raise RequestError(str(problem)) from None
-
-
-def find_robot(name: str, how: str) -> Description:
-    """Return the robot of a name, or the only one here. Raises RequestError; ``how`` shows how to name one."""
-    try:
-        found = find_robots([name]) if name else here()
-    except NoDescription as problem:
-        raise RequestError(str(problem)) from None
-    if len(found) > 1:
-        robots = ", ".join(description.name for description in found)
-        raise RequestError(f"there are several robots here: {robots}; name one: {how}")
-    return found[0]
 
 
 def placed(options: Options, names: list[str]) -> list[Description]:
@@ -245,7 +251,7 @@ def placed(options: Options, names: list[str]) -> list[Description]:
 def is_robot(word: str) -> bool:
     """Return True if a word is the name or the path of a robot, or the one on standard input."""
     with suppress(NoDescription):
-        return word == Description.STDIN or bool(first_file(word))
+        return word == Description.STDIN or bool(project.first_file(word))
     return False
 
 
@@ -262,12 +268,12 @@ def take_stdin(names: Sequence[str]) -> None:
     if sys.stdin.isatty():
         sys.stderr.write("reading a robot from this terminal; Ctrl-D ends it\n")
         sys.stderr.flush()
-    give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
+    project.give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
     _stdin_read[:] = [sys.stdin]
     Progress.begin()  # the time of typing does not count
 
 
-def refuse_stdin(words: Sequence[str], help: str) -> None:
+def refuse_stdin(words: Sequence[str], help: str = "name a file") -> None:
     """Raise RequestError for a robot on standard input; ``help`` is the alternative."""
     if Description.STDIN in words:
         raise RequestError(f"a robot on standard input has no name and no folder; {help}")
@@ -284,66 +290,21 @@ def refuse_half_marks(words: Iterable[str]) -> None:
 
 def warn_of_no_robots(console: Console) -> None:
     """Warn of folders of this project that look like descriptions and have no ``robot.yaml``."""
-    wrong = without_first_file(Description.around())
+    wrong = project.without_first_file(Description.around())
     if wrong:
         console.show([Diagnostic("no-robot-file", WARNING, message, help=help) for message, help in wrong])
 
 
-def named(texts: Iterable[str]) -> dict[str, str]:
-    """Return arguments by name, from texts that are NAME=VALUE or NAME:=VALUE. Raises RequestError."""
-    found = {}
-    for text in texts:
-        name, equals, value = text.partition("=")
-        name = name.removesuffix(":")
-        if not equals or not name:
-            raise RequestError(f'"{text}" is not NAME=VALUE')
-        found[name] = value
-    return found
-
-
-def assignments(texts: Iterable[str], example: str) -> dict[str, str]:
-    """Return NAME=VALUE texts by name, none of them empty. Raises RequestError, which shows the example."""
-    found = {}
-    for text in texts:
-        name, _, value = (part.strip() for part in text.partition("="))
-        if not name or not value:
-            raise RequestError(f'"{text}" is not {example}')
-        found[name] = value
-    return found
-
-
-def mode_states(texts: Iterable[str]) -> dict[str, bool]:
-    """Return the modes that --mode sets: slam, "not slam", slam=on, slam=off. Raises RequestError."""
-    found: dict[str, bool] = {}
-    for text in texts:
-        match = re.fullmatch(r"\s*(not\s+)?([^\s=]+)\s*(?:=(on|off))?", text)
-        if match is None or (match[1] and match[3]):
-            name = text.partition("=")[0].split()[-1:] or ["NAME"]
-            raise RequestError(
-                f'"{text}" is not a mode: write {name[0]}, "not {name[0]}", {name[0]}=on or {name[0]}=off'
-            )
-        is_on = match[3] == "on" if match[3] else not match[1]
-        if found.setdefault(match[2], is_on) != is_on:
-            raise RequestError(f'the mode "{match[2]}" cannot be on and off')
-    return found
-
-
-def joint_options(options: Options) -> dict[str, Any]:
-    """Return what --pose, --joint, --pulse and --mode set, as arguments of the API. Raises RequestError."""
-    value = next((word for word in options.words if "=" in word and MARK not in word), None)
+def refuse_positions(words: Sequence[str]) -> None:
+    """Raise RequestError for joint=30deg among the words of a command that takes --joint and --pulse."""
+    value = next((word for word in words if "=" in word and MARK not in word), None)
     if value is not None:
         raise RequestError(f"write --joint {value} for a position, --pulse {value} for a pulse")
-    return {
-        "pose": options.pose,
-        "joints": assignments(options.joints, "JOINT=POSITION"),
-        "pulses": assignments(options.pulses, "JOINT=PULSE"),
-        "modes": mode_states(options.modes),
-    }
 
 
-def check_summary(file: Path) -> None:
+def _check_summary(file: Path) -> None:
     """Raise RequestError for a file that is no summary of this tool and not that of a step of a GitHub job."""
-    from rosorin_compile.cli.markdown import HEAD
+    from .markdown import HEAD
 
     of_job, begins = os.environ.get("GITHUB_STEP_SUMMARY", ""), ""
     with suppress(OSError, ValueError):  # writing reports the reason
@@ -351,33 +312,6 @@ def check_summary(file: Path) -> None:
             begins = files.read_bytes(file, len(HEAD.encode())).decode("utf-8", "replace")
     if begins.strip() and begins != HEAD:
         raise RequestError(f'"{file}" is there, and is no summary: nothing is appended to it; name another file')
-
-
-def write_page(page: Pictures, console: Console) -> None:
-    """Write a page of changes. Raises RequestError."""
-    from rosorin_compile.output import OutputError
-
-    try:
-        done = page.write()
-    except OutputError as problem:
-        raise RequestError(f"cannot write the page: {problem.diagnostic.message}") from None
-    if not done.robots:
-        removed = "; the old one is removed" if done.removed else ""
-        console.warn(f"{done.file}: no page, because no robot compiles{removed}")
-        return
-    if done.left_out:
-        console.warn(f"{done.file}: without {done.left_out}")
-    console.say(f"{done.file}: a page with {counted(done.robots, 'robot')}, {done.bytes / 1e6:.1f} MB")
-
-
-def nothing_written(console: Console, name: str, diagnostics: Sequence[Diagnostic]) -> int:
-    """Print how many errors keep a robot from being compiled; return the exit code."""
-    errors = sum(diagnostic.severity == ERROR for diagnostic in diagnostics)
-    if not errors:
-        console.say(f"{name}: nothing to emit; say under outputs: what you want")
-        return FINE
-    console.warn(f"{name}: {counted(errors, 'error')}, nothing written")
-    return PROBLEMS
 
 
 def count(artifacts: Sized, meshes: Collection[str] = ()) -> str:

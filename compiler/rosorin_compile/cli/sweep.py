@@ -1,40 +1,36 @@
 """rosorin-compile sweep: compile one description for a list of variants, each to a separate folder."""
 
-from __future__ import annotations
-
 from rosorin_compile import api
 from rosorin_compile.source.diagnostics import and_more, counted
 from rosorin_compile.variants.writing import MAX_FAILED
 
-from .answer import FINE, PROBLEMS
-from .command import Options, command, flag, option, path_option, robot_argument, robot_options
+from .command import PATH, Options, command, flag, option, robot_argument, robot_options
+from .console import FINE, PROBLEMS
 from .run import Run
 
 
 @command("sweep", exits="0 all variants written or unchanged, 1 a variant has errors or cannot be written")
 @robot_argument
-@path_option(
-    "--over",
+@option(
+    "--over LIST",
+    type=PATH,
     required=True,
-    metavar="LIST",
     help="variants: a CSV file with a row for each, a YAML list, or a folder with a file of arguments for each",
 )
-@path_option("-o", "--output", required=True, metavar="FOLDER", help="a folder per variant")
-@option("-j", "--jobs", type=int, metavar="NUMBER", help="number of processes; default: one per core")
+@option("-o", "--output FOLDER", required=True, help="a folder per variant")
+@option("-j", "--jobs NUMBER", type=int, help="number of processes; default: one per core")
 @option(
-    "--as",
+    "--as ARGUMENT",
     "whole",
     default="",
-    metavar="ARGUMENT",
     help="with a folder: argument to set to the content of each file, or to its path if it is a text",
 )
-@option("--dask", default="", metavar="ADDRESS", help="address of a Dask scheduler, such as tcp://HOST:8786")
+@option("--dask ADDRESS", default="", help="address of a Dask scheduler, such as tcp://HOST:8786")
 @flag("--prune", help="delete variants that are no longer in the list")
 @robot_options
 def run(options: Options) -> int:
     """Compile the variants of a list; return the exit code."""
-    how = "rosorin-compile sweep ROBOT --over FILE -o FOLDER"
-    run, description = Run.alone(options, "a sweep is of one robot", how, "name a file")
+    run, description = Run.alone(options, stdin=False)
     console, code = run.console, PROBLEMS
     console.begin(description.name)
     try:
@@ -62,5 +58,4 @@ def run(options: Options) -> int:
     elif not result.made + result.unchanged + result.error:
         console.warn(f"{options.over}: {counted(len(result.diagnostics), 'error')}, nothing written")
     console.end(code != FINE)
-    console.finish()
     return code

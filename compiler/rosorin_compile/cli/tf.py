@@ -1,23 +1,15 @@
 """rosorin-compile tf: print the pose of one frame in another, in the format of tf2_echo."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
-
+from rosorin_compile import api
+from rosorin_compile.results import FrameTransform, Transforms
 from rosorin_compile.source.diagnostics import RequestError
 
 from . import command as cli
-from .answer import PROBLEMS
-from .run import Run, assignments, find_robot, joint_options
+from .console import PROBLEMS
+from .run import Run, refuse_positions
 
-if TYPE_CHECKING:
-    from rosorin_compile.results import FrameTransform, Transforms
-
-DIGITS = 3  # std::cout.precision(3), std::ios::fixed
-_WIDTH = 6  # std::setw(6)
 _ORDERS = {"humble": "", "jazzy": " (xyzw)"}  # of the quaternion, as tf2_echo prints it
 _COLUMNS = ("x", "y", "z", "roll", "pitch", "yaw")
-_HOW = "rosorin-compile tf ROBOT SOURCE TARGET"
 _MAX_DIGITS = 17
 
 
@@ -27,39 +19,34 @@ _MAX_DIGITS = 17
     "the robot, required if there are several, and the frames: prints the pose of TARGET in SOURCE",
     offers=("robot", "frame"),
 )
-@cli.position_options(sweep=True)
-@cli.flag("--strict", help="treat positions beyond a limit as errors", section=cli.POSITIONS)
-@cli.mode_option("off; without --mode all are on")
-@cli.flag("--table", help="print one line per state: x y z in m, roll pitch yaw in degrees", excludes=("format", "csv"))
-@cli.flag("--csv", help="print one line per state: all digits, in m and rad", excludes=("format",))
-@cli.choice(
-    "--distro",
-    ("humble", "jazzy"),
-    default="humble",
-    help="ROS distribution whose tf2_echo format is used; default: humble",
+@cli.position_options(
+    cli.repeatable(
+        "--sweep JOINT=FROM:TO:COUNT",
+        "sweeps",
+        help="use COUNT positions in turn; repeatable: all combinations",
+        offers="joint=",
+    ),
+    cli.strict_option,
+    overrides="--pose and --pulse",
 )
-@cli.option("--digits", type=int, default=DIGITS, metavar="N", help="decimals; default: 3")
+@cli.mode_option("off; without --mode all are on")
+@cli.flag("--table", help="print one line per state: x y z in m, roll pitch yaw in degrees", excludes="format csv")
+@cli.flag("--csv", help="print one line per state: all digits, in m and rad", excludes="format")
+@cli.option("--distro humble|jazzy", default="humble", help="ROS distribution whose tf2_echo format is used")
+@cli.option("--digits N", default=3, help="decimals")  # std::cout.precision(3) in tf2_echo
 @cli.robot_options
 def run(options: cli.Options) -> int:
     """Print the pose of a frame in another."""
-    from rosorin_compile import api
     from rosorin_compile.model.servos import NoPulse
     from rosorin_compile.queries import NotPublished
 
-    state = joint_options(options)
-    run = Run.of(options)
-    if not 2 <= len(run.words) <= 3:
-        raise RequestError(f"two frames are needed, and at most one robot: {_HOW}")
+    refuse_positions(options.words)
+    run, picked = Run.of(options), options.pick("pose joints pulses sweeps modes strict")
     if not 0 <= options.digits <= _MAX_DIGITS:
         raise RequestError(f"--digits takes 0 to {_MAX_DIGITS}")
-    *robot, source, target = run.words
+    description, (source, target) = run.robot_before(2, "ROBOT SOURCE TARGET")
     try:
-        description = find_robot("".join(robot), _HOW)
-    except RequestError as problem:
-        raise RequestError(f"{problem}; {_HOW}" if robot else str(problem)) from None
-    sweeps = assignments(options.sweeps, "JOINT=FROM:TO:COUNT")
-    try:
-        found = api.transform(run.request(description), source, target, **state, sweeps=sweeps, strict=options.strict)
+        found = api.transform(run.request(description), source, target, **picked)
     except (NoPulse, NotPublished) as problem:
         run.console.warn(f"rosorin-compile: {problem}")
         return PROBLEMS
@@ -72,11 +59,8 @@ def run(options: cli.Options) -> int:
 
 
 def _text(found: Transforms, options: cli.Options) -> str:
-    """Return the transforms in the requested form."""
-    if options.csv:
-        return _csv(found)
-    if options.table:
-        return _table(found, options.digits)
+    if options.table or options.csv:
+        return _rows(found, None if options.csv else options.digits)
     blocks = []
     for transform in found.transforms:
         if found.swept:
@@ -102,28 +86,25 @@ def _echo(found: FrameTransform, digits: int, distro: str) -> list[str]:
         f"- Rotation: in RPY (radian) {rpy}",
         f"- Rotation: in RPY (degree) {degrees}",
         "- Matrix:",
-        *("".join(f" {value:{_WIDTH + digits - DIGITS}.{digits}f}" for value in row) for row in found.matrix),
+        *("".join(f" {value:{3 + digits}.{digits}f}" for value in row) for row in found.matrix),  # std::setw(6)
     ]
 
 
-def _table(found: Transforms, digits: int) -> str:
-    """Return one line per state: the joints that are varied, with their units, then x y z (m), roll pitch yaw (deg)."""
+def _rows(found: Transforms, digits: int | None) -> str:
+    """Return one line per state: the positions of the joints that are varied, then the pose.
+
+    With ``digits`` as an aligned table, angles of the pose in degrees; else as CSV with numbers in full and radians.
+    """
     units = {**found.swept, **dict.fromkeys(_COLUMNS[:3], "m"), **dict.fromkeys(_COLUMNS[3:], "deg")}
     rows = [[f"{name} ({unit})" for name, unit in units.items()]]
-    for transform in found.transforms:
-        positions = (transform.positions[joint] for joint in found.swept)
-        numbers = (*positions, *transform.translation, *transform.rpy_degrees)
-        rows.append([f"{number:.{digits}f}" for number in numbers])
+    if digits is None:
+        heads = [*found.swept, *_COLUMNS, "qx", "qy", "qz", "qw"]
+        rows = [[f'"{head}"' if "," in head or '"' in head else head for head in heads]]
+    for one in found.transforms:
+        angles = (*one.rpy, *one.quaternion) if digits is None else one.rpy_degrees
+        numbers = (*(one.positions[joint] for joint in found.swept), *one.translation, *angles)
+        rows.append([repr(float(number)) if digits is None else f"{number:.{digits}f}" for number in numbers])
+    if digits is None:
+        return "\n".join(map(",".join, rows))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return "\n".join("  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
-
-
-def _csv(found: Transforms) -> str:
-    """Return one line per state for a spreadsheet: numbers in full, x y z in metres, angles in radians."""
-    heads = [*found.swept, *_COLUMNS, "qx", "qy", "qz", "qw"]
-    lines = [",".join(f'"{head}"' if "," in head or '"' in head else head for head in heads)]
-    for transform in found.transforms:
-        positions: list[Any] = [transform.positions[joint] for joint in found.swept]
-        numbers = (*positions, *transform.translation, *transform.rpy, *transform.quaternion)
-        lines.append(",".join(repr(float(number)) for number in numbers))
-    return "\n".join(lines)

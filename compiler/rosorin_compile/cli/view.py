@@ -1,41 +1,38 @@
 """rosorin-compile view: show a robot in the browser, and follow its files; or write it as one page."""
 
-from __future__ import annotations
-
 import errno
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rosorin_compile.cli.console import Console
+import click
+
+from rosorin_compile import api
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.viewer.server import LOOPBACK, LiveRobot, bound
+from rosorin_compile.viewer.showing import Shown
 
-from .answer import FINE, PROBLEMS
 from .command import Options, command, flag, option, page_options, robot_argument, robot_options
+from .console import FINE, PROBLEMS
 from .run import Run
-
-if TYPE_CHECKING:
-    from rosorin_compile.viewer.showing import Shown
-
-_LAST_PORT = 65535
 
 
 @command("view", exits="0 stopped with Ctrl-C or SIGTERM, or page written, 1 errors (with --html)")
 @robot_argument
 @page_options("write the page to a file instead of serving it")
 @flag("--no-open", help="do not open a browser")
-@option("--port", type=int, metavar="NUMBER", help="port of the server; default: 8642, or another one if it is in use")
 @option(
-    "--host",
+    "--port NUMBER",
+    type=click.IntRange(0, 65535),
+    help="port of the server; default: 8642, or another one if it is in use",
+)
+@option(
+    "--host ADDRESS",
     default=LOOPBACK,
-    metavar="ADDRESS",
     help="address of the server, to make the page accessible from other machines; default: this machine only",
 )
 @robot_options
 def run(options: Options) -> int:
     """Show a robot."""
-    from rosorin_compile import api
-
-    run, description = Run.alone(options, "a page shows one robot", "rosorin-compile view ROBOT")
+    run, description = Run.alone(options)
     console, request, port, host = run.console, run.request(description), options.port, options.host
     if options.html is not None:
         page = api.view(request, options.html, meshes=not options.no_meshes, max_megabytes=options.max_megabytes)
@@ -49,11 +46,7 @@ def run(options: Options) -> int:
         return run.give(page)
     if options.format != "text":
         raise RequestError("JSON goes with --html FILE: without a file there is a page to look at, and no answer")
-    if options.no_meshes or options.max_megabytes is not None:
-        raise RequestError("--no-meshes and --max-megabytes go with --html FILE")
-    if port is not None and not 0 <= port <= _LAST_PORT:
-        raise RequestError(f"there is no port {port}: they go from 0 to {_LAST_PORT}")
-    robot = LiveRobot(request, Console("text", options.quiet), contacts)
+    robot = LiveRobot(request, console, contacts)
     try:
         server = bound(robot.page, host, port)
     except (OSError, UnicodeError) as problem:

@@ -1,13 +1,11 @@
 """rosorin-compile watch: compile on every change, and print the changes of the robot."""
 
-from __future__ import annotations
-
+import gc
 import signal
 import sys
 import time
-from pathlib import Path
+from contextlib import suppress
 
-from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.output import OutputError, read_set, write_artifacts
 from rosorin_compile.output.committed import compare
 from rosorin_compile.output.watched_files import INTERVAL, WatchedFiles
@@ -16,8 +14,8 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.wording import and_more, counted
 
-from .answer import FINE
 from .command import Options, command, output_folder_option, robots_argument
+from .console import FINE
 from .run import Run, count, placed, refuse_stdin
 
 MAX_SHOWN = 20  # changes of one run, one line each
@@ -28,8 +26,6 @@ MAX_SHOWN = 20  # changes of one run, one line each
 @output_folder_option
 def run(options: Options) -> int:
     """Compile robots whenever one of their files changes, until Ctrl-C or SIGTERM."""
-    import gc
-
     gc.enable()  # it is off in short runs
     run = Run.of(options)
     refuse_stdin(run.words, "name a file to watch")
@@ -49,26 +45,19 @@ def run(options: Options) -> int:
     _say(f"watching {', '.join(robot.description.name for robot in watched.values())}; Ctrl-C ends it")
     while not stopped:
         time.sleep(INTERVAL)
+        new = []
         if not run.words:
-            _add_new(watched, run)
+            with suppress(NoDescription):
+                new = [one for one in Description.find([], options.output) if one.path not in watched]
+        for description in new:
+            watched[description.path] = WatchedRobot(description, run)
+            watched[description.path].compile()
         for robot in watched.values():
             if not stopped and robot.inputs.changed():
                 robot.inputs.settle()
                 robot.compile()
     _say("watch ended")
     return FINE
-
-
-def _add_new(watched: dict[Path, WatchedRobot], run: Run) -> None:
-    """Compile descriptions that are new in the project."""
-    try:
-        found = Description.find([], run.options.output)
-    except NoDescription:
-        return
-    for description in found:
-        if description.path not in watched:
-            watched[description.path] = WatchedRobot(description, run)
-            watched[description.path].compile()
 
 
 def _key(diagnostic: Diagnostic) -> tuple[str, ...]:
@@ -90,11 +79,11 @@ class WatchedRobot:
     def compile(self) -> None:
         """Compile the robot and write its artifacts; after an error nothing is written."""
         Progress.begin()
-        self.inputs.read(self._compile)
+        self.inputs.read(self._write)
 
-    def _compile(self) -> None:
+    def _write(self) -> None:
         compiled = self.request.compile()
-        self.console.tell_read(self.request.inputs(compiled))
+        self.console.print_read(self.request.inputs(compiled))
         errors = sum(diagnostic.severity == ERROR for diagnostic in compiled.diagnostics)
         keys = {_key(diagnostic): diagnostic for diagnostic in compiled.diagnostics}
         new = [diagnostic for key, diagnostic in keys.items() if key not in self.reported]
@@ -102,31 +91,25 @@ class WatchedRobot:
         # While there are errors, not all rules are checked: their warnings and notes are not reported again afterwards.
         hidden = {key for key in self.reported if key[0] != ERROR} if errors else set()
         self.reported = {*keys, *hidden}
-        name = self.description.name
+        name, folder = self.description.name, self.description.outputs
         if errors:
             old = errors - sum(diagnostic.severity == ERROR for diagnostic in new)
             also = "" if not old else ", as before" if old == errors else f", {old} as before"
             self.console.warn(f"{name}: {counted(errors, 'error')}{also}; the artifacts stay as they are")
         elif not compiled.artifacts:
             _say(f"{name}: nothing to emit; say under outputs: what you want")
-        else:
-            self._write(compiled)
-
-    def _write(self, compiled: Compiled) -> None:
-        folder = self.description.outputs
-        if compiled.robot is None:
+        if errors or not compiled.artifacts or compiled.robot is None:
             return
         files = {artifact.file: artifact.text for artifact in compiled.artifacts}
         try:
-            before = read_set(folder)
-            comparison = compare(compiled.robot, compiled.artifacts, before)
+            comparison = compare(compiled.robot, compiled.artifacts, read_set(folder))
             done = write_artifacts(folder, {**compiled.mesh_files, **files})
         except OutputError as problem:
             self.console.show([problem.diagnostic])
             return
         self.console.show(done.diagnostics(folder))
         changes = f"written: {', '.join(done.written)}" if done.written else "unchanged"
-        _say(f"{self.description.name}: {count(files)} in {folder}, {changes}")
+        _say(f"{name}: {count(files)} in {folder}, {changes}")
         lines = [change.line() for change in comparison.changes]
         if len(lines) > MAX_SHOWN:
             lines[MAX_SHOWN:] = [f"...{and_more(len(lines) - MAX_SHOWN)}"]

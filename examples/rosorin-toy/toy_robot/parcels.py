@@ -12,7 +12,6 @@ from rosorin_compile.extend import (
     check_options,
     command,
     for_each,
-    give_result,
     option,
     robot_argument,
     robot_options,
@@ -26,7 +25,7 @@ from .toy import ball
 @robot_options
 def balls(options: Options) -> int:
     """Print the balls of a robot; return the exit code."""
-    run, description = Run.alone(options, "the balls of one robot are listed at a time", "rosorin-compile balls ROBOT")
+    run, description = Run.alone(options)
     case = run.understood(description)
     if case is None:
         return PROBLEMS
@@ -37,8 +36,7 @@ def balls(options: Options) -> int:
         lines = ("{link}, radius {radius:g} m, {mass:.3g} kg".format(**ball) for ball in balls)
         return "\n".join(f"{description.name}: {line}" for line in lines)
 
-    give_result(options, balls, text)
-    return FINE
+    return run.give(balls, text)
 
 
 @check("parcel", help="check that the mass of all balls fits into a parcel")

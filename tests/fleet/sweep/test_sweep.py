@@ -308,7 +308,7 @@ def test_where_nothing_can_be_written_the_run_ends(capsys: Shown, monkeypatch: p
 
 def test_usage(capsys: Shown) -> None:
     assert main(["sweep", "mast", "other", "--over", "fleet.csv", "-o", "x"]) == 2
-    assert "a sweep is of one robot" in capsys.readouterr().err
+    assert "sweep takes one robot, not 2" in capsys.readouterr().err
     for jobs in ("0", "-1"):
         assert main(["sweep", "mast", "--over", "fleet.csv", "-o", "x", "-j", jobs]) == 2
     assert main(["sweep", "mast", "--over", "fleet.csv", "-o", "x", "-j", "two"]) == 2

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import diff as diff_command
 from rosorin_compile.cli.main import main
+from rosorin_compile.cli.run import Run
 from rosorin_compile.formats.compiled import compile_robot
 from support.comparing import compared, diff
 from support.paths import BAD
@@ -239,6 +239,6 @@ def test_what_differs_is_printed_before_the_page_is_told(tmp_path: Path, monkeyp
     pipe = io.BytesIO()
     seen: list[bytes] = []
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(pipe, "utf-8"))
-    monkeypatch.setattr(diff_command, "_write_page", lambda *_: seen.append(pipe.getvalue()))
+    monkeypatch.setattr(Run, "write_page", lambda *_: seen.append(pipe.getvalue()))
     assert main(["diff", str(one), str(other), "--html", str(tmp_path / "page.html")]) == 1
     assert b"bend" in seen[0]

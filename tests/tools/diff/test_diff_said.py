@@ -108,7 +108,7 @@ def test_a_tolerance_is_a_number(tmp_path: Path, text: str) -> None:
     path = urdf(tmp_path, "a.urdf", "")
     code, _, err = diff(path, path, f"--tolerance={text}")
     assert code == 2
-    assert f'"{text}" is no number from zero upwards' in err
+    assert "--tolerance" in err
 
 
 def test_contacts_that_somebody_disabled_are_counted(tmp_path: Path) -> None:

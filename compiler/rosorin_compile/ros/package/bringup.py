@@ -13,6 +13,7 @@ from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, listed
 from rosorin_compile.source.rule_registry import Heading, Rule
 
+from ..graph import graph_of, open_ends
 from .naming import CONTROL, MOVEIT, NAV2, STARTS
 
 if TYPE_CHECKING:
@@ -28,6 +29,12 @@ RULES = (
         Heading.PACKAGES,
     ),
     Rule(
+        "package-gazebo",
+        "A note: Nav2 is started, and an SDF gives sensors no frames: what Gazebo publishes is in no frame of tf.",
+        "`gazebo: harmonic` in the output; nothing, where the SDF is for other readers.",
+        Heading.PACKAGES,
+    ),
+    Rule(
         "package-acceleration",
         "A note: MoveIt of Jazzy and later plans nothing for a joint without a limit of acceleration, and a "
         "description says none: `joint_limits.yaml` has a stand-in, 1 rad/s^2 or 1 m/s^2, what MoveIt of Humble takes.",
@@ -37,6 +44,7 @@ RULES = (
 )
 
 BRINGUP = "bringup.launch.py"
+_OF_GAZEBO = ("gz_ros2_control", "ign_ros2_control", "gazebo_ros2_control")
 _URDF, _CONTROLLERS, _SRDF, _NAV2, _EKF = "urdf", "controllers", "srdf", "nav2", "robot_localization"
 
 _LAUNCH = {CONTROL: "control.launch.py", MOVEIT: "moveit.launch.py", NAV2: "navigation.launch.py"}
@@ -106,6 +114,9 @@ class Bringup(NamedTuple):
         for word in self.starts:
             yield from _NEEDS[word]
         if CONTROL in self.starts:
+            for block in self.robot.control:
+                package = block.plugin.partition("/")[0]
+                yield "hardware_interface" if package == "mock_components" else package
             known_plugins = plugins(self._distribution())
             yield from sorted({known_plugins[one.type] for one in self._filled() if one.type in known_plugins})
         if NAV2 in self.starts:
@@ -141,6 +152,24 @@ class Bringup(NamedTuple):
         if MOVEIT in self.starts:
             values |= self._moveit()
         return values
+
+    def open_ends(self, topics: Mapping[str, str]) -> list[Diagnostic]:
+        """Return what keeps the nodes that are started from working; ``topics`` are those of sensors by name."""
+        found = list(open_ends(self.robot, graph_of(self.robot, self.starts, topics))) if self.starts else []
+        for block in self.robot.control if CONTROL in self.starts else ():
+            if block.plugin.partition("/")[0] in _OF_GAZEBO:
+                message = f'hardware block "{block.name}" has the plugin {block.plugin}, which Gazebo loads and '
+                message += "ros2_control_node does not know: control.launch.py would end with an error"
+                help = "write the package without --control and load the URDF into Gazebo, or name another plugin,"
+                help += " such as mock_components/GenericSystem, by an argument of the description"
+                found.append(error("package-start", message, None, help))
+        if NAV2 in self.starts and self.robot.sensors:
+            plain = [one for one in self.robot.outputs if one.backend == "sdf" and not one.options.get("gazebo")]
+            if plain:
+                message = f"in {plain[0].file} no sensor has a frame: Gazebo stamps its messages with names of its own"
+                message += ", and slam_toolbox and AMCL drop scans in a frame that tf does not have"
+                found.append(Diagnostic("package-gazebo", NOTE, message, help="gazebo: harmonic in this output"))
+        return found
 
     def remarks(self) -> list[Diagnostic]:
         """Return what is to be said of what is made."""

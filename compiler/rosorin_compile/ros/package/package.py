@@ -13,7 +13,7 @@ from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.mesh_files import urdf_file_name
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
-from rosorin_compile.source.diagnostics import Diagnostic, error
+from rosorin_compile.source.diagnostics import Diagnostic, error, has_errors
 from rosorin_compile.source.files import is_file, read_bytes
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.rule_registry import Heading, Rule
@@ -100,6 +100,9 @@ def make(
     started, missing = bringup(robot, placed, options.starts)
     if twice or missing:
         return Package({}, [one for one in (twice, missing) if one])
+    open_ends = started.open_ends(options.topics)
+    if has_errors(open_ends):
+        return Package({}, open_ends)
     files: dict[str, bytes] = {}
     needs: set[str] = set(started.packages())
     diagnostics: list[Diagnostic] = []
@@ -131,7 +134,7 @@ def make(
         needs.update(carried.packages)
         files.update(carried.files)
     files.update(_made(robot, options, place_of(main, main), list(placed.items()), needs, target, carried, started))
-    return Package(files, [*diagnostics, *started.remarks(), *papers.remarks(options, target)])
+    return Package(files, [*diagnostics, *open_ends, *started.remarks(), *papers.remarks(options, target)])
 
 
 def _placed(artifacts: Sequence[Artifact], main: Artifact) -> tuple[dict[str, Artifact], Diagnostic | None]:

@@ -79,7 +79,7 @@ if TYPE_CHECKING:
     from rosorin_compile.ros.check_parameters.checking import CheckedParameters
     from rosorin_compile.ros.package.checking import CheckedCopies
     from rosorin_compile.ros.package.deploy import Deployed
-    from rosorin_compile.ros.package.write import WrittenPackage
+    from rosorin_compile.ros.package.package import WrittenPackage
     from rosorin_compile.rules.case import Case
     from rosorin_compile.variants.writing import WrittenVariants
 
@@ -1160,7 +1160,8 @@ def package(
         >>> package("rosorin", "rosorin_description", license="MIT").package  # doctest: +SKIP
         'rosorin_description'
     """
-    from rosorin_compile.ros.package.write import PackageOptions, write_package
+    from rosorin_compile.ros.package.options import PackageOptions
+    from rosorin_compile.ros.package.package import write_package
 
     starts = {"control": control, "moveit": moveit, "nav2": nav2}
     options = PackageOptions(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rosorin_compile.ros.package.naming import CONTROL, MOVEIT, NAV2
+from rosorin_compile.ros.package.options import CONTROL, MOVEIT, NAV2
 
 from .answer import FINE, PROBLEMS
 from .command import Decorator, Options, choice, command, option, path_option, robot_argument, robot_options, texts

@@ -109,7 +109,6 @@ class Graph:
 
 
 def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield the topics of a port with the types of their messages: one, or one for each source or number."""
     if port.each:
         found = list(_sources(port, values))
         yield from found or ([(_DEFAULT_SOURCE, _SCANS)] if port.role == OBSTACLES else [])
@@ -158,12 +157,10 @@ def graph_of(robot: Robot, starts: Sequence[str], topics: Mapping[str, str] | No
 
 
 def _is_silent(values: Mapping[str, Any]) -> bool:
-    """Return True if a node of localisation publishes no transform: nothing waits for it."""
     return values.get("tf_broadcast") is False or values.get("transform_publish_period") == 0.0
 
 
 def _parameters(robot: Robot, first: Mapping[str, Output], starts: Sequence[str]) -> dict[str, Mapping[str, Any]]:
-    """Return the parameters of Nav2 and of the filter by the last word of their nodes."""
     from .nav2.write import seen_by_slam
     from .nav2.write import view as nav2_view
     from .robot_localization.write import view as filter_view
@@ -192,7 +189,6 @@ def _add_controllers(made: Graph, robot: Robot, output: Output, namespace: str, 
 
 
 def _add_drivers(made: Graph, robot: Robot, first: Mapping[str, Output], topics: Mapping[str, str]) -> None:
-    """Add the drivers of sensors as publishers, where the description or an option names their topic."""
     broadcast = {one.values.get(_SENSOR_PARAMETER) for one in filled(robot, "")} if CONTROL in made.starts else set()
     given: dict[str, str] = dict(topics)
     for backend, key in ((NAV2, "sources"), ("robot_localization", "inputs")):
@@ -226,7 +222,6 @@ def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
 
 
 def _open(robot: Robot, made: Graph, end: End, others: Sequence[End]) -> Diagnostic | None:
-    """Return what follows from an end that nothing publishes to; None where that is no mistake of the package."""
     readers = [one for one in made.read if (one.topic, one.type) == (end.topic, end.type)]
     who = listed(dict.fromkeys(one.node for one in readers))
     what = f"{'reads' if who == end.node else 'read'} {short_type(end.type)} on {end.topic}"

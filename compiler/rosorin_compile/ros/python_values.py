@@ -126,7 +126,6 @@ def constants(tree: ast.AST, names: Names = MappingProxyType({})) -> dict[str, A
 
 
 def _defaults(nodes: Sequence[ast.AST], names: Names) -> dict[str, Any]:
-    """Return the default values of the launch arguments that are declared, each once; no name of Python begins so."""
     found: dict[str, Any] = {}
     declared = Counter[str]()
     for node in nodes:
@@ -140,7 +139,6 @@ def _defaults(nodes: Sequence[ast.AST], names: Names) -> dict[str, Any]:
 
 
 def _assigned(node: ast.AST) -> Iterator[tuple[ast.expr, ast.expr]]:
-    """Yield what a node assigns to, and the value."""
     if isinstance(node, ast.Assign):
         yield from ((target, node.value) for target in node.targets)
     elif isinstance(node, ast.AnnAssign) and node.value is not None:
@@ -148,7 +146,6 @@ def _assigned(node: ast.AST) -> Iterator[tuple[ast.expr, ast.expr]]:
 
 
 def _changed(node: ast.AST) -> Iterator[str]:
-    """Yield the name whose list or table a node changes: ``name.append(...)``, ``name[0] = ...``."""
     changed: ast.expr | None = None
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in _CHANGES:
         changed = node.func.value

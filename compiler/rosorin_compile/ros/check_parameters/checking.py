@@ -140,14 +140,12 @@ def look(case: Case, asked: ParameterFiles) -> CheckedParameters:
 
 
 def _none(files: Sequence[Sequence[Section]], path: Path) -> Diagnostic:
-    """Return that files have no controllers."""
     help = f"{MANAGER}: {{ros__parameters: {{NAME: {{type: TYPE}}}}}}"
     first = next((section.span for sections in files for section in sections), Span(Source(str(path), ""), 1, 1))
     return error("controllers-none", "no controller stands here: nothing says the type of one", first, help)
 
 
 def _of_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the keys and values of a node, and with those of a controller for this robot."""
     wrong = of_type(node.shown, node.type, distribution) if node.type else None
     if wrong is not None:
         yield wrong.at(node.said)
@@ -172,12 +170,10 @@ def _of_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
 
 
 def _drive(case: Case, rule: str) -> list[Related]:
-    """Return where the robot says of its drive what a file says otherwise."""
     return [case.related("the drive of the robot", ("drive",), key=True)] if rule == "controller-differs" else []
 
 
 def _distribution(case: Case) -> str:
-    """Return the distribution that the outputs of a robot are for, if they agree on one; else none."""
     said = {str(one.options["distribution"]) for one in case.robot.outputs if "distribution" in one.options}
     return said.pop() if len(said) == 1 else ""
 
@@ -196,7 +192,6 @@ def _read(paths: Iterable[Path], told: list[Diagnostic]) -> list[list[Section]]:
 
 
 def _judged(case: Case, nodes: Sequence[Node]) -> tuple[int, list[str]]:
-    """Return how many edges of nodes were judged, and the names of the publishers that are in no file."""
     publishers = case.robot.publishers
     judged, absent = 0, []
     for edge in case.robot.edges:
@@ -232,7 +227,6 @@ class Driven(NamedTuple):
 
 
 def _unheard(nodes: Sequence[Node], remaps: Sequence[Remap]) -> Iterator[Diagnostic]:
-    """Yield the odometry that nodes listen to and nobody publishes; nothing where no controller drives."""
     sources = [
         Driven(node, topic(odometry, node.namespace, node.name, remaps))
         for node in nodes
@@ -249,7 +243,6 @@ def _unheard(nodes: Sequence[Node], remaps: Sequence[Remap]) -> Iterator[Diagnos
 
 
 def _heard(node: Node) -> Iterator[tuple[str, Setting]]:
-    """Yield the keys of a node that say which odometry it listens to."""
     keys = [key for key in node.parameters if _INPUT.fullmatch(key)]
     if node.kind is not None and _KEY in node.kind.keys:
         keys.append(_KEY)

@@ -114,7 +114,6 @@ def _python(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
 
 
 def _of_call(call: ast.Call, names: Mapping[str, Any]) -> Iterator[Remap]:
-    """Yield the remaps of a node that Python starts. Raises Unknown."""
     given = {word.arg: word.value for word in call.keywords if word.arg}
     node = ""
     for key in ("name", "executable"):
@@ -140,12 +139,10 @@ def _text(node: ast.expr, names: Mapping[str, Any]) -> str:
 
 
 def _words(node: ast.expr | None, names: Mapping[str, Any]) -> list[str]:
-    """Return the texts of a list of arguments, those that are plain."""
     return [_text(item, names) for item in node.elts] if isinstance(node, (ast.List, ast.Tuple)) else []
 
 
 def _of_arguments(words: list[str], node: str) -> Iterator[Remap]:
-    """Yield the remaps of a command line: -r FROM:=TO, also within the text behind --controller-ros-args."""
     for flag, word in pairwise(words):
         if flag in _FLAGS and (remap := of_word(word)) is not None:
             yield remap if remap.node else remap._replace(node=node)
@@ -197,7 +194,6 @@ def _yaml(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
 def _take(
     name: str, rows: Iterable[tuple[str, str, Span]], args: str, found: list[Remap], told: list[Diagnostic]
 ) -> None:
-    """Take the remaps of a node of a launch file in XML or YAML."""
     node = "" if name in _HOSTS else name
     for source, to, span in rows:
         if re.search(r"\$\(", source + to):
@@ -214,7 +210,6 @@ def _take(
 
 
 def _maps(tree: Any) -> Iterator[Any]:
-    """Yield every mapping of a tree."""
     if isinstance(tree, dict):
         yield tree
     for child in tree.values() if isinstance(tree, dict) else tree if isinstance(tree, list) else ():

@@ -34,10 +34,7 @@ FORMAT = Format(
             "minimum": 1,
             "description": "How often the controller_manager updates its controllers, in Hz; default 100.",
         },
-        "manager": {
-            "type": "object",
-            "description": "Other parameters of the controller_manager, in its words.",
-        },
+        "manager": {"type": "object", "description": "Other parameters of the controller_manager, in its words."},
         "namespace": {
             "type": "string",
             "description": "Namespace of the controller_manager and its controllers; default: none.",

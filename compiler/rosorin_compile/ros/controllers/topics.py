@@ -57,7 +57,6 @@ def drivers(robot: Robot) -> list[Driver]:
 
 
 def _is_whole(robot: Robot) -> bool:
-    """Say whether the drive names what is there; rules tell where it does not."""
     drive = robot.drive
     if drive is None:
         return True

@@ -78,7 +78,6 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
 
 
 def _packages() -> set[str]:
-    """Return the packages whose types are all known, by their own names and as types begin."""
     every = plugins("")
     return {*every.values(), *(plugin.partition("/")[0] for plugin in every)}
 

@@ -54,10 +54,7 @@ FORMAT = Format(
             "type": "string",
             "description": "The frame of the odometry, where the description has several.",
         },
-        "map_frame": {
-            "type": "string",
-            "description": "The frame of the map, where the description has several.",
-        },
+        "map_frame": {"type": "string", "description": "The frame of the map, where the description has several."},
         "clearance": {
             "type": "number",
             "x-unit": "m",

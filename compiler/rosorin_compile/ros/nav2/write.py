@@ -141,7 +141,6 @@ def _base(robot: Robot, base: str, frames: Frames) -> Iterator[Found]:
 
 
 def _owners(robot: Robot, frames: Frames) -> Iterator[Found]:
-    """Yield edges of AMCL and slam_toolbox that these do not publish."""
     for publisher in robot.publishers:
         if kind_of(publisher) in (AMCL, SLAM):
             for lead in frames.owned(publisher):
@@ -153,7 +152,6 @@ def _owners(robot: Robot, frames: Frames) -> Iterator[Found]:
 
 
 def _unheard(robot: Robot, output: Output) -> Iterator[Found]:
-    """Yield the controllers of the drive that do not understand Nav2 of Humble, which sends Twist alone."""
     for driver in drivers(robot) if asked(output) == HUMBLE else ():
         if driver.stamped:
             message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {title(HUMBLE)} sends Twist'
@@ -195,7 +193,6 @@ def measured(robot: Robot, output: Output, made: Basics) -> tuple[Measured | Non
 
 
 def _unmeasured(robot: Robot, unknown: Sequence[str]) -> Diagnostic:
-    """Return that nobody knows how large a robot is: it has no collision shapes, or links with meshes unread."""
     left = "footprint and heights are left out"
     if not unknown:
         message = f"no link of the robot has a collision shape: {left}"
@@ -221,19 +218,16 @@ def _heights(robot: Robot, output: Output, made: Basics, outline: Footprint) -> 
 
 
 def _above(robot: Robot, made: Basics, name: str) -> float:
-    """Return how high a sensor is over the frame that the odometry moves (m)."""
     frame = next(sensor.frame for sensor in robot.sensors if sensor.name == name)
     return robot.transform(made.frames.moved, frame, made.positions).xyz[2]
 
 
 def _lidars(robot: Robot, output: Output) -> list[str]:
-    """Return the lidars of one plane among the observation sources."""
     named = {source["sensor"] for source in sources_of(robot, output).values()}
     return [sensor.name for sensor in robot.sensors if sensor.type == PLANAR and sensor.name in named]
 
 
 def _sources(robot: Robot, output: Output) -> Iterator[Found]:
-    """Yield what is wrong with the observation sources."""
     sensors = {sensor.name: sensor for sensor in robot.sensors}
     for name, source in (output.options.get("sources") or {}).items():
         sensor, path = sensors.get(source["sensor"]), ("sources", name, "sensor")
@@ -287,7 +281,6 @@ def view(robot: Robot, output: Output) -> Parameters:
 
 
 def _nodes(robot: Robot, output: Output, made: Basics, size: Measured | None) -> Iterator[Node]:
-    """Yield the nodes of Nav2, by the names that nav2_bringup gives them."""
     frames, base = made.frames, {"robot_base_frame": made.base}
     costmaps = {LOCAL: frames.odom, **({GLOBAL: frames.map} if frames.map else {})}
     for name, frame in costmaps.items():
@@ -305,7 +298,6 @@ def _nodes(robot: Robot, output: Output, made: Basics, size: Measured | None) ->
 
 
 def _servers(output: Output, made: Basics) -> dict[str, dict[str, Any]]:
-    """Return the frames of the servers of Nav2, as many as a distribution has of them."""
     frames, base = made.frames, {"robot_base_frame": made.base}
     found: dict[str, dict[str, Any]] = {}
     if frames.map:
@@ -325,7 +317,6 @@ def _servers(output: Output, made: Basics) -> dict[str, dict[str, Any]]:
 
 
 def _way_of_velocities(robot: Robot, output: Output, frames: Frames) -> dict[str, dict[str, Any]]:
-    """Return the topic of the odometry, and the messages and limits of velocities, by the servers that have them."""
     distribution, driving, odometry = asked(output), drivers(robot), _odometry(robot, frames)
     found: dict[str, dict[str, Any]] = {}
     for port in ports(distribution, role=ODOMETRY, direction=IN, group="nav2") if odometry else ():
@@ -340,7 +331,6 @@ def _way_of_velocities(robot: Robot, output: Output, frames: Frames) -> dict[str
 
 
 def _sideways(distribution: str) -> dict[str, dict[str, Any]]:
-    """Return the limits with which Nav2 lets a base go sideways as fast as forwards."""
     (ahead, turning), (push, twist) = _SPEEDS.get(distribution, _SPEEDS[JAZZY]), _ACCELERATIONS
     smoother = {"max_velocity": [ahead, ahead, turning], "min_velocity": [-ahead, -ahead, -turning]}
     smoother |= {"max_accel": [push, push, twist], "max_decel": [-push, -push, -twist]}
@@ -352,7 +342,6 @@ def _sideways(distribution: str) -> dict[str, dict[str, Any]]:
 
 
 def _odometry(robot: Robot, frames: Frames) -> str:
-    """Return the topic of the odometry: that of the filter or the controller which moves the base; else nothing."""
 
     def topics(publisher: Publisher) -> Iterator[str]:
         if kind_of(publisher) == FILTER:
@@ -370,7 +359,6 @@ def _owns(robot: Robot, driver: Driver, publisher: Publisher) -> bool:
 
 
 def _outline(output: Output, size: Measured | None) -> dict[str, Any]:
-    """Return the keys of the footprint. A footprint wins over a radius, which is for where it cannot be read."""
     if size is None:
         return {}
     around = size.outline.circumscribed / math.cos(math.pi / _CORNERS_OF_CIRCLE)
@@ -381,7 +369,6 @@ def _outline(output: Output, size: Measured | None) -> dict[str, Any]:
 
 
 def _band(place: str, size: Measured | None, clearance: float = 0.0) -> dict[str, float]:
-    """Return the keys of the heights of a layer, or of a source of one that sees nothing up to a clearance (m)."""
     if size is None:
         return {}
     heights = {"min_obstacle_height": _round(size.heights[0] + clearance), "max_obstacle_height": size.heights[1]}
@@ -421,12 +408,10 @@ def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
 
 
 def _stands_in(output: Output, sensor: Sensor) -> bool:
-    """Return True if a sensor sees the floor as points, and nothing gives the height up to which it is free."""
     return short_type(message_of_sensor(sensor.type)) == "PointCloud2" and "clearance" not in output.options
 
 
 def _seen(robot: Robot, output: Output, layer: str, size: Measured | None) -> Iterator[tuple[str, Any]]:
-    """Yield the keys of the observation sources of a layer."""
     sources = sources_of(robot, output)
     sensors: dict[str, Sensor] = {sensor.name: sensor for sensor in robot.sensors}
     if sources:
@@ -442,7 +427,6 @@ def _seen(robot: Robot, output: Output, layer: str, size: Measured | None) -> It
 
 
 def _monitored(robot: Robot, output: Output, made: Basics, size: Measured | None) -> dict[str, Any]:
-    """Return the sources of the collision_monitor: it stops the robot while one of them is silent."""
     sources, sensors = sources_of(robot, output), {sensor.name: sensor for sensor in robot.sensors}
     values: dict[str, Any] = {}
     for port in ports(asked(output), node="collision_monitor", role=OBSTACLES) if sources else ():

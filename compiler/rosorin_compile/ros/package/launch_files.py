@@ -138,12 +138,10 @@ def check(robot: Robot, source: Source, call: Call) -> Iterator[Diagnostic]:
 
 
 def _owners(robot: Robot, joint: Joint) -> tuple[Publisher, ...]:
-    """Return who publishes a joint: one, or those who take turns by mode."""
     return tuple(edge.publisher for edge in robot.turns.get(joint.name, ())) or (joint.publisher,)
 
 
 def _beginning(source: Source, line: int) -> Span:
-    """Return the first word of a line as a place."""
     text = source.line(line)
     word = re.match(r"\s*(<?[\w.]*)", text)
     start, end = word.span(1) if word else (0, 1)
@@ -175,7 +173,6 @@ def _named(owner: Publisher) -> str:
 
 
 def _compared(joint: Joint, static: Understood, span: Span) -> Iterator[Diagnostic]:
-    """Yield one diagnostic for all that differs between a launch file and a joint."""
     parts = [f"parent {static.parent} -> {joint.parent}"] if static.parent != joint.parent else []
     meant = joint.origin.transform()
     for flag, here, there in zip(_XYZ, static.transform.xyz, meant.xyz, strict=True):
@@ -255,7 +252,6 @@ def _python(_: str, text: str) -> Iterator[Call]:
 
 
 def _nodes(tree: ast.Module) -> Iterator[tuple[ast.Call, ast.FunctionDef | None]]:
-    """Yield every call of a program with the function around it."""
     waiting: deque[tuple[ast.AST, ast.FunctionDef | None]] = deque([(tree, None)])
     while waiting:
         node, function = waiting.popleft()
@@ -299,13 +295,11 @@ def _parameters(function: ast.FunctionDef) -> set[str]:
 
 
 def _inside(function: ast.FunctionDef, names: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``names`` as a function has them whoever calls it: without its parameters, with its own constants."""
     taken = _parameters(function)
     return constants(function, {name: known for name, known in names.items() if name not in taken})
 
 
 def _bound(function: ast.FunctionDef, call: ast.Call, names: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``names`` as they are inside a function: its parameters have the plain values of a call, or no value."""
     parameters = [argument.arg for argument in (*function.args.posonlyargs, *function.args.args)]
     expressions: dict[str, ast.expr] = {}
     defaults = function.args.defaults
@@ -359,7 +353,6 @@ def _yaml(name: str, text: str) -> Iterator[Call]:
 
 
 def _maps(tree: Any) -> Iterator[Any]:
-    """Yield every mapping of a tree."""
     if isinstance(tree, dict):
         yield tree
     for child in tree.values() if isinstance(tree, dict) else tree if isinstance(tree, list) else ():

@@ -30,10 +30,7 @@ FORMAT = Format(
             "type": "string",
             "description": "The frame of the odometry, where the description has several.",
         },
-        "map_frame": {
-            "type": "string",
-            "description": "The frame of the map, where the description has several.",
-        },
+        "map_frame": {"type": "string", "description": "The frame of the map, where the description has several."},
         "two_d_mode": {
             "type": "boolean",
             "description": "Whether the robot is taken to stay in a plane; default: true, if it has a drive.",
@@ -56,10 +53,7 @@ FORMAT = Format(
                         "minLength": 1,
                         "description": "The topic; default: that of the sensor, if it has one.",
                     },
-                    "sensor": {
-                        "type": "string",
-                        "description": "The IMU, by its name; default: the only one.",
-                    },
+                    "sensor": {"type": "string", "description": "The IMU, by its name; default: the only one."},
                     "uses": {
                         "type": "array",
                         "items": {"enum": list(write.STATES)},

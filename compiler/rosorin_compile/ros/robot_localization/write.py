@@ -54,22 +54,14 @@ RULES = (
 )
 
 # What a filter estimates, in the order of its fifteen booleans (robot_localization: filter_common.hpp).
-STATES = (
-    *("x", "y", "z", "roll", "pitch", "yaw"),
-    *("vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az"),
-)
+STATES = (*("x", "y", "z", "roll", "pitch", "yaw"), *("vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az"))
 
 _PACKAGE = "robot_localization"
 _USUAL = "ekf_filter_node"
 _NAME = re.compile(r"(odom|pose|twist|imu)(0|[1-9]\d*)")
 _POSE, _TWIST, _ACCELERATION = STATES[:6], STATES[6:12], STATES[12:]
 # What the messages have that an input takes (nav_msgs/Odometry, geometry_msgs, sensor_msgs/Imu).
-_HAVE = {
-    "odom": (*_POSE, *_TWIST),
-    "pose": _POSE,
-    "twist": _TWIST,
-    "imu": (*_POSE[3:], *_TWIST[3:], *_ACCELERATION),
-}
+_HAVE = {"odom": (*_POSE, *_TWIST), "pose": _POSE, "twist": _TWIST, "imu": (*_POSE[3:], *_TWIST[3:], *_ACCELERATION)}
 _COPIED = ("differential", "relative", "queue_size", "remove_gravitational_acceleration")
 _MISSING = {"twist": ("differential", "relative")}  # what some inputs have not
 _NEAR = 1e-3  # m
@@ -119,7 +111,6 @@ def filter_of(robot: Robot, output: Output, frames: Frames) -> tuple[Filter | No
 
 
 def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
-    """Yield what is wrong with the inputs."""
     inputs: Mapping[str, Mapping[str, Any]] = output.options.get("inputs") or {}
     if not inputs:
         message = "the filter has no inputs: it estimates nothing"
@@ -147,7 +138,6 @@ def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
 
 
 def _published(robot: Robot, name: str, kind: str, one: Mapping[str, Any]) -> Iterator[Found]:
-    """Yield that an odometry is taken from a topic below a controller that publishes another one."""
     driving = drivers(robot) if kind == "odom" else []
     # In a namespace a controller is known by its own name, too: that is what people write.
     named = ((name, driver) for driver in driving for name in (driver.name, driver.topic("").strip("/")))
@@ -160,7 +150,6 @@ def _published(robot: Robot, name: str, kind: str, one: Mapping[str, Any]) -> It
 
 
 def _sensor(robot: Robot, name: str, one: Mapping[str, Any]) -> Iterator[Found]:
-    """Yield what is wrong with the sensor that an input names."""
     named = one.get("sensor")
     known = {sensor.name: sensor for sensor in robot.sensors if sensor.type == "imu"}
     if named is None or named in known:
@@ -172,7 +161,6 @@ def _sensor(robot: Robot, name: str, one: Mapping[str, Any]) -> Iterator[Found]:
 
 
 def _uses(robot: Robot, name: str, kind: str, one: Mapping[str, Any], base: str) -> Iterator[Found]:
-    """Yield what is wrong with what of an input is used."""
     path = ("inputs", name)
     for index, state in enumerate(one.get("uses", ())):
         if state not in _HAVE[kind]:
@@ -204,7 +192,6 @@ def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
 
 
 def _at_axle(robot: Robot, base: str) -> bool:
-    """Say whether a frame is on the axle that is not steered, of a base that cannot go sideways."""
     try:
         driving = driving_of(robot)
     except (ValueError, KeyError):  # which the rules about drives tell

@@ -8,15 +8,7 @@ from typing import Any
 from rosorin_compile.language.lower.records import Problem, record_of, vector_of
 from rosorin_compile.model import DisabledCollision
 from rosorin_compile.model.sections import Section
-from rosorin_compile.ros.moveit import (
-    Ball,
-    CollisionMatrix,
-    CollisionSearch,
-    EndEffector,
-    Group,
-    Moveit,
-    VirtualJoint,
-)
+from rosorin_compile.ros.moveit import Ball, CollisionMatrix, CollisionSearch, EndEffector, Group, Moveit, VirtualJoint
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import exact

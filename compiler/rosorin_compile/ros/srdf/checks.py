@@ -128,7 +128,6 @@ def _own_joints(planning: Planning, group: Group) -> list[str]:
 
 
 def _not_in_urdf(case: Case, planning: Planning) -> Iterator[Diagnostic]:
-    """Yield names of links and joints that the robot has, and the URDF has not."""
     for kind, name, path in _named(case):
         there, in_urdf = _there(case, kind), planning.links if kind == "link" else planning.joints
         if name in there and name not in in_urdf:
@@ -138,7 +137,6 @@ def _not_in_urdf(case: Case, planning: Planning) -> Iterator[Diagnostic]:
 
 
 def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
-    """Yield groups that have themselves in them, or have nothing in them."""
     told: set[str] = set()
     for group in planning.said.groups:
         path: Path = (_TOP, "groups", group.name)
@@ -163,7 +161,6 @@ def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
 
 
 def _is_above(case: Case, link: str, other: str) -> bool:
-    """Say whether another link hangs on a link, by joints of which one moves."""
     robot = case.robot
     if not (link in robot.link and other in robot.link and case.robot.is_tree):
         return False
@@ -173,7 +170,6 @@ def _is_above(case: Case, link: str, other: str) -> bool:
 
 
 def _circle(planning: Planning, group: Group) -> list[str]:
-    """Return the groups that lead from one back to itself; none if they do not."""
     waiting = [[group.name]]
     seen: set[str] = set()
     while waiting:
@@ -188,7 +184,6 @@ def _circle(planning: Planning, group: Group) -> list[str]:
 
 
 def _is_sound(planning: Planning, group: Group) -> bool:
-    """Say whether all that a group names is there, so that what it has is known."""
     links = (*(group.chain or ()), *group.links)
     return (
         planning.links.issuperset(links)
@@ -198,7 +193,6 @@ def _is_sound(planning: Planning, group: Group) -> bool:
 
 
 def _states(case: Case, planning: Planning) -> Iterator[Diagnostic]:
-    """Yield states that place nothing, and poses that hardly miss to be one."""
     poses = {pose.name: pose for pose in case.robot.poses}
     used = {pose.name for group in planning.said.groups for pose in planning.states(group).values()}
     for group in planning.said.groups:
@@ -218,7 +212,6 @@ def _states(case: Case, planning: Planning) -> Iterator[Diagnostic]:
 
 
 def _nearly(case: Case, planning: Planning, group: Group, pose: str, positions: Iterable[str]) -> list[Diagnostic]:
-    """Return a note on a pose that names more than half of the joints of a group, and not all."""
     active = planning.active(group)
     missing = [joint for joint in active if joint not in positions]
     if not missing or 2 * len(missing) >= len(active):
@@ -250,13 +243,11 @@ def _end_effector(case: Case, planning: Planning, one: EndEffector) -> Iterator[
 
 
 def _has_unknown(case: Case, group: str) -> bool:
-    """Say whether a group names a link or a joint that the robot does not have, which is told."""
     named = ((kind, name) for kind, name, path in _named(case) if path[1:3] == ("groups", group))
     return any(name not in _there(case, kind) for kind, name in named)
 
 
 def _named(case: Case) -> Iterator[tuple[str, str, Path]]:
-    """Yield the links, then the joints that are named for MoveIt, each after its kind, with its path."""
     for kind in ("link", "joint"):
         yield from ((kind, one.name, one.path) for one in case.mentions(kind) if one.path[0] == "moveit")
 
@@ -318,7 +309,6 @@ def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnost
 
 
 def _unknown_in_pairs(case: Case, within: Path) -> Iterator[Diagnostic]:
-    """Yield the links of pairs that the robot does not have: somebody has changed what was computed."""
     for index, pair in enumerate(at(case.tree, within) or ()):
         for side, name in enumerate(pair["links"]):
             if name not in case.robot.link:

@@ -11,14 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Joined, Opened, Placed
-from rosorin_compile.formats.urdf.reading import (
-    ANGLES,
-    LENGTHS,
-    PLAIN,
-    Reading,
-    number_of,
-    numbers,
-)
+from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, PLAIN, Reading, number_of, numbers
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import DisabledCollision, Output, Robot, Transform
 from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
@@ -127,7 +120,6 @@ class _Joining:
                 self._each(root, tag, getattr(self, tag))
 
     def _known(self, element: Element) -> None:
-        """Look for misspelt words in an element, and for what MoveIt passes over."""
         tags = _INSIDE.get(element.tag, ())
         self.reading.check(element, tags, _KNOWN[element.tag], None)
         for child in element.children:
@@ -231,7 +223,6 @@ class _Joining:
             entry.setdefault("joints", []).extend(Placed(joint.name, element.span) for joint in joints)
 
     def _settle_groups(self) -> None:
-        """Leave out the groups that MoveIt does not make: of a group that there is not, or without a joint."""
         left = True
         while left:
             model = {name: _group(name, entry) for name, entry in self.groups.items()}
@@ -284,7 +275,6 @@ class _Joining:
         self.states[group.value][name.value] = state
 
     def _placed(self, state: _State, name: Placed, element: Element) -> _State:
-        """Return a state with one joint more."""
         value = element.attributes["value"]
         joint = self.robot.joint.get(name.value)
         if joint is None:
@@ -323,7 +313,6 @@ class _Joining:
         self.named["end_effectors"][name.value] = Placed(entry, element.span)
 
     def _may_carry(self, element: Element, parent: str, group: str, above: str) -> bool:
-        """Say whether MoveIt takes a parent group; tell it if not."""
         why = ""
         if above not in self.groups:
             why = "there is no such group"
@@ -426,7 +415,6 @@ class _Joining:
         return made
 
     def _together(self, several: list[tuple[str, _State]]) -> _State | None:
-        """Return one state for several of one name; None if a group would be put elsewhere by it."""
         positions: dict[str, Placed] = {}
         for _, state in several:
             positions |= state.positions
@@ -462,14 +450,12 @@ class _Joining:
 
 
 def _group(name: str, entry: Entry) -> Group:
-    """Return a group as the model has it."""
     chain = entry["chain"].value if "chain" in entry else None
     joints, links, groups = (tuple(one.value for one in entry.get(key, ())) for key in ("joints", "links", "groups"))
     return Group(name, chain and (chain["base"].value, chain["tip"].value), joints, links, groups)
 
 
 def _unsatisfied(groups: Mapping[str, Group]) -> list[str]:
-    """Return the groups that have a group that there is not, or that is among its own groups."""
     known: set[str] = set()
     while True:
         more = {name for name, group in groups.items() if name not in known and known.issuperset(group.groups)}
@@ -479,7 +465,6 @@ def _unsatisfied(groups: Mapping[str, Group]) -> list[str]:
 
 
 def _base(found: list[float]) -> Entry:
-    """Return where the numbers of a virtual joint put the base (see ``write``)."""
     if len(found) == 3:
         x, y, theta = found
         return {"xyz": [x, y, 0.0], "rpy": [0.0, 0.0, theta]}

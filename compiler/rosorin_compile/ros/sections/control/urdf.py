@@ -100,13 +100,11 @@ class _Writer:
 
     @staticmethod
     def _limited(joint: Joint, interface: Interface, limits: bool) -> Interface:
-        """Return a command with the limits of its joint, where it says none itself."""
         low, high = joint.limits_of(interface.name) if limits else (None, None)
         low, high = (own if own is not None else of for own, of in ((interface.low, low), (interface.high, high)))
         return replace(interface, low=low, high=high)
 
     def _started(self, block: Block, joint: Joint, interface: Interface) -> Interface:
-        """Return a state with the value that the pose of the block has for its joint."""
         if interface.name != POSITION or interface.initial is not None or not block.pose:
             return interface
         return replace(interface, initial=self.robot.position(joint, self.robot.positions(block.pose)))

@@ -77,6 +77,7 @@ if TYPE_CHECKING:
     from rosorin_compile.mujoco.simulate.simulation import Simulated
     from rosorin_compile.recordings.results import Verified
     from rosorin_compile.ros.check_parameters.checking import CheckedParameters
+    from rosorin_compile.ros.graph import RobotGraph
     from rosorin_compile.ros.package.checking import CheckedCopies
     from rosorin_compile.ros.package.deploy import Deployed
     from rosorin_compile.ros.package.package import WrittenPackage
@@ -438,6 +439,27 @@ def frames(
         found = frame_trees.draw_frames(case.robot, shown, os.fsdecode(output), force)
     else:
         found = frame_trees.frames(case.robot, chosen, frame, publisher)
+    return replace(found, diagnostics=(*diagnostics, *found.diagnostics))
+
+
+def graph(
+    robot: FilePath | Request, arguments: Values = None, packages: Packages = None, *, trust: bool = False
+) -> RobotGraph:
+    """Return the ROS 2 nodes that a package of a robot starts, and the topics between them.
+
+    Topics that a node reads and nothing publishes are diagnostics.
+
+    Example:
+        >>> import rosorin_compile
+        >>> [topic.type for topic in rosorin_compile.graph("rosorin").topics if topic.topic == "/scan"]
+        ['sensor_msgs/msg/LaserScan']
+    """
+    from rosorin_compile.ros.graph import RobotGraph, robot_graph
+
+    case, diagnostics = _case(Request.of(robot, arguments, packages, trust=trust))
+    if case is None:
+        return RobotGraph(diagnostics=diagnostics)
+    found = robot_graph(case.robot)
     return replace(found, diagnostics=(*diagnostics, *found.diagnostics))
 
 

@@ -40,6 +40,7 @@ COMMANDS = (
     Entry("explain", "explain", _INSPECT, "print the pose of a frame and the lines of YAML that define it", 10),
     Entry("tf", "tf", _INSPECT, "print the transform between two frames, in the format of tf2_echo", 20),
     Entry("frames", "frames", _INSPECT, "show the tree of frames with their publishers", 30),
+    Entry("graph", "graph", _INSPECT, "show the ROS 2 nodes of the robot and the topics between them", 35),
     Entry("view", "view", _INSPECT, "show the robot in the browser and update it when files change", 40),
     Entry("picture", "picture", _INSPECT, "draw the robot to a PNG file, without a browser", 50),
     Entry("simulate", "simulate", _INSPECT, "test the robot in MuJoCo: at rest, in its poses and driving", 60),

@@ -8,7 +8,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
+from xml.sax.saxutils import escape
 
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, listed
@@ -215,7 +216,8 @@ def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
         if found is not None:
             yield found
     for end in made.published:
-        if end.port.role == VELOCITY and CONTROL in made.starts and not made.readers(end):
+        known = end.topic in {topic for topic, _ in told}
+        if end.port.role == VELOCITY and CONTROL in made.starts and not known and not made.readers(end):
             message = f"{end.node} sends {short_type(end.type)} on {end.topic}, and no node of the package takes that"
             help = "give the controllers and nav2 the same distribution, and the package a controller of the drive"
             yield error("package-open", f"{message}: the robot does not move", None, help)
@@ -259,3 +261,84 @@ def _open(robot: Robot, made: Graph, end: End, others: Sequence[End]) -> Diagnos
 def _external(who: str, what: str, symptom: str, help: str) -> Diagnostic:
     message = f"{who} {what}, which no node of the package publishes: without it, {symptom}"
     return Diagnostic("package-external", NOTE, message, help=help)
+
+
+_NODE, _OUTSIDE, _TOPIC, _OPEN = "#d6e4f5", "#d7e8d4", "#fff3c4", "#f4c7c3"  # fills of the drawing
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A topic of the graph of a robot, with the nodes at its ends."""
+
+    topic: str
+    type: str
+    published_by: tuple[str, ...]
+    read_by: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class RobotGraph:
+    """The nodes that a robot needs and the topics between them; ``robot`` is empty if the description has errors."""
+
+    robot: str = ""
+    nodes: tuple[str, ...] = ()
+    drivers: Annotated[tuple[str, ...], "nodes outside of the package, such as drivers of sensors"] = ()
+    topics: tuple[Topic, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
+
+    def text(self) -> str:
+        """Return the graph as text: each topic with its type, and the nodes before and behind it."""
+        lines = []
+        for one in self.topics:
+            lines += [f"{one.topic}  {one.type}"]
+            lines += [f"  {', '.join(one.published_by) or 'NOBODY'} -> {', '.join(one.read_by) or 'nobody'}"]
+        return "\n".join(lines)
+
+    def svg(self) -> str:
+        """Return the graph as a drawing: publishers on the left, topics in the middle, readers on the right."""
+        left = list(dict.fromkeys(name for one in self.topics for name in one.published_by))
+        right = list(dict.fromkeys(name for one in self.topics for name in one.read_by))
+        rows = [left, [one.topic for one in self.topics], right]
+        places = [{name: 40 + 26 * row for row, name in enumerate(names)} for names in rows]
+        height, (publishing, middle, reading) = 60 + 26 * max(map(len, rows)), places
+        lines = []
+        for one in self.topics:
+            y = middle[one.topic]
+            is_open = bool(one.read_by) and not one.published_by
+            lines += [_line(250, publishing[name], 330, y) for name in one.published_by]
+            lines += [_line(630, y, 710, reading[name]) for name in one.read_by]
+            lines.append(
+                _box(330, y, 300, f"{one.topic} ({short_type(one.type)})", "#f4c7c3" if is_open else "#fff3c4")
+            )
+        lines += [
+            _box(10, y, 240, name, "#d7e8d4" if name in self.drivers else "#d6e4f5") for name, y in publishing.items()
+        ]
+        lines += [_box(710, y, 240, name, "#d6e4f5") for name, y in reading.items()]
+        head = f'<svg xmlns="http://www.w3.org/2000/svg" width="960" height="{height}" font-family="sans-serif" '
+        return "\n".join([f'{head}font-size="11">', f"<title>{escape(self.robot)}</title>", *lines, "</svg>"]) + "\n"
+
+
+def _line(x1: int, y1: int, x2: int, y2: int) -> str:
+    return f'<line x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}" stroke="#666"/>'
+
+
+def _box(x: int, y: int, width: int, text: str, fill: str) -> str:
+    box = f'<rect x="{x}" y="{y - 10}" width="{width}" height="20" rx="4" fill="{fill}" stroke="#888"/>'
+    return f'{box}<text x="{x + 6}" y="{y + 4}">{escape(text)}</text>'
+
+
+def robot_graph(robot: Robot) -> RobotGraph:
+    """Return the graph of all that a package of a robot can start, with its open ends as diagnostics."""
+    backends = {output.backend for output in robot.outputs}
+    starts = [CONTROL] if "controllers" in backends else []
+    starts += [MOVEIT] if "srdf" in backends else []
+    starts += [NAV2] if backends & {NAV2, "robot_localization"} else []
+    made = graph_of(robot, starts)
+    found: dict[tuple[str, str], tuple[list[str], list[str]]] = {}
+    for index, ends in enumerate((made.published, made.read)):
+        for end in ends:
+            found.setdefault((end.topic, end.type), ([], []))[index].append(end.node)
+    topics = [Topic(*key, *(tuple(dict.fromkeys(names)) for names in both)) for key, both in sorted(found.items())]
+    nodes, drivers_ = ([name for name, kind in made.nodes.items() if kind == each] for each in (NODE, DRIVER))
+    diagnostics = tuple(open_ends(robot, made))
+    return RobotGraph(robot.name, tuple(nodes), tuple(drivers_), tuple(topics), diagnostics)

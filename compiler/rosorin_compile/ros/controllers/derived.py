@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from itertools import takewhile
 from typing import Any, NamedTuple
 
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Controller, Edge, Joint, Robot
+from rosorin_compile.model import Controller, Edge, Robot
 from rosorin_compile.model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, OMNI, TRICYCLE, Driving, Wheel, driving_of
 from rosorin_compile.ros.sections.control.hardware import EFFORT, JOINT_WORDS, POSITION, VELOCITY
 
@@ -77,13 +77,6 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> Derived:
 def _has_positions(robot: Robot, wheels: list[str]) -> bool:
     states = [one.states for block in robot.control for one in block.joints if one.name in wheels]
     return not states or any(POSITION in words for words in states) or not all(VELOCITY in words for words in states)
-
-
-def unmeasured_joints(robot: Robot) -> list[Joint]:
-    """Return the moving joints of robot_state_publisher that no hardware block has the position of, if any has one."""
-    measured = {one.name for block in robot.control for one in block.joints if POSITION in one.states}
-    joints = robot.published_by(ROBOT_STATE_PUBLISHER) if measured else []
-    return [one for one in joints if one.moves and one.mimic is None and one.name not in measured]
 
 
 def _short(value: Any) -> Any:

@@ -18,7 +18,7 @@ from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
 from ..parameters.tables import MANAGER, manager
 from .checking import against_robot, claims, frames_of, missing
-from .derived import owned, unmeasured_joints
+from .derived import owned
 from .filled import Filled, filled, managed
 from .types import full, of_type
 
@@ -130,7 +130,7 @@ def _joint_states(case: Case) -> Iterator[Diagnostic]:
 
 
 def _motionless(case: Case) -> Iterator[Diagnostic]:
-    for joint in unmeasured_joints(case.robot):
+    for joint in case.robot.unmeasured_joints:
         message = f'nobody publishes the position of joint "{joint.name}", which no hardware block has: '
         message += f'"{joint.child}" has no transform, and MoveIt waits for a complete state'
         help = (

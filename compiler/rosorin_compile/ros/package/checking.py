@@ -19,11 +19,12 @@ from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.rule_registry import Heading, Rule
 
+from ..launch_reader import LaunchError
 from . import launch_files as static_check
 from . import options as mapping
 from .carrying import Carried, described
 from .copies import Difference, copies, difference, forms
-from .launch_files import PUBLISHER, Unreadable, calls
+from .launch_files import PUBLISHER, calls
 from .options import NOWHERE, STAMP, Options, stored_options
 from .package import make
 from .starting import LAUNCH, STATICS
@@ -248,7 +249,7 @@ def launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: Sequenc
         source = Source(str(folder / name), data.decode("utf-8", "replace"))
         try:
             found = calls(name, source.text)
-        except Unreadable as problem:
+        except LaunchError as problem:
             yield Diagnostic("deployed-launch-unread", WARNING, f"{source.path}: {problem}")
             complete = False
             continue

@@ -49,11 +49,17 @@ function unlit() {
 }
 
 /** Open an address in a page of its own, and wait until the robot is drawn, if `ready`; pictures need a `light`. */
-async function open({ url, width = 1280, height = 800, touch = false, dark = false, ready = true, light = false }) {
+async function open({ url, width = 1280, height = 800, touch = false, dark = false, ready = true, light = false, webgl = true }) {
   await page?.close();
   [asked, complaints, lit] = [[], [], light];
   page = await browser.newPage();
   if (!light) await page.evaluateOnNewDocument(unlit);
+  if (!webgl) await page.evaluateOnNewDocument((() => {
+    const get = HTMLCanvasElement.prototype.getContext;
+    HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+      return kind.startsWith("webgl") ? null : get.call(this, kind, ...more);
+    };
+  }));
   page.setDefaultTimeout(PATIENCE);
   page.on("request", (request) => asked.push(request.url().slice(0, 200)));
   page.on("pageerror", (error) => complaints.push(String(error)));
@@ -101,12 +107,27 @@ async function cells({ file }) {
   return { found };
 }
 
+/** Return the pixel in the middle of an element, which is scrolled into view. */
+async function middle(selector) {
+  const found = await page.waitForSelector(selector);
+  await found.scrollIntoView();
+  const { x, y, width, height } = await found.boundingBox();
+  return [x + width / 2, y + height / 2];
+}
+
 const ANSWERS = {
   open,
   cells,
   evaluate: async ({ code }) => ({ found: (await page.evaluate(code)) ?? null }),
   wait: async ({ code }) => void (await page.waitForFunction(code)),
-  click: async ({ at: [x, y] }) => void (await page.mouse.click(x, y)),
+  click: async ({ at, on, count = 1 }) => void (await page.mouse.click(...(at ?? (await middle(on))), { count })),
+  drag: async ({ on, to }) => {
+    await page.mouse.move(...(await middle(on)));
+    await page.mouse.down();
+    await page.mouse.move(...to, { steps: 4 });
+    await page.mouse.up();
+  },
+  type: async ({ text }) => void (await page.keyboard.type(text)),
   press: async ({ key }) => void (await page.keyboard.press(key)),
   picture: async ({ file }) => {
     if (!lit) throw new Error("a page that was opened without light");

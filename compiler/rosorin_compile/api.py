@@ -28,11 +28,10 @@ from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
 from rosorin_compile.compare.precision import printed
 from rosorin_compile.compare.sentences import several
-from rosorin_compile.formats import FORMATS, plugged_diagnostics
+from rosorin_compile.formats import FORMATS, plugged_diagnostics, schema_names, schema_text
 from rosorin_compile.formats.compiled import Compiled, Reading
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.formats.mesh_files import opened_by
-from rosorin_compile.formats.schemas import schema_names, schema_text
 from rosorin_compile.language.arguments import Argument, as_texts, declared, of_api, takes_no_arguments
 from rosorin_compile.language.explain import explain as explain_names
 from rosorin_compile.model import Pose, Robot
@@ -57,12 +56,12 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.project import Description, no_file
-from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, every_rule, find
+from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, find
 from rosorin_compile.source.system import pip_install
 from rosorin_compile.viewer import frames as frame_trees
 from rosorin_compile.viewer.frames import Frames
-from rosorin_compile.viewer.page.write import Page, write_page
 from rosorin_compile.viewer.picture.draw import Look, Picture, draw
+from rosorin_compile.viewer.showing import Page, write_page
 
 from .results import Arguments, Checked, Explained, ModelComparison, Outputs, Pulses, Rules, Transforms, Written
 
@@ -649,10 +648,10 @@ def explain_rules(ids: Sequence[str] = ()) -> Rules:
         'Name one, such as `[0, 0, 1]`.'
     """
     diagnostics = (*plugged().diagnostics, *plugged_diagnostics())
-    known = {**OF_PLUGINS, **(find(ids) if ids else every_rule())}
+    known = {**OF_PLUGINS, **find(ids or None)}
     for id in ids:
         if id not in known:
-            raise UnknownName(f'there is no rule "{id}"; {did_you_mean(id, {**every_rule(), **OF_PLUGINS})}')
+            raise UnknownName(f'there is no rule "{id}"; {did_you_mean(id, {**find(), **OF_PLUGINS})}')
     return Rules(tuple(known[id] for id in dict.fromkeys(ids or sorted(known))), diagnostics)
 
 

@@ -20,7 +20,7 @@ from rosorin_compile.cli.command import (
     robots_argument,
 )
 from rosorin_compile.cli.run import Run, for_each
-from rosorin_compile.formats.format import Artifact, Asked, Format, Opened, Refusal
+from rosorin_compile.formats.format import Artifact, Asked, Format, Opened, Refusal, Unsupported
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.expression.functions import function
 from rosorin_compile.model.sections import Section
@@ -46,7 +46,7 @@ __all__ = [
     "ERROR", "FINE", "NOTE", "PROBLEMS", "WARNING", "Artifact", "Asked", "Case", "Check", "Command",
     "Description", "Diagnostic", "Format", "Heading", "Opened", "Options",
     "Refusal", "Related", "Request", "RequestError", "Rule", "Run", "Section", "Source", "Span",
-    "Templates", "argument", "check", "check_options", "command", "did_you_mean", "error",
+    "Templates", "Unsupported", "argument", "check", "check_options", "command", "did_you_mean", "error",
     "for_each", "function", "give_result", "option", "robot_argument", "robot_options",
     "robots_argument", "rule",
 ]

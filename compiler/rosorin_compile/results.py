@@ -21,8 +21,8 @@ from rosorin_compile.queries import FrameTransform, JointPulse, Servos, Transfor
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, has_errors
 from rosorin_compile.source.rule_registry import Rule
 from rosorin_compile.viewer.frames import FrameEdge, Frames, FrameSituation
-from rosorin_compile.viewer.page.write import Page
 from rosorin_compile.viewer.picture.draw import Picture
+from rosorin_compile.viewer.showing import Page
 
 if TYPE_CHECKING:
     from rosorin_compile.importing.new_robot import NewRobot

@@ -19,7 +19,7 @@ from rosorin_compile.formats import FORMATS, Format
 from rosorin_compile.language.schema import CONTROLS, Schema, as_written, draft_7, of_parts, of_types, schema
 from rosorin_compile.language.suppressions import STAYS
 from rosorin_compile.source import rule_registry as registry
-from rosorin_compile.source.rule_registry import every_rule
+from rosorin_compile.source.rule_registry import find
 
 SECTIONS = Path(__file__).with_name("authoring_sections.json")
 _LITERAL = ("rosorin_compile", "args", "modes", "include")  # sections that are never evaluated
@@ -96,9 +96,7 @@ def _definitions(plain: Schema) -> Schema:
     """Return the definitions of the plain schema, with the rules that ``accept`` may name."""
     acceptance = plain["$defs"]["acceptance"]
     rules = [
-        rule
-        for rule in every_rule().values()
-        if (rule.asked or rule.topic in _COMPILING) and (rule.accept or rule.mild)
+        rule for rule in find().values() if (rule.asked or rule.topic in _COMPILING) and (rule.accept or rule.mild)
     ]
     names = sorted(rule.id for rule in rules if rule.id not in STAYS)
     rule = {"enum": names, "description": acceptance["properties"]["rule"]["description"]}

@@ -12,7 +12,7 @@ import sys
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-from rosorin_compile.source.rule_registry import Rule, every_rule
+from rosorin_compile.source.rule_registry import Rule, find
 
 HEAD = Path(__file__).parents[1] / "_rules_head.md"
 MARK = "<!-- rules -->"
@@ -52,7 +52,7 @@ def _table(rules: Collection[Rule]) -> Iterator[str]:
 
 def text() -> str:
     """Return the page as it is committed."""
-    return page(HEAD.read_text("utf-8"), tuple(every_rule().values()))
+    return page(HEAD.read_text("utf-8"), tuple(find().values()))
 
 
 if __name__ == "__main__":

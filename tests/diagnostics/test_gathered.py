@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from rosorin_compile.cli.main import main
 from rosorin_compile.request import Request
 from rosorin_compile.ros.parameters.files import value_of
-from rosorin_compile.source.bounded import MAX_DEPTH, json_of, python_of, yaml_of
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span, Use
+from rosorin_compile.source.load import MAX_NESTING, json_of, python_of, yaml_of
 from rosorin_compile.source.messages import arrange, gathered
 
 FILE = Source("robot.yaml", "robot: made\n")
@@ -152,7 +152,7 @@ def test_what_is_not_deep_is_read_as_ever(value: object) -> None:
         assert yaml_of(text) == value
 
 
-@pytest.mark.parametrize("depth", [MAX_DEPTH, MAX_DEPTH + 1])
+@pytest.mark.parametrize("depth", [MAX_NESTING, MAX_NESTING + 1])
 @pytest.mark.parametrize(
     "text",
     [
@@ -162,7 +162,7 @@ def test_what_is_not_deep_is_read_as_ever(value: object) -> None:
     ],
 )
 def test_json_has_a_limit(text, depth: int) -> None:
-    if depth <= MAX_DEPTH:
+    if depth <= MAX_NESTING:
         assert json_of(text(depth))
     else:
         with pytest.raises(ValueError, match="nested deeper"):

@@ -12,8 +12,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.cli.report_formats import FORMATS
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span
-from rosorin_compile.source.report import text
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span, text
 from support.paths import data_text
 
 ROBOT = data_text("robots/report.yaml")

@@ -28,8 +28,8 @@ import pytest
 
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.load import parse_yaml
-from rosorin_compile.source.report import text as report
 from support.generated import GENERATED, generate, language_pages
 from support.pages import ELLIPSIS, FENCED, README, blocks, play
 from support.paths import DOCS, ROOT, TESTS

@@ -46,7 +46,10 @@ def test_each_joint_with_an_actuator_is_driven(tmp_path: Path) -> None:
         assert plugins == {
             "servo": {
                 "filename": "gz-sim-joint-position-controller-system",
-                **{"p_gain": "20", "d_gain": "1.5", "cmd_min": "-5", "cmd_max": "5"},
+                "p_gain": "20",
+                "d_gain": "1.5",
+                "cmd_min": "-5",
+                "cmd_max": "5",
             },
             "wheel": {"filename": "gz-sim-joint-controller-system", "use_force_commands": "true", "p_gain": "0.4"},
             "pushed": {"filename": "gz-sim-apply-joint-force-system"},

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.formats import template
+from rosorin_compile.formats import templating as template
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.templating import TemplateProblem, Templates
 from rosorin_compile.model import Box, Joint, Limit, Link, Output, Pose, Robot, Shape

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.source.report import text
+from rosorin_compile.source.diagnostics import text
 
 ROBOT = """\
 robot: r

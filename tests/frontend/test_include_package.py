@@ -9,7 +9,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import Compiled, compile_robot
-from rosorin_compile.source.report import text
+from rosorin_compile.source.diagnostics import text
 
 WHEELS = """\
 help: wheels that several robots have

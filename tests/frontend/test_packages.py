@@ -97,9 +97,7 @@ def test_an_expression_finds_the_folder_of_a_package(tmp_path, other):
     path.write_text(FINDS.replace("OTHER", other))
     made = compile_robot(path)
     assert f"<plugin>{tmp_path / 'tool'}/a.yaml</plugin>" in made.artifacts[0].text
-    assert [(one.kind, one.name, one.answer) for one in made.resolved] == [
-        ("ROS package", "tool", str(tmp_path / "tool"))
-    ]
+    assert made.packages == {"tool": tmp_path / "tool"}
 
 
 def test_a_package_that_an_expression_does_not_find(tmp_path):
@@ -107,7 +105,7 @@ def test_a_package_that_an_expression_does_not_find(tmp_path):
     path.write_text(FINDS.replace("OTHER", ", 'nowhere'"))
     made = compile_robot(path)
     assert "<plugin>nowhere/a.yaml</plugin>" in made.artifacts[0].text
-    assert [one.answer for one in made.resolved] == [""]
+    assert made.packages == {}
     path.write_text(FINDS.replace("OTHER", ""))
     (problem,) = compile_robot(path).diagnostics
     assert '"tool"' in problem.message

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.language.element_names import renamed
-from rosorin_compile.source.report import text as report
+from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.xml.elements import damage, fitted
 from support.robots import compiled_text
 

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from rosorin_compile.formats.compiled import Compiled
-from rosorin_compile.source.report import text as report
+from rosorin_compile.source.diagnostics import text as report
 from support.robots import compiled_text
 
 JOINT = {"type": "fixed", "parent": "mount", "child": "leg"}

@@ -9,7 +9,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.formats.compiled import compile_robot  # noqa: E402
 from rosorin_compile.model import Pose  # noqa: E402
-from rosorin_compile.source.report import text as report  # noqa: E402
+from rosorin_compile.source.diagnostics import text as report  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import distance, emitted, load, probe, rays, room, said, sensor, written  # noqa: E402
 

@@ -16,7 +16,7 @@ from rosorin_compile.importing.description import write
 from rosorin_compile.importing.layout import ROTATING
 from rosorin_compile.importing.round_trip import check_round_trip
 from rosorin_compile.language.expand.description import expand
-from rosorin_compile.source.report import text as report
+from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.tree import Map, Seq
 from support.engines import Pinocchio, Yourdfpy
 from support.importing import robot

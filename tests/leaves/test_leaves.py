@@ -20,7 +20,7 @@ import yaml
 
 import rosorin_compile
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.unsupported import reason
+from rosorin_compile.formats.format import reason
 from rosorin_compile.language.schema import of_parts
 from support.leaves import Leaf, all_keys, changed, leaves, names_by_kind
 

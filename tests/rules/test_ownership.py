@@ -14,7 +14,7 @@ from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.formats import frames
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.frames import publishing
-from rosorin_compile.formats.launch_conditions import condition, in_frontends, in_python
+from rosorin_compile.formats.static_tf import condition, in_frontends, in_python
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Link, Robot
 from rosorin_compile.rules.publishers import combinations, holds

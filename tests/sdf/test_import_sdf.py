@@ -19,9 +19,8 @@ from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.sdf.content import content_of
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
+from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.report import text as report
-from rosorin_compile.source.tree import locate
 from support.cases import as_xml_comment, check, read
 from support.comparing import different
 from support.machines import as_in_sdf, robot_of
@@ -321,7 +320,7 @@ def sane(imported: Imported) -> None:
         check_place(diagnostic)
     for comment in imported.comments:
         assert imported.tree is not None
-        locate(imported.tree, comment.path)
+        imported.tree.locate(comment.path)
     if imported.tree is not None:
         robot = lower(imported.tree).robot
         assert robot is not None

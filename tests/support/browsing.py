@@ -68,6 +68,16 @@ class Browser:
         """Wait until an expression in the page is true."""
         self.ask("wait", code=code)
 
+    def click(self, selector: str, count: int = 1) -> None:
+        """Click in the middle of an element."""
+        self.ask("click", on=selector, count=count)
+
+    def enter(self, selector: str, text: str) -> None:
+        """Replace the content of a field by typing, and press Enter."""
+        self.click(selector, 3)
+        self.ask("type", text=text)
+        self.ask("press", key="Enter")
+
     def slide(self, joint: str, value: float) -> None:
         """Move the slider of a joint (rad or m), as a hand does."""
         self.evaluate(f"""(() => {{

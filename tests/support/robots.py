@@ -17,9 +17,9 @@ from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Robot
 from rosorin_compile.rules.check import check
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Source, has_errors
+from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.load import parse_yaml
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.report import text as report
 from support.paths import DATA, ROSORIN, data_text
 
 RECORDED = json.loads((DATA / "recorded_checks.json").read_text("utf-8"))

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.source.diagnostics import Source
+from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.load import LoadError, parse_yaml
-from rosorin_compile.source.report import text as report
 from support.paths import DOCS, XACRO
 from support.xacro_table import Case, cases, names, read, ready
 

@@ -10,7 +10,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosorin_compile.cli.main import main
 from rosorin_compile.model import Pose
 from rosorin_compile.recordings.bags import Unreadable
-from rosorin_compile.recordings.report import summary, table
+from rosorin_compile.recordings.results import summary, table
 from support import bags
 from support.bags import STORE, TYPES, Message, Scene, judged, ns, part, rules
 from support.paths import ROOT

@@ -8,8 +8,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.recordings.report import table
-from rosorin_compile.recordings.results import Verified
+from rosorin_compile.recordings.results import Verified, table
 from support import bags
 from support.bags import SECOND, START, TYPES, Message, judged, ns, stamped, time
 from support.paths import DATA

@@ -10,7 +10,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.recordings.results import Verified
-from rosorin_compile.source.report import text as report
+from rosorin_compile.source.diagnostics import text as report
 from support import bags
 from support.bag_faults import FAULTS, gripper_of_its_own
 from support.bags import judged, rules

@@ -9,8 +9,7 @@ import pytest
 from rosorin_compile.formats.compiled import Compiled, compile_robot, emit_published
 from rosorin_compile.model import Pose, Transform
 from rosorin_compile.recordings.expected import Options
-from rosorin_compile.recordings.report import summary
-from rosorin_compile.recordings.results import Verified
+from rosorin_compile.recordings.results import Verified, summary
 from rosorin_compile.recordings.verification import verify
 from rosorin_compile.request import Request
 from rosorin_compile.source.project import Description as RobotOnDisk

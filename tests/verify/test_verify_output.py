@@ -19,8 +19,8 @@ from rosorin_compile.cli.answer import plain
 from rosorin_compile.cli.main import main
 from rosorin_compile.model import Transform
 from rosorin_compile.recordings.picture import as_svg
-from rosorin_compile.recordings.report import as_junit, table
-from rosorin_compile.source.report import text as report
+from rosorin_compile.recordings.results import as_junit, table
+from rosorin_compile.source.diagnostics import text as report
 from support import bags
 from support.bags import START, TYPES, Message, judged
 from support.paths import DATA, IMPORTED, ROOT

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.model import Pose, Transform
 from rosorin_compile.recordings.expected import Options
-from rosorin_compile.recordings.report import summary
-from rosorin_compile.recordings.results import Verified
+from rosorin_compile.recordings.results import Verified, summary
 from rosorin_compile.recordings.verification import verify
 from support import bags
 from support.bags import rules

@@ -18,8 +18,7 @@ from support.robots import compiled
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.mujoco.simulate.scenarios import drive, hold, poses_of  # noqa: E402
-from rosorin_compile.mujoco.simulate.world import FREE, World, mjcf_text  # noqa: E402
+from rosorin_compile.mujoco.simulate.scenarios import FREE, World, drive, hold, mjcf_text, poses_of  # noqa: E402
 
 pytestmark = pytest.mark.slow
 
@@ -67,7 +66,7 @@ def robot_of(folder: Path) -> Robot:
 def world_of(folder: Path) -> World:
     robot = robot_of(folder)
     output = next(one for one in robot.outputs if one.backend == "mjcf")
-    return World(mujoco, robot, mjcf_text(robot, output, Templates(), FREE), FREE, ROOT)
+    return World(mujoco, robot, mjcf_text(robot, output, Templates(), FREE)[0], FREE, ROOT)
 
 
 @pytest.mark.landing("engines", "robot.yaml", "ackermann_car")

@@ -18,9 +18,9 @@ import pytest
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.formats.urdf.content import elements_of
+from rosorin_compile.formats.urdf.write import elements_of
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.mujoco.mjcf.mjx import refused
+from rosorin_compile.mujoco.mjcf.contacts import refused
 from rosorin_compile.mujoco.rest_pose import home_of, stands_at
 from support import stepping_child
 from support.paths import ROOT, ROSORIN
@@ -181,7 +181,7 @@ def test_mjx_refuses_what_the_rule_names(name: str, tmp_path: Path) -> None:
     (output,) = made.robot.outputs
     file = tmp_path / output.file
     file.write_text(FORMATS["mjcf"].write(made.robot, output, Templates(tmp_path))[0], "utf-8")
-    kinds = [f"mjGEOM_{kind.upper()}" for (found,) in [list(refused(made.robot, output))] for kind in found.kinds]
+    kinds = [f"mjGEOM_{kind.upper()}" for ((pair, *_),) in [list(refused(made.robot, output))] for kind in pair]
     said = in_mjx(file)
     assert all(kind in said.get("refused", "") for kind in kinds), said
 

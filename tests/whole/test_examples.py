@@ -18,7 +18,7 @@ from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import NOTE
-from rosorin_compile.source.report import text as report
+from rosorin_compile.source.diagnostics import text as report
 from support.engines import pose as placed
 from support.pages import blocks
 from support.paths import DOCS, ROOT

@@ -315,7 +315,7 @@ RECORDS = {
     "load=None, write=None": "toy is neither written nor loaded",
     "becomes='lego'": 'becomes is "lego", which is no format',
     "schema='lego'": 'schema is "lego", which is none of those that ship with the tool',
-    "lacks=('mass',)": "lacks of its format is",
+    "unsupported=('links.*.inertial',)": "unsupported of its format is",
     "rules=('toy-cannot-say',)": "rules of its format is",
 }
 # What is noticed when somebody compares.

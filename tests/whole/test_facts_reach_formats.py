@@ -133,6 +133,32 @@ def test_the_settings_of_an_included_mjcf_are_those_of_the_robot(
     assert "warning[include-settings]: settings of dog.xml that the MJCF does not take over: timestep 0.001" in said
 
 
+KEYED = DOG.replace("</mujoco>", '<keyframe><key name="sit" qpos="0 0 .3 1 0 0 0 .5"/></keyframe></mujoco>')
+ARM = """<mujoco model="arm"><compiler angle="radian"/><option timestep="0.003" density="1.2"/><worldbody>
+<body name="post"><geom type="box" size=".05 .05 .05"/>
+<body name="lower" pos="0 0 .05"><joint name="lower" axis="0 1 0"/><geom type="box" size=".05 .05 .05"/>
+<body name="upper" pos="0 0 .3"><joint name="upper" axis="0 1 0"/><geom type="sphere" size=".05"/></body></body></body>
+</worldbody><contact><exclude body1="post" body2="upper"/></contact>
+<keyframe><key name="up" qpos=".1 .2"/></keyframe></mujoco>"""
+
+
+def test_keys_and_contacts_of_included_mjcfs_reach_it_and_the_first_settings_win(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    includes = "[{file: dog.xml}, {file: arm.xml, prefix: a_, parent: trunk, xyz: [0, 0, 1]}]"
+    text = f"robot: r\ninclude: {includes}\noutputs: {{mjcf: {{file: r.xml}}}}\n"
+    model = model_of(made(tmp_path, text, dog_xml=KEYED, arm_xml=ARM))
+    said = capsys.readouterr().err
+    assert (model.nv, model.opt.timestep, model.opt.density) == (9, 0.001, 1.2)
+    assert "warning[include-settings]: settings of arm.xml that the MJCF does not take over: timestep 0.003" in said
+    excluded = {tuple(sorted((one >> 16, one & 0xFFFF))) for one in model.exclude_signature.tolist()}
+    assert tuple(sorted(model.body(name).id for name in ("a_post", "a_upper"))) in excluded
+    at = {model.joint(index).name: int(model.jnt_qposadr[index]) for index in range(model.njnt)}
+    assert model.key("sit").qpos[at["hip"]] == pytest.approx(0.5)
+    assert model.key("sit").qpos[2] == pytest.approx(0.3)
+    assert [model.key("a_up").qpos[at[name]] for name in ("a_lower", "a_upper")] == pytest.approx([0.1, 0.2])
+
+
 def test_a_spring_of_a_urdf_for_gazebo_reaches_mujoco(tmp_path: Path) -> None:
     out = made(tmp_path, TURNING + OUTPUTS)
     assert main(["import", str(out / "r.urdf"), "-o", str(tmp_path / "again")]) == 0

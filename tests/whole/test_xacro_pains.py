@@ -14,7 +14,7 @@ import pytest
 
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
-from rosorin_compile.source.report import text as report
+from rosorin_compile.source.diagnostics import text as report
 from support.paths import data_text
 
 HEAD = "rosorin_compile: 1\nrobot: r\noutputs: {urdf: {file: r.urdf, number_format: exact}}\n"

@@ -10,9 +10,8 @@ import yaml
 
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.language.expression import evaluate
-from rosorin_compile.source.diagnostics import NOTE, Source
+from rosorin_compile.source.diagnostics import NOTE, Source, text
 from rosorin_compile.source.load import parse_yaml
-from rosorin_compile.source.report import text
 from support.cases import as_comment, check
 from support.pages import FENCED
 from support.paths import XACRO

@@ -5,7 +5,7 @@ import { Ghost } from "./ghost.js";
 import { Kinematics } from "./kinematics.js";
 import { follow, touching } from "./live.js";
 import { Meshes } from "./meshes.js";
-import { Frames, JointAxis, Masses, Sensors } from "./overlays.js";
+import { Frames, JointAxis, Markers, Masses, Sensors } from "./overlays.js";
 import { Card } from "./panels/card.js";
 import { Problem, Warnings } from "./panels/banner.js";
 import { Changes } from "./panels/changes.js";
@@ -14,17 +14,34 @@ import { Look, onKey } from "./panels/look.js";
 import { Tree, situationFor } from "./panels/tree.js";
 import { RobotView } from "./robot_view.js";
 import { Stage } from "./stage.js";
+import { UNITS } from "./units.js";
 import * as THREE from "three";
 
 const CLICK = 5; // pixels that a pointer may move between down and up
+const NEAR = 8; // pixels from a click to the marker that it means
+const REMEMBER = 150; // ms after a change until the address has it
 const ASK_AGAIN = 120; // ms after a move before it is asked what touches
 const NARROW = window.matchMedia("(max-width: 820px), (max-height: 480px)"); // as page.css has it
+const WIDTHS = [160, 800, 290]; // pixels of the panel of the tree: at least, at most, at first
+const LAYERS = ["visual", "collision", "sensors", "masses"];
 const PANELS = { tree: Tree, joints: Joints, look: Look };
 
 /** Return in words how many parts touch others. */
 function said(pairs) {
   const parts = new Set(pairs.flat()).size;
   return parts ? `${parts} parts touch others, and are red` : "no parts touch that are no neighbours";
+}
+
+/** Return positions by joint as a text of the address, and such a text as positions; joints of several numbers too. */
+function joined(state) {
+  const number = (value) => Number(value.toPrecision(7));
+  return Object.entries(state).filter(([, at]) => [at].flat().some(Boolean)).map(([name, at]) => `${encodeURIComponent(name)}:${[at].flat().map(number).join(" ")}`).join(",");
+}
+
+function positionsOf(text) {
+  const parts = text.split(",").filter((part) => part.includes(":")).map((part) => part.split(":"));
+  const numbers = parts.map(([name, at]) => [decodeURIComponent(name), at.split(" ").map(Number)]);
+  return numbers.filter(([, at]) => at.every(Number.isFinite)).map(([name, at]) => [name, at.length === 1 ? at[0] : at]);
 }
 
 /** Everything that the page knows. Panels read it and call its methods. */
@@ -40,6 +57,8 @@ export class App {
     this.shown = { visual: true, collision: false, sensors: false, masses: false, frames: "none", before: true };
     this.#layout(root);
     this.stage = new Stage(this.canvas);
+    this.noPicture.hidden = Boolean(this.stage.renderer);
+    this.canvas.hidden = !this.stage.renderer;
     this.stage.before.push((camera) => this.frames.label(camera, this.canvas.parentElement));
     this.frames = new Frames(this.labels);
     this.stage.scene.add(this.frames.lines);
@@ -52,6 +71,8 @@ export class App {
   #layout(root) {
     this.canvas = element("canvas", { "aria-label": "the robot", tabindex: "0" });
     this.labels = element("div", { class: "labels" });
+    this.noPicture = element("p", { class: "nopicture", role: "status" }, "There is no picture, because this browser has no WebGL 2; the tree, the numbers and the messages are complete.");
+    this.grip = element("div", { class: "grip", role: "separator", tabindex: "0", "aria-orientation": "vertical", "aria-label": "width of the tree", "aria-valuemin": WIDTHS[0], "aria-valuemax": WIDTHS[1] });
     this.title = element("h1", {});
     this.status = element("small", { class: "status" });
     this.panels = Object.fromEntries(Object.entries(PANELS).map(([name, Panel]) => [name, new Panel(this)]));
@@ -60,13 +81,24 @@ export class App {
     this.warnings = new Warnings(this);
     this.changesPanel = new Changes(this);
     const fold = (side) => element("button", { class: `fold ${side}`, "aria-label": `show or hide the ${side} panel`, onclick: () => this.#fold(side) }, "☰");
+    this.root = root;
     root.replaceChildren(
       element("nav", { class: "side left" }, element("header", {}, this.title, this.status, this.warnings.list), this.changesPanel.root, this.panels.tree.root),
-      element("main", {}, this.canvas, this.labels, fold("left"), fold("right"), element("div", { class: "banner" }, this.problem.root, this.warnings.root), this.card.root),
+      element("main", {}, this.canvas, this.labels, this.noPicture, this.grip, fold("left"), fold("right"), element("div", { class: "banner" }, this.problem.root, this.warnings.root), this.card.root),
       element("nav", { class: "side right" }, this.panels.look.root, this.panels.joints.root),
     );
-    this.root = root;
     if (NARROW.matches) root.classList.add("no-left", "no-right");
+    this.widen(WIDTHS[2]);
+    this.grip.addEventListener("pointerdown", (event) => this.grip.setPointerCapture(event.pointerId));
+    this.grip.addEventListener("pointermove", (event) => this.grip.hasPointerCapture(event.pointerId) && this.widen(event.clientX));
+    this.grip.addEventListener("keydown", ({ key }) => this.widen(this.wide + ({ ArrowLeft: -20, ArrowRight: 20 }[key] ?? 0)));
+  }
+
+  /** Make the panel of the tree so wide (pixels). */
+  widen(pixels) {
+    this.wide = Math.round(Math.min(Math.max(pixels, WIDTHS[0]), WIDTHS[1], 0.6 * window.innerWidth));
+    this.root.style.setProperty("--left", `${this.wide}px`);
+    this.grip.setAttribute("aria-valuenow", this.wide);
   }
 
   /** Show or hide a panel; where there is room for one alone, the other one goes. */
@@ -113,18 +145,50 @@ export class App {
     document.body.dataset.ready = "yes";
   }
 
-  /** Take what the address asks for: #pose=tuck&from=front&frames=all&show=collision&theme=dark&panels=off&change=FRAME. */
+  /**
+   * Take what the address asks for: #pose=tuck&from=front&frames=all&show=collision&theme=dark&panels=off&change=FRAME, and
+   * what `#remember` writes there.
+   */
   #begin() {
     const asked = new URLSearchParams(window.location.hash.slice(1));
     const pose = this.robot.poses.find((one) => one.name === asked.get("pose"));
     this.from = asked.get("from") ?? "iso";
     this.asked = asked.get("change");
-    if (asked.has("theme")) this.use({ theme: asked.get("theme") });
+    const settings = {};
+    if (asked.has("theme")) settings.theme = asked.get("theme");
+    if (asked.get("units") in UNITS) settings.units = asked.get("units");
+    this.use(settings);
     if (asked.get("panels") === "off") this.root.classList.add("no-left", "no-right");
-    const layers = Object.fromEntries((asked.get("show") ?? "").split(",").filter(Boolean).map((name) => [name, true]));
+    const named = (key) => (asked.get(key) ?? "").split(",").filter(Boolean);
+    const layers = Object.fromEntries(named("show").map((name) => [name, true]));
+    for (const layer of asked.has("layers") ? LAYERS : []) layers[layer] = named("layers").includes(layer);
+    this.modes = Object.fromEntries(this.robot.modes.map((mode) => [mode, this.modes[mode] || named("modes").includes(mode)]));
     this.show({ ...layers, ...(asked.has("frames") ? { frames: asked.get("frames") } : {}) });
     if (pose) this.take(pose);
+    const moved = positionsOf(asked.get("joints") ?? "").filter(([name]) => this.kinematics.byName.has(name));
+    if (moved.length) this.move(Object.fromEntries(moved));
     this.lookFrom(this.from);
+    this.begun = true;
+    if (asked.has("select")) this.select(asked.get("select"));
+  }
+
+  /** Return the address of this page as it is now: joints, what is chosen, layers, modes, units and theme. */
+  address() {
+    const { hash, href } = window.location;
+    const kept = new URLSearchParams(hash.slice(1));
+    for (const key of ["pose", "joints", "select", "layers", "show", "frames", "modes", "units", "theme"]) kept.delete(key);
+    const on = (names) => Object.entries(names).filter(([, is]) => is).map(([name]) => name).join(",");
+    const layers = LAYERS.filter((layer) => this.shown[layer]).join(",");
+    const written = { joints: joined(this.state), select: this.selected, layers: layers === "visual" ? "" : layers || "none", frames: this.shown.frames === "none" ? "" : this.shown.frames, modes: on(this.modes), units: this.units === "mm, deg" ? "" : this.units, theme: this.theme === "auto" ? "" : this.theme };
+    for (const [key, value] of Object.entries(written)) if (value) kept.set(key, value);
+    return `${href.slice(0, href.length - hash.length).replace(/#$/, "")}#${kept}`;
+  }
+
+  /** Write into the address what it holds, soon. */
+  #remember() {
+    if (!this.begun) return;
+    clearTimeout(this.remembering);
+    this.remembering = setTimeout(() => window.history.replaceState(null, "", this.address()), REMEMBER);
   }
 
   #replaced(old, next) {
@@ -143,6 +207,7 @@ export class App {
     this.stage.fit(box);
     this.sensors = this.#replacedGroup(this.sensors, new Sensors(this.robot, this.size));
     this.masses = this.#replacedGroup(this.masses, new Masses(this.robot, this.size));
+    this.markers = this.#replacedGroup(this.markers, new Markers(this.robot));
     if (this.axis) this.stage.scene.remove(this.axis.arrow);
     this.axis = new JointAxis(this.size);
     this.stage.scene.add(this.axis.arrow);
@@ -160,7 +225,7 @@ export class App {
     this.places = this.kinematics.places(this.state);
     this.view.place(this.places);
     this.ghost?.place(this.state, this.places);
-    for (const overlay of [this.sensors, this.masses]) if (overlay?.group.visible) overlay.place(this.places);
+    for (const overlay of [this.sensors, this.masses, this.markers]) if (overlay?.group.visible) overlay.place(this.places);
     if (this.frames.names.every((name) => this.places.has(name))) this.frames.place(this.places);
     this.stage.touch(true);
   }
@@ -179,6 +244,7 @@ export class App {
     this.card.update();
     clearTimeout(this.asking);
     this.asking = setTimeout(() => this.#touch(), ASK_AGAIN);
+    this.#remember();
   }
 
   async #touch() {
@@ -198,6 +264,7 @@ export class App {
 
   switchMode(mode, on) {
     this.modes[mode] = on;
+    this.#remember();
     this.panels.tree.draw();
     this.show({});
     this.card.draw();
@@ -210,6 +277,7 @@ export class App {
 
   select(name) {
     this.selected = name;
+    this.#remember();
     this.#mark();
     this.panels.tree.reveal();
     this.show({});
@@ -237,6 +305,7 @@ export class App {
   /** Show or hide layers of the picture. */
   show(layers) {
     Object.assign(this.shown, layers);
+    this.#remember();
     const { shown } = this;
     this.view.show(shown);
     this.ghost?.show(shown);
@@ -283,6 +352,7 @@ export class App {
   /** Use other units or colours. */
   use(settings) {
     Object.assign(this, settings);
+    this.#remember();
     this.#colours();
     if (this.robot) this.#redraw();
   }
@@ -306,6 +376,11 @@ export class App {
 
   #listen() {
     const ray = new THREE.Raycaster();
+    const markerAt = ({ clientX, clientY }) => {
+      const far = (name) => Math.hypot(...this.stage.pixel(this.places.get(name).p).map((at, index) => at - [clientX, clientY][index]));
+      const [nearest] = this.markers.names.filter((name) => this.places.has(name)).map((name) => [far(name), name]).sort(([one], [other]) => one - other);
+      return nearest?.[0] < NEAR ? nearest[1] : "";
+    };
     const pieceAt = (event) => {
       if (!this.view) return null;
       const { left, top, width, height } = this.canvas.getBoundingClientRect();
@@ -321,7 +396,7 @@ export class App {
     });
     this.canvas.addEventListener("wheel", () => (this.moved = true), { passive: true });
     this.canvas.addEventListener("pointerup", (event) => {
-      if (this.robot && down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < CLICK) this.select(pieceAt(event)?.link ?? "");
+      if (this.robot && down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < CLICK) this.select(markerAt(event) || (pieceAt(event)?.link ?? ""));
       down = null;
     });
     this.canvas.addEventListener("pointermove", (event) => {

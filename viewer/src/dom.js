@@ -34,3 +34,19 @@ export function section(title, ...children) {
   made.addEventListener("toggle", () => folded[made.open ? "delete" : "add"](title));
   return made;
 }
+
+/** Copy a text, and say so on the button that was pressed. */
+export async function copy(text, button) {
+  try {
+    await navigator.clipboard.writeText(text);
+  } catch {
+    const field = element("textarea", {}, text); // a page of another machine has no clipboard
+    document.body.append(field);
+    field.select();
+    document.execCommand("copy");
+    field.remove();
+  }
+  button.dataset.label ??= button.textContent;
+  button.textContent = "copied";
+  setTimeout(() => (button.textContent = button.dataset.label), 900);
+}

@@ -155,6 +155,53 @@ function box({ size }) {
   return [new THREE.LineSegments(new THREE.EdgesGeometry(solid), new THREE.LineBasicMaterial({ color: 0xe93d82 }))];
 }
 
+const MARKS = { sensor: [0x8e4ec6, 11], empty: [0x7d8a97, 8] }; // colour, pixels; also in rosorin_compile/viewer/picture/labels.py
+
+/** Return an image of a round spot. */
+function spot() {
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = 32;
+  const context = canvas.getContext("2d");
+  context.arc(16, 16, 13, 0, 2 * Math.PI);
+  context.fillStyle = context.strokeStyle = "#ffffff";
+  context.fill();
+  return new THREE.CanvasTexture(canvas);
+}
+
+/** Spots where sensors are, and where frames are that have no shape: always there, over everything, of one size. */
+export class Markers {
+  constructor(robot) {
+    const sensors = new Set(robot.sensors.map((sensor) => sensor.frame));
+    const empty = robot.links.filter((link) => !link.visual.length && !link.collision.length && !sensors.has(link.name));
+    this.group = new THREE.Group();
+    const image = spot();
+    this.entries = Object.entries({ sensor: [...sensors], empty: empty.map((link) => link.name) }).map(([kind, names]) => {
+      const [color, size] = MARKS[kind];
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(names.length * 3), 3));
+      const look = { color, size: size * Math.min(window.devicePixelRatio, 2), sizeAttenuation: false, map: image, alphaTest: 0.5, depthTest: false, transparent: true };
+      const points = new THREE.Points(geometry, new THREE.PointsMaterial(look));
+      points.frustumCulled = false;
+      points.renderOrder = 4;
+      this.group.add(points);
+      return { names, points };
+    });
+  }
+
+  /** The frames that have a marker. */
+  get names() {
+    return this.entries.flatMap(({ names }) => names);
+  }
+
+  place(places) {
+    for (const { names, points } of this.entries) {
+      const positions = points.geometry.getAttribute("position");
+      names.forEach((name, index) => positions.array.set(places.get(name)?.p ?? [0, 0, 0], 3 * index));
+      positions.needsUpdate = true;
+    }
+  }
+}
+
 /** What the sensors of a robot see. Each is drawn in the frame that its data name. */
 export class Sensors {
   constructor(robot, size) {

@@ -48,16 +48,23 @@ function floor() {
   return mesh;
 }
 
-/** What a robot stands on and is seen through. */
+/** Return what draws on a canvas; null for a browser without WebGL 2. */
+function rendererFor(canvas) {
+  if (!document.createElement("canvas").getContext("webgl2")) return null;
+  const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+  renderer.shadowMap.enabled = true;
+  renderer.shadowMap.type = THREE.PCFShadowMap;
+  renderer.shadowMap.autoUpdate = false; // a camera that moves changes no shadow
+  renderer.toneMapping = THREE.NeutralToneMapping;
+  return renderer;
+}
+
+/** What a robot stands on and is seen through. Without a renderer everything but the picture works. */
 export class Stage {
   constructor(canvas) {
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.canvas = canvas;
+    this.renderer = rendererFor(canvas);
     this.ratio = Math.min(window.devicePixelRatio, 2);
-    this.renderer.setPixelRatio(this.ratio);
-    this.renderer.shadowMap.enabled = true;
-    this.renderer.shadowMap.type = THREE.PCFShadowMap;
-    this.renderer.shadowMap.autoUpdate = false; // a camera that moves changes no shadow
-    this.renderer.toneMapping = THREE.NeutralToneMapping;
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(28, 1, 0.001, 100);
     this.camera.up.set(0, 0, 1);
@@ -71,12 +78,12 @@ export class Stage {
     this.coarse = false;
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.dirty = true;
-    this.renderer.setAnimationLoop((now) => this.#draw(now));
+    this.renderer?.setPixelRatio(this.ratio);
+    this.renderer?.setAnimationLoop((now) => this.#draw(now));
   }
 
   #light() {
-    const maker = new THREE.PMREMGenerator(this.renderer);
-    this.scene.environment = maker.fromScene(new RoomEnvironment(), 0.04).texture;
+    if (this.renderer) this.scene.environment = new THREE.PMREMGenerator(this.renderer).fromScene(new RoomEnvironment(), 0.04).texture;
     this.scene.environmentRotation.set(Math.PI / 2, 0, 0); // its ceiling is along y
     this.scene.environmentIntensity = 0.42;
     this.sun = new THREE.DirectionalLight(0xfff6ea, 2.2);
@@ -162,15 +169,15 @@ export class Stage {
 
   /** Return the pixel of the window at which a point (m, in the root frame) is seen. */
   pixel(point) {
-    const { left, top, width, height } = this.renderer.domElement.getBoundingClientRect();
+    const { left, top, width, height } = this.canvas.getBoundingClientRect();
     const { x, y } = new THREE.Vector3(...point).project(this.camera);
     return [left + ((x + 1) / 2) * width, top + ((1 - y) / 2) * height];
   }
 
   resize() {
-    const { clientWidth, clientHeight } = this.renderer.domElement.parentElement;
+    const { clientWidth, clientHeight } = this.canvas.parentElement;
     if (!clientWidth || !clientHeight) return;
-    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.renderer?.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / clientHeight;
     this.camera.updateProjectionMatrix();
     this.touch();
@@ -179,7 +186,7 @@ export class Stage {
   /** Ask for a new picture; ``moved``: something else than the camera has moved, and so have the shadows. */
   touch(moved = false) {
     this.dirty = true;
-    this.renderer.shadowMap.needsUpdate ||= moved;
+    if (this.renderer) this.renderer.shadowMap.needsUpdate ||= moved;
   }
 
   #draw(now) {

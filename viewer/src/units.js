@@ -5,6 +5,11 @@ export const UNITS = {
   "m, rad": { length: ["m", 1, 5], angle: ["rad", 1, 5] },
 };
 
+/** Return a value (m or rad) in a unit of the table above. */
+export function plain(value, unit) {
+  return shown(unit, value);
+}
+
 function shown([unit, factor, digits], value) {
   const number = (value * factor).toFixed(digits).replace(/\.?0+$/, "");
   return `${number === "-0" ? "0" : number} ${unit}`;

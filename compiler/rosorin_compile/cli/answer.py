@@ -74,13 +74,12 @@ class Answer:
 
 def envelope(answer: Answer) -> dict[str, object]:
     """Return the JSON envelope of an answer, as plain data."""
-    from rosorin_compile.source.report import as_object
     from rosorin_compile.source.version import __version__
 
     return {
         "version": __version__,
         "command": answer.command,
-        "diagnostics": [plain(as_object(one)) for one in answer.diagnostics],
+        "diagnostics": [plain(one.as_object()) for one in answer.diagnostics],
         "result": plain(answer.result),
     }
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rosorin_compile.cli.markdown import Block, Cell, Code, Diff, Table
 from rosorin_compile.compare.changes import Change
-from rosorin_compile.output.text_report import CHANGED, MAX_LINES, TextDifference, shorten
+from rosorin_compile.output.committed import CHANGED, MAX_LINES, TextDifference, shorten
 from rosorin_compile.source.wording import and_more
 
 _MOST_NAMES = 12  # in one cell

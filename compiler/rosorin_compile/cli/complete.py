@@ -50,10 +50,9 @@ def of(*kinds: str) -> Complete:
 
 def _names(kind: str, ctx: click.Context) -> dict[str, str]:
     """Return the names of one kind, each with a short help."""
-    from rosorin_compile.formats import FORMATS
-    from rosorin_compile.formats.schemas import schema_names
+    from rosorin_compile.formats import FORMATS, schema_names
     from rosorin_compile.source.project import Description, all_here, here
-    from rosorin_compile.source.rule_registry import every_rule
+    from rosorin_compile.source.rule_registry import find
 
     if kind in _OF_ROBOT:
         robots = []
@@ -71,7 +70,7 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
     if kind == "format":
         return {one.name: one.about for one in FORMATS.values() if one.write is not None}
     if kind == "rule":
-        return dict.fromkeys(sorted(every_rule()), "")
+        return dict.fromkeys(sorted(find()), "")
     return schema_names() if kind == "schema" else names(kind) if kind in ("commands", "checks") else {}
 
 

@@ -16,11 +16,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from rosorin_compile.source import report
 from rosorin_compile.source.diagnostics import ERROR, NOTE, TRUSTED, WARNING, Diagnostic
+from rosorin_compile.source.diagnostics import text as report_text
 from rosorin_compile.source.messages import gathered, worded
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.wording import and_more, counted, inert, printable
+from rosorin_compile.source.wording import and_more, counted, printable
 
 if TYPE_CHECKING:
     from .markdown import Block, Section
@@ -193,7 +193,7 @@ class Console:
         if not diagnostics:
             return
         diagnostics = gathered(diagnostics, [WARNING, NOTE])
-        text = report.text(worded(diagnostics[:MAX_SHOWN]), colour())
+        text = report_text(worded(diagnostics[:MAX_SHOWN]), colour())
         if len(diagnostics) > MAX_SHOWN:
             text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
         if colour():
@@ -225,7 +225,8 @@ class Console:
         sys.stderr.write(f"{self._inert(line)}\n")
 
     def _inert(self, line: str) -> str:
-        return inert(line) if self.form == "github" else line
+        """Return a line in which a job on GitHub finds no command, whatever a robot is called."""
+        return line.replace("::", ": :").replace("##[", "## [") if self.form == "github" else line
 
     def summary(self) -> str:
         """Return the output as Markdown."""

@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from urllib.parse import quote
 
-from rosorin_compile.source import files, report
-from rosorin_compile.source.diagnostics import Diagnostic, Span
+from rosorin_compile.source import files
+from rosorin_compile.source.diagnostics import Diagnostic, Span, text
 from rosorin_compile.source.messages import worded
 from rosorin_compile.source.rule_registry import OF_PLUGINS, find
 from rosorin_compile.source.version import HOME, __version__
@@ -27,7 +27,7 @@ def github(diagnostics: Sequence[Diagnostic]) -> str:
         where = ""
         if span := diagnostic.span:
             where = f"file={_property(from_workspace(span.source.path))},line={span.line},col={span.column},"
-        message = "\n".join([_with_help(diagnostic), *map(report.related_text, diagnostic.related)])
+        message = "\n".join([_with_help(diagnostic), *map(str, diagnostic.related)])
         lines.append(f"::{kind} {where}title={_property(diagnostic.rule)}::{_escaped(message)}\n")
     return "".join(lines)
 
@@ -103,4 +103,4 @@ def _location(span: Span) -> dict[str, object]:
     return {"physicalLocation": {"artifactLocation": {"uri": uri}, "region": region}}
 
 
-FORMATS: dict[str, Callable[[Sequence[Diagnostic]], str]] = {"text": report.text, "github": github, "sarif": sarif}
+FORMATS: dict[str, Callable[[Sequence[Diagnostic]], str]] = {"text": text, "github": github, "sarif": sarif}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rosorin_compile.cli.console import give
-from rosorin_compile.formats.schemas import schema_names, schema_text
+from rosorin_compile.formats import schema_names, schema_text
 from rosorin_compile.source.diagnostics import RequestError, did_you_mean
 
 from . import complete

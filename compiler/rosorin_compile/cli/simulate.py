@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rosorin_compile import api
-from rosorin_compile.mujoco.simulate.simulation import LIMITS
+from rosorin_compile.mujoco.simulate.simulation import LIMITS, about, summary, tables
 
 from .answer import FINE, PROBLEMS
 from .command import Options, choice, command, flag, option, robot_argument, robot_options, texts
@@ -27,8 +27,6 @@ _LIMITS = ", ".join(f"{name} {one.value:g}{f' {one.unit}' if one.unit else ''}" 
 @robot_options
 def run(options: Options) -> int:
     """Simulate a robot and print its behaviour."""
-    from rosorin_compile.mujoco.simulate import report
-
     limits = _limits(options.limits)
     run, description = Run.alone(options, "one robot is simulated at a time", "rosorin-compile simulate ROBOT")
     console, request = run.console, run.request(description)
@@ -43,14 +41,14 @@ def run(options: Options) -> int:
         console.show(result.diagnostics)
         run.give(result)
     else:
-        print(f"{name}: {report.about(result)}\n")
-        print(report.text(result))
+        print(f"{name}: {about(result)}\n")
+        print(tables(result))
         if result.timing is not None:
             steps, speed = result.timing.steps_per_cpu_second, result.timing.times_real_time
             print(f"speed   {steps:,.0f} steps a CPU second, {speed:,.1f} times real time")
         print()
         console.show(result.diagnostics)
-        console.say(f"{name}: {report.summary(result)} simulated: {severities(result.diagnostics)}")
+        console.say(f"{name}: {summary(result)} simulated: {severities(result.diagnostics)}")
     return PROBLEMS if any(one.severity != "note" for one in result.diagnostics) else FINE
 
 

@@ -121,7 +121,7 @@ def _is_robot(source: str) -> bool:
 
 
 def _show(run: Run, result: Verified, name: str) -> None:
-    from rosorin_compile.recordings.report import summary, table
+    from rosorin_compile.recordings.results import summary, table
 
     options, console = run.options, run.console
     if options.format != "text":
@@ -143,7 +143,7 @@ def _show(run: Run, result: Verified, name: str) -> None:
 def _write(result: Verified, options: Options) -> None:
     """Write the result as JUnit XML and as a plot, if requested. Raises RequestError."""
     if options.junit:
-        from rosorin_compile.recordings.report import as_junit
+        from rosorin_compile.recordings.results import as_junit
 
         _save(options.junit, as_junit(result, options.strict), "<testsuites")
     if options.picture:

@@ -8,8 +8,8 @@ from typing import Any
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.language.validator import misfits
 from rosorin_compile.model import Robot, Shape
-from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import Diagnostic, error
+from rosorin_compile.source.load import json_of
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import WRITING, Rule
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.carriers import carriers
+from rosorin_compile.formats.urdf.write import carriers
 from rosorin_compile.model import Box, Robot
 
 from .describe import MOVING, Describer, attached, joint_of, shapes_change, solids_left

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from rosorin_compile.formats.carriers import carriers, inertials_at
+from rosorin_compile.formats.urdf.write import carriers, inertials_at
 from rosorin_compile.model import Robot
 from rosorin_compile.model.looks import shows_collision
 

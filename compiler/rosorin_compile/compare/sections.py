@@ -11,8 +11,9 @@ from dataclasses import fields, replace
 from functools import cache
 from typing import Any
 
-from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.gazebo_elements import Context, Key, context_of, meanings, spelt
+from rosorin_compile.formats import FORMATS, Format
+from rosorin_compile.formats.format import lacks
+from rosorin_compile.formats.gazebo_elements import Key, followers_of, meanings, spelt
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.model.joint import Dynamics
@@ -22,33 +23,34 @@ from .describe import Describer
 from .difference import JOINT, LIMIT, OTHER, SHAPE, YAML, Item, Report, Side
 from .pairing import Pairing
 from .sentences import is_number, size_of, text_of
-from .shapes import ONE_BOX
+from .shapes import ONE_BOX, has_one_box
 from .walk import Difference, Leaves, Shapes, compare_leaves, leaves, section_words
 
-# The topics that a format may lack: what one of each is called, the kind of thing, and how its quantities begin.
+# The topics that a format may lack: a key of the language, the word for an entry, the kind of thing, and how its
+# quantities begin.
 _TOPICS: Mapping[str, tuple[str, ...]] = {
-    "mass": ("mass", "link", "mass", "centre of mass", "inertia"),
-    "collision": ("collision shape", "link", "collision"),
-    "visual": ("visual shape", "link", "visual"),
-    "effort": ("effort limit", "joint", "limit effort"),
-    "velocity": ("velocity limit", "joint", "limit velocity"),
-    "mimic": ("mimic", "joint", "mimic"),
-    "dynamics": ("damping or friction", "joint", "damping", "friction"),
-    "armature": ("armature", "joint", "armature"),
-    "stiffness": ("spring", "joint", "stiffness", "spring"),
-    "simulation": ("thing of a simulation", "", ""),
-    "actuator": ("actuator", "joint", "actuator", "kp", "kv"),
-    "calibration": ("calibration", "joint", "calibration"),
-    "safety": ("safety controller", "joint", "safety"),
-    "pose": ("named pose", "pose", ""),
-    "servo": ("servo group", "servo of", ""),
-    "sensor": ("sensor", "sensor", ""),
-    "drive": ("drive", "drive", ""),
-    "contact": ("disabled contact", "contacts", ""),
-    "publisher": ("publisher", "frame", "publisher", "topic"),
-    "edge": ("transform of other nodes", "", ""),
-    "fixed joint name": ("name of fixed joints", "", ""),
-    "urdf_elements": ("element for URDF alone", "", ""),
+    "mass": ("links.inertial", "mass", "link", "mass", "centre of mass", "inertia"),
+    "collision": ("links.collision.box.size", "collision shape", "link", "collision"),
+    "visual": ("links.visual", "visual shape", "link", "visual"),
+    "effort": ("joints.limit.effort", "effort limit", "joint", "limit effort"),
+    "velocity": ("joints.limit.velocity", "velocity limit", "joint", "limit velocity"),
+    "mimic": ("joints.mimic", "mimic", "joint", "mimic"),
+    "dynamics": ("joints.dynamics.damping", "damping or friction", "joint", "damping", "friction"),
+    "armature": ("joints.dynamics.armature", "armature", "joint", "armature"),
+    "stiffness": ("joints.dynamics.stiffness", "spring", "joint", "stiffness", "spring"),
+    "simulation": ("root", "thing of a simulation", "", ""),
+    "actuator": ("joints.actuator", "actuator", "joint", "actuator", "kp", "kv"),
+    "calibration": ("joints.calibration", "calibration", "joint", "calibration"),
+    "safety": ("joints.safety_controller", "safety controller", "joint", "safety"),
+    "pose": ("poses.positions", "named pose", "pose", ""),
+    "servo": ("servos.rad_per_pulse", "servo group", "servo of", ""),
+    "sensor": ("sensors.type", "sensor", "sensor", ""),
+    "drive": ("drive", "drive", "drive", ""),
+    "contact": ("disabled_contacts", "disabled contact", "contacts", ""),
+    "publisher": ("joints.publisher", "publisher", "frame", "publisher", "topic"),
+    "edge": ("edges", "transform of other nodes", "", ""),
+    "fixed joint name": ("sensors.joint", "name of fixed joints", "", ""),
+    "urdf_elements": ("urdf_elements", "element for URDF alone", "", ""),
 }
 # What every format has of some kinds of things.
 _ALWAYS = {
@@ -70,7 +72,7 @@ def compare_sections(
 ) -> frozenset[str]:
     """Report what differs besides frames, masses and shapes; return the topics that are not compared."""
     robots = pairing.a.robot, pairing.b.robot
-    lacking = sides[0].format.lacks | sides[1].format.lacks
+    lacking = _lacking(sides[0].format) | _lacking(sides[1].format)
     # The sections of a side have the names of its source.
     old, new = (_leaves(side.robot, lacking, sides) for side in sides)
     old = pairing.named(0, old, new)
@@ -144,7 +146,7 @@ def _topic(thing: tuple[str, str], quantity: str, robot: Robot) -> str | None:
         return "collision" if quantity in ("", "heights", "cell", "origin") else ONE_BOX
     if kind == "pose" and quantity and quantity not in robot.joint:
         return "simulation"
-    found = (topic for topic, (_, of, *words) in _TOPICS.items() if of == kind and quantity.startswith(tuple(words)))
+    found = (topic for topic, (_, _, of, *words) in _TOPICS.items() if of == kind and quantity.startswith(tuple(words)))
     return next(found, _section_topics().get(kind, "simulation"))
 
 
@@ -161,6 +163,14 @@ def _words_of_packages() -> frozenset[str]:
     return frozenset(word for name, word in section_words().items() if name not in known)
 
 
+@cache
+def _lacking(format: Format) -> frozenset[str]:
+    """Return the topics that robots read from a format do not have; a description has all."""
+    keys = {} if format is YAML else _TOPICS
+    found = {topic for topic, (key, *_) in keys.items() if lacks(format, key)}
+    return frozenset(found | ({ONE_BOX} if has_one_box(format) else set()))
+
+
 def _not_compared(
     sides: tuple[Side, Side], robots: tuple[Robot, Robot], both: tuple[Leaves, Leaves]
 ) -> tuple[frozenset[str], list[str]]:
@@ -170,17 +180,18 @@ def _not_compared(
     topics: set[str] = set() if alike else set(_OF_DESCRIPTIONS)
     lines: list[str] = []
     for at, (side, other) in enumerate((sides, sides[::-1])):
-        lacks = [topic for topic in _TOPICS if topic in side.format.lacks - other.format.lacks]
-        lacks += [] if side.format is YAML else [topic for topic in counts[1 - at] if topic in _words_of_packages()]
-        empty = [t for t in _WHOLE if not alike and t not in side.format.lacks and not counts[at][t]]
-        for missing, why in ((lacks, "a format without a word for it"), (empty, "which leaves out all of it")):
+        lacking = _lacking(side.format)
+        lost = [topic for topic in _TOPICS if topic in lacking - _lacking(other.format)]
+        lost += [] if side.format is YAML else [topic for topic in counts[1 - at] if topic in _words_of_packages()]
+        empty = [t for t in _WHOLE if not alike and t not in lacking and not counts[at][t]]
+        for missing, why in ((lost, "a format without a word for it"), (empty, "which leaves out all of it")):
             words = []
             for topic in missing:
-                word, of, rest = _TOPICS.get(topic, (topic,))[0].partition(" of ")
+                word, of, rest = _TOPICS.get(topic, ("", topic))[1].partition(" of ")
                 count = counts[1 - at][topic]
                 words += [f"{count} {plural(word, count)}{of}{rest}"] if count else []
             lines += [f"{', '.join(words)}: {side.label} is {side.format.named}, {why}"] if words else []
-        topics |= {*lacks, *empty, *side.format.lacks}
+        topics |= {*lost, *empty, *lacking}
     if not alike and "contact" not in topics:
         # What a simulation excludes besides are the contacts of neighbours.
         topics.add("contact")
@@ -315,13 +326,13 @@ def _scalar(value: Any) -> float | str | None:
 def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None:
     """Add the elements for URDF that one of two robots has, without those that outputs make of other words."""
     a, b = robots
-    context = context_of(a, a.asks_for_humble or b.asks_for_humble)
-    made = [_made(robot, context) for robot in robots]
+    followers = followers_of(a, a.asks_for_humble or b.asks_for_humble)
+    made = [_made(robot, followers) for robot in robots]
     places: list[tuple[str, Any, Any]] = [("the robot", a, b)]
     places += [(name, a.link[name], b.link[name]) for name in a.link if name in b.link]
     places += [(name, a.joint[name], b.joint[name]) for name in a.joint if name in b.joint]
     for name, *both in places:
-        has = [frozenset(meanings(one.urdf_elements, context)) for one in both]
+        has = [frozenset(meanings(one.urdf_elements, followers)) for one in both]
         for at, side in enumerate((old, new)):
             alone = has[at] - has[1 - at]
             if name == "the robot":
@@ -331,6 +342,6 @@ def _add_elements(old: Leaves, new: Leaves, robots: tuple[Robot, Robot]) -> None
             side[f"URDF elements of {name}", name] = {"": frozenset(map(spelt, alone))}
 
 
-def _made(robot: Robot, context: Context) -> list[frozenset[Key]]:
+def _made(robot: Robot, followers: frozenset[str]) -> list[frozenset[Key]]:
     known = [(FORMATS[output.backend], output) for output in robot.outputs if output.backend in FORMATS]
-    return [frozenset(meanings(one.brings(robot, output), context)) for one, output in known if one.brings]
+    return [frozenset(meanings(one.brings(robot, output), followers)) for one, output in known if one.brings]

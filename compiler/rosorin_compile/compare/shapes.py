@@ -6,7 +6,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats import FORMATS, Format
+from rosorin_compile.formats.format import lacks
 from rosorin_compile.model import Box, Capsule, Ellipsoid, HeightMap, Mesh, Shape, Transform
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.looks import is_own
@@ -20,8 +21,7 @@ from .precision import Precision, joined
 from .sentences import colour_change, row, several
 from .solids import Solid, largest_step, match, same_colour, same_space, solid_of
 
-# What a format may lack beside topics: capsules (cylinders stand for them), and more than one box a link.
-CAPSULE, ONE_BOX = "capsule", "several shapes"
+ONE_BOX = "several shapes"  # the topic of what a format lacks that has one box a link
 
 
 class Piece(NamedTuple):
@@ -59,6 +59,11 @@ def pieces_of(
     return found
 
 
+def has_one_box(format: Format) -> bool:
+    """Return True if a format has room for one box a link."""
+    return format is not YAML and lacks(format, "links.collision.sphere")
+
+
 def compare_shapes(
     pairing: Pairing, sides: tuple[Side, Side], origins: Mapping[str, str], purpose: str, report: Report
 ) -> None:
@@ -91,8 +96,9 @@ class _Comparison:
         self.words = formats[0] is formats[1]
         # A description has the words of a URDF; the formats of simulators have a colour by default.
         self.says_no_colour = self.words or all(one is FORMATS.published() or not one.load for one in formats)
-        self.one_box = next((one for one in formats if ONE_BOX in one.lacks), None)
-        cylinders = next((one for one in formats if CAPSULE in one.lacks), None)
+        self.one_box = next((one for one in formats if has_one_box(one)), None)
+        no_capsules = [one for one in formats if one is not YAML and lacks(one, "links.collision.capsule")]
+        cylinders = next((one for one in no_capsules if not has_one_box(one)), None)
         self.capsules = cylinders is None
         self.report = report
         self.not_comparable: dict[str, list[str]] = {}

@@ -5,14 +5,17 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from rosorin_compile.language.schema import authoring_schema, schema
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import feeding
 from rosorin_compile.source.plugins import installed
+from rosorin_compile.source.project import data_folder
 
 from .format import Artifact, Format, Opened
 
@@ -20,26 +23,26 @@ if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
     from rosorin_compile.source.diagnostics import Diagnostic
 
-__all__ = ["FORMATS", "Artifact", "Format", "Formats", "Opened", "plugged_diagnostics"]
+__all__ = ["FORMATS", "Artifact", "Format", "Formats", "Opened", "plugged_diagnostics", "schema_names", "schema_text"]
 
 # The module of each format; its record is ``FORMAT`` there. It is imported when the format is first used.
-_MODULES = {
-    "urdf": "rosorin_compile.formats.urdf",
-    "frames": "rosorin_compile.formats.frames",
-    "robot_model": "rosorin_compile.formats.robot_model",
-    "static_tf": "rosorin_compile.formats.static_tf",
-    "static_tf_json": "rosorin_compile.formats.static_tf",
-    "template": "rosorin_compile.formats.template",
-    "xacro": "rosorin_compile.importing.xacro",
-    "mjcf": "rosorin_compile.mujoco.mjcf",
-    "scene": "rosorin_compile.mujoco.scene",
-    "controllers": "rosorin_compile.ros.controllers",
-    "nav2": "rosorin_compile.ros.nav2",
-    "robot_localization": "rosorin_compile.ros.robot_localization",
-    "srdf": "rosorin_compile.ros.srdf",
-    "sdf": "rosorin_compile.sdf",
-    "frames_picture": "rosorin_compile.viewer.frames_picture",
-    "page": "rosorin_compile.viewer.page",
+_PACKAGES = {
+    "formats": ("urdf", "frames", "robot_model", "static_tf"),
+    "importing": ("xacro",),
+    "mujoco": ("mjcf", "scene"),
+    "ros": ("controllers", "nav2", "robot_localization", "srdf"),
+    "viewer": ("frames_picture", "page"),
+}
+_MODULES = {name: f"rosorin_compile.{package}.{name}" for package, names in _PACKAGES.items() for name in names}
+_MODULES |= {"sdf": "rosorin_compile.sdf", "template": "rosorin_compile.formats.templating"}
+_MODULES |= {"static_tf_json": _MODULES["static_tf"]}
+# The schemas that are not of a format, and their subjects.
+_SCHEMAS = {
+    "authoring": "a description as written, with expressions, parts and loops (default)",
+    "description": "a description after includes, arguments and expressions are evaluated",
+    "robot_diff": "the result of diff --format json",
+    "recording": "the result of verify --format json",
+    "envelope": "the output of any command with --format json",
 }
 
 
@@ -59,22 +62,18 @@ class Formats(Mapping[str, Format]):
         return len(_names())
 
     def is_own(self, name: str) -> bool:
-        """Return True if a format is one of this program, and not of a plug-in."""
         return name in _MODULES
 
     def feeding(self, robot: Robot, publisher: str) -> list[Output]:
-        """Return the outputs of a robot that publishers of a kind read, by their format."""
         return feeding(robot, publisher, self)
 
     def feeds(self, artifact: Artifact, publisher: str) -> bool:
-        """Return True if publishers of a kind read an artifact, by its format."""
         return publisher in self[artifact.backend].feeds and not artifact.withheld
 
     def names_meshes(self, artifact: Artifact) -> bool:
         """Return True if an artifact names meshes as URDF does; for a template the name of its file decides."""
-        if self[artifact.backend].meshes:
-            return True
-        return any(one.meshes and artifact.file.endswith(one.endings) for one in self.values())
+        by_name = (one.meshes and artifact.file.endswith(one.endings) for one in self.values())
+        return self[artifact.backend].meshes or any(by_name)
 
     def endings(self, *, include: bool = False) -> tuple[str, ...]:
         """Return the endings of files that hold a robot; with ``include``, of those that a description may include."""
@@ -97,11 +96,9 @@ def _names() -> tuple[str, ...]:
 
 @cache
 def _built_in(name: str) -> Format | None:
-    if name not in _MODULES:
-        return None
-    module = import_module(_MODULES[name])
-    format: Format = module.FORMAT
-    return format if format.name == name else module.LIST
+    module = import_module(_MODULES[name]) if name in _MODULES else None
+    format: Format | None = module and module.FORMAT
+    return module.LIST if module and format and format.name != name else format
 
 
 def _plugged() -> tuple[Mapping[str, Format], tuple[Diagnostic, ...]]:
@@ -110,16 +107,22 @@ def _plugged() -> tuple[Mapping[str, Format], tuple[Diagnostic, ...]]:
         return {}, ()
     from .plugged import plugged
 
-    return plugged(frozenset(_MODULES), _known_files)
-
-
-@cache
-def _known_files() -> frozenset[str]:
-    """Return what identifies files of robots in built-in formats: endings, and <root> elements."""
-    readable = [one for one in filter(None, map(_built_in, _MODULES)) if one.load is not None]
-    return frozenset(mark for one in readable for mark in (*one.endings, *(f"<{root}>" for root in one.roots)))
+    return plugged(tuple(filter(None, map(_built_in, _MODULES))))
 
 
 def plugged_diagnostics() -> tuple[Diagnostic, ...]:
     """Return the diagnostics about formats of other packages."""
     return _plugged()[1]
+
+
+def schema_names() -> dict[str, str]:
+    """Return the names of the JSON Schemas of descriptions and artifacts, each with its subject."""
+    return {**_SCHEMAS, **{one.schema: f"the artifact {one.name}" for one in FORMATS.values() if one.schema}}
+
+
+def schema_text(name: str) -> str:
+    """Return a JSON Schema as text; those of descriptions contain the sections of plug-ins."""
+    if name == "description":
+        return json.dumps(schema(), indent=2, ensure_ascii=False) + "\n"
+    path = data_folder("schemas") / f"{name}.schema.json"
+    return authoring_schema() if name == "authoring" else path.read_text("utf-8")

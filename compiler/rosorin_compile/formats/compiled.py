@@ -18,26 +18,26 @@ from rosorin_compile.language.suppressions import Entry, settled, unknown, unuse
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.rules import check as rules
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, has_errors
-from rosorin_compile.source.files import read_text, recording
-from rosorin_compile.source.load import unreadable
+from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.magnitudes import collect
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, error, has_errors
+from rosorin_compile.source.files import read_text, recording, shown
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import PACKAGE_XML
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.project import PYTHON_PACKAGE, ROS_PACKAGE, of_tool
-from rosorin_compile.source.tree import Map, locate
+from rosorin_compile.source.project import PYTHON_PACKAGE, ROS_PACKAGE, tool_folders
+from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import counted
 
 from . import FORMATS, Artifact, plugged_diagnostics
+from .format import notes as unsupported_notes
 from .imported import Imported, ReadOptions, as_tree
 from .reading import outputs_of, read_robot
 from .templating import TemplateProblem, Templates
-from .unsupported import notes as unsupported_notes
 
 if TYPE_CHECKING:
     from rosorin_compile.language.expand.included_robots import Tell
-    from rosorin_compile.rules.case import Case
     from rosorin_compile.source.project import Resolved
 
     from .mesh_files import Searched
@@ -46,32 +46,23 @@ Search = Callable[[Map, Sequence[Output]], "Searched"]
 
 
 class Understood(NamedTuple):
-    """A loaded robot: its tree and its model, each as far as it has no errors, and all diagnostics.
-
-    ``used`` are the entries of ``accept`` that had an effect. ``imported`` is set for a robot in another format.
-    """
+    """A loaded robot: its tree and its model, each as far as it has no errors, and all diagnostics."""
 
     expanded: Expanded
     lowered: Lowered | None
     diagnostics: list[Diagnostic]
-    used: frozenset[Entry] = frozenset()
-    imported: Imported | None = None
+    used: frozenset[Entry] = frozenset()  # the entries of ``accept`` that had an effect
+    imported: Imported | None = None  # the source, of a robot in another format
 
     @property
     def robot(self) -> Robot | None:
-        """The robot, or None with errors."""
         return None if self.lowered is None or has_errors(self.diagnostics) else self.lowered.robot
 
     @property
     def case(self) -> Case | None:
         """The robot with the positions of all its values, or None with errors."""
-        from rosorin_compile.rules.case import Case
-        from rosorin_compile.rules.magnitudes import collect
-
         robot, tree, lowered = self.robot, self.expanded.tree, self.lowered
-        if robot is None or tree is None or lowered is None:
-            return None
-        return Case(robot, tree, lowered.places, collect(tree))
+        return Case(robot, tree, lowered.places, collect(tree)) if robot and tree is not None and lowered else None
 
 
 @dataclass(frozen=True)
@@ -86,54 +77,40 @@ class Variant:
 
 @dataclass(frozen=True)
 class Compiled:
-    """The model and the artifacts of a description, which exist only without errors, and all diagnostics.
-
-    ``inputs`` are the files that were read or looked for and not found: a change of one of them may change the result.
-    ``missing`` are those that were not found. A package.xml from which only the name of the package was read does not
-    count. ``resolved`` maps names of packages to the paths that were found. ``meshes`` are the mesh files, or None if
-    they were not requested. ``variant`` is set by ``sweep``.
-    """
+    """The model and the artifacts of a description, which exist only without errors, and all diagnostics."""
 
     robot: Robot | None
     artifacts: tuple[Artifact, ...]
     diagnostics: list[Diagnostic]
     inputs: tuple[Path, ...]
-    resolved: tuple[Resolved, ...] = ()
-    meshes: Searched | None = None
-    variant: Variant | None = None
-    missing: tuple[Path, ...] = ()
+    resolved: tuple[Resolved, ...] = ()  # where names of packages led
+    meshes: Searched | None = None  # None if they were not requested
+    variant: Variant | None = None  # set by ``sweep``
+    missing: tuple[Path, ...] = ()  # the inputs that were not found
 
     @property
     def files_read(self) -> tuple[Path, ...]:
-        """The files that were read."""
         return tuple(path for path in self.inputs if path not in self.missing)
 
     @property
     def mesh_files(self) -> Mapping[str, bytes]:
-        """The mesh files that belong to the artifacts, bytes by name."""
         return self.meshes.files if self.meshes else {}
 
     @property
     def packages(self) -> dict[str, Path]:
-        """The folders of the ROS packages that were found, by name."""
-        return {one.name: Path(one.answer) for one in self.resolved if one.answer and one.kind == ROS_PACKAGE}
+        return {found.name: found.folder for found in self.resolved if found.kind == ROS_PACKAGE}
 
     @property
     def python_packages(self) -> list[Path]:
-        """The folders of the Python packages that were found."""
-        return [Path(one.answer) for one in self.resolved if one.answer and one.kind == PYTHON_PACKAGE]
+        return [found.folder for found in self.resolved if found.kind == PYTHON_PACKAGE]
 
     def __repr__(self) -> str:
-        """Return a summary without the texts of the artifacts."""
         return f"<Compiled {self.robot!r}, {len(self.artifacts)} artifacts, {_counted(self.diagnostics)}>"
 
 
 @dataclass(frozen=True)
 class Reading:
-    """The robot of a file in any format (None if it has errors), all diagnostics, and the files that were read.
-
-    ``tree`` is the robot as a description, after includes, arguments and expressions.
-    """
+    """The robot of a file in any format, all diagnostics, the files that were read, and the robot as a description."""
 
     robot: Robot | None
     diagnostics: list[Diagnostic]
@@ -141,7 +118,6 @@ class Reading:
     tree: Map | None = None
 
     def __repr__(self) -> str:
-        """Return a summary."""
         return f"<Reading {self.robot!r}, {_counted(self.diagnostics)}>"
 
 
@@ -154,7 +130,6 @@ class RobotReader:
     """Reads the robots in other formats that descriptions include."""
 
     def endings(self) -> tuple[str, ...]:
-        """Return the endings of the files in other formats that a description may include."""
         return FORMATS.endings(include=True)
 
     def read(
@@ -175,30 +150,23 @@ def understand(
     requested: Sequence[str] = (),
     cache: dict[Any, Any] | None = None,
 ) -> Understood:
-    """Load the description whose main file is ``path``; no artifact is generated.
-
-    ``tell`` receives warnings before code is executed; without it they are among the diagnostics. ``packages`` are
-    folders of ROS packages by name. ``requested`` as in ``judge``; ``cache`` keeps parsed files.
-    """
+    """Load the description whose main file is ``path``; ``tell`` gets the warnings before any code is run."""
     return judge(expand(path, arguments or {}, RobotReader(), tell, packages, cache), requested)
 
 
 def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
-    """Validate and lower an expanded tree, and check the rules.
-
-    ``requested`` are outputs: names under ``outputs``, or of formats, which get their default options.
-    """
+    """Validate and lower an expanded tree, and check the rules; ``requested`` are names of outputs or of formats."""
     diagnostics = [*expanded.diagnostics, *plugged_functions()[1], *plugged_diagnostics()]
-    diagnostics += plugged_sections().diagnostics
+    diagnostics += [*plugged_sections().diagnostics, *rules.plugged().diagnostics]
     if expanded.tree is None:
-        return Understood(expanded, None, arrange([*diagnostics, *rules.plugged().diagnostics]))
+        return Understood(expanded, None, arrange(diagnostics))
     tree, unknown_outputs = with_wanted(expanded.tree, requested, FORMATS)
     expanded, scope = expanded._replace(tree=tree), expanded.scope
     Progress.step("validating")
-    diagnostics += [*unknown_outputs, *validate(tree, FORMATS, scope)]
+    invalid = [*unknown_outputs, *validate(tree, FORMATS, scope)]
     Progress.step("building the robot")
-    lowered = None if has_errors(diagnostics) else lower(tree, scope)
-    diagnostics += [*rules.plugged().diagnostics, *unknown(tree, rules.acceptable())]
+    lowered = None if has_errors([*diagnostics, *invalid]) else lower(tree, scope)
+    diagnostics += [*invalid, *unknown(tree, rules.acceptable())]
     if lowered is None or has_errors(diagnostics):
         return Understood(expanded, None, arrange(diagnostics))
     diagnostics += lowered.diagnostics
@@ -207,10 +175,9 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
             diagnostics += rules.check(lowered.robot, tree, lowered.places, FORMATS, scope, requested)
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
-    if has_errors(diagnostics):
-        diagnostics = rules.merge_misspelt(diagnostics, tree, lowered.places)
-    else:  # an argument whose use is an error would be reported as unused
-        diagnostics += expanded.unused
+    is_wrong = has_errors(diagnostics)  # then an argument whose use is an error would be reported as unused
+    merged = rules.merge_misspelt(diagnostics, tree, lowered.places) if is_wrong else diagnostics
+    diagnostics = [*merged, *(() if is_wrong else expanded.unused)]
     found = settled(tree, diagnostics, rules.acceptable())
     diagnostics = found.diagnostics
     if scope and scope.expansion.disabled and any(one.severity != NOTE for one in diagnostics):
@@ -229,19 +196,13 @@ def understand_foreign(path: Path, options: ReadOptions) -> Understood:
     return Understood(expanded, lowered, diagnostics, imported=imported)
 
 
-def judge_foreign(
-    path: Path, options: ReadOptions, requested: Sequence[str] = (), optional: bool = False
-) -> Understood:
-    """Load a robot in another format as the description that ``import`` would write, and check the rules.
-
-    Its outputs are those of that description, those of ``optional`` formats, and the ``requested`` ones.
-    """
+def judge_foreign(path: Path, how: ReadOptions, requested: Sequence[str] = (), optional: bool = False) -> Understood:
+    """Load a robot in another format as the description that ``import`` would write, and check the rules."""
     names = [format.name for format in FORMATS.values() if optional or not format.optional]
-    return judge(_with_outputs(read_robot(path, options), [*names, *requested]), requested)
+    return judge(_with_outputs(read_robot(path, how), [*names, *requested]), requested)
 
 
 def _with_outputs(imported: Imported, names: Sequence[str]) -> Expanded:
-    """Return an imported robot with those outputs of its description that have one of the names."""
     tree = imported.tree
     if tree is not None:
         entries = {name: entry for name, entry in outputs_of(imported).entries.items() if name in names}
@@ -262,61 +223,55 @@ def compile_robot(
     *,
     exact: bool = False,
 ) -> Compiled:
-    """Compile the description whose main file is ``path``. Errors are diagnostics, never exceptions.
+    """Compile the description whose main file is ``path``; ``exact`` prints all digits. Errors are diagnostics."""
 
-    The parameters are those of ``understand`` and ``emit``. With ``exact``, outputs without a number format print all
-    digits.
-    """
+    def with_all_digits(output: Output) -> Output:
+        has_option = "number_format" in FORMATS[output.backend].options
+        return replace(output, options={"number_format": "exact", **output.options}) if has_option else output
+
     with recording() as recorded:
         try:
             understood = understand(path, arguments, tell, packages, requested, cache)
             lowered = understood.lowered
             if exact and lowered is not None and lowered.robot is not None:
-                outputs = tuple(
-                    replace(one, options={"number_format": "exact", **one.options})
-                    if "number_format" in FORMATS[one.backend].options
-                    else one
-                    for one in lowered.robot.outputs
-                )
-                lowered = lowered._replace(robot=replace(lowered.robot, outputs=outputs))
+                robot = replace(lowered.robot, outputs=tuple(map(with_all_digits, lowered.robot.outputs)))
+                understood = understood._replace(lowered=lowered._replace(robot=robot))
             if understood.expanded.scope is not None:
                 understood.expanded.scope.expansion.forget()
-            compiled = emit(understood._replace(lowered=lowered), path, search, requested)
+            compiled = emit(understood, path, search, requested)
         except OSError as problem:
             if problem.filename is None:
                 raise
-            compiled = Compiled(None, (), [unreadable(problem)], (path,))
+            message = f"cannot read {shown(os.fsdecode(problem.filename))}: {problem.strerror}"
+            unreadable = error("file-unreadable", message, None, "check the permissions")
+            compiled = Compiled(None, (), [unreadable], (path,))
     listed = {*map(os.path.abspath, compiled.inputs)}
-    new = [p for p in recorded if p.name != PACKAGE_XML and os.path.abspath(p) not in listed and not of_tool(p)]
+    own = tuple(f"{folder}{os.sep}" for folder in tool_folders().values())
+    places = {os.path.abspath(path): path for path in recorded if path.name != PACKAGE_XML}
+    new = [path for place, path in places.items() if place not in listed and not place.startswith(own)]
     missing = tuple(path for path in new if not recorded[path])
     return replace(compiled, inputs=(*compiled.inputs, *new), missing=missing)
 
 
 def emit(understood: Understood, path: Path, search: Search | None = None, requested: Sequence[str] = ()) -> Compiled:
-    """Generate the artifacts of a loaded robot; ``path`` is its main file.
-
-    ``search`` looks for mesh files, by the tree and the outputs; without it each is assumed to be where the artifacts
-    look. ``requested`` are the names of the only outputs to generate, in their order; by default all.
-    """
-    expanded, lowered, diagnostics, used, _ = understood
-    if expanded.tree is None or lowered is None or lowered.robot is None or has_errors(diagnostics):
+    """Generate the artifacts of a loaded robot, or the ``requested`` ones; ``search`` looks for its mesh files."""
+    expanded, robot, diagnostics = understood.expanded, understood.robot, understood.diagnostics
+    tree = expanded.tree
+    if tree is None or robot is None:
         return Compiled(None, (), diagnostics, expanded.files)
-    robot, meshes, outputs, tree = lowered.robot, None, lowered.robot.outputs, expanded.tree
-    acceptable, found = rules.acceptable(), list[Diagnostic]()
-    if requested:
-        named = {output.name: output for output in outputs}
-        outputs = tuple(named[name] for name in dict.fromkeys(requested))
+    meshes, acceptable, found = None, rules.acceptable(), list[Diagnostic]()
+    named = {output.name: output for output in robot.outputs}
+    outputs = [named[name] for name in dict.fromkeys(requested or named)]
     if search is not None:
         # An artifact that opens or measures meshes finds the same ones if other outputs are not generated.
-        formats = [FORMATS[output.backend] for output in outputs]
-        opening = any(format.opens is not None or format.measures for format in formats)
+        opening = any(format.opens or format.measures for format in (FORMATS[output.backend] for output in outputs))
         meshes = search(tree, robot.outputs if opening else outputs)
         robot, acceptable = meshes.add_to(robot), {**acceptable, **meshes.acceptable}
         found += meshes.diagnostics
     templates, artifacts = Templates(path.parent, first=path), list[Artifact]()
     for number, output in enumerate(outputs):
         Progress.step(f"making {output.file},", number, len(outputs))
-        format, place = FORMATS[output.backend], locate(tree, ("outputs", output.name), key=True)
+        format, place = FORMATS[output.backend], tree.locate(("outputs", output.name), key=True)
         try:
             text, remarks = format.written(robot, output, templates)
         except TemplateProblem as problem:
@@ -326,25 +281,17 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
             artifacts.append(Artifact(output.file, text, output.backend, output.name, format.is_withheld(output)))
     found, more = settled(tree, [*found, *unsupported_notes(tree, outputs, FORMATS)], acceptable)
     if not requested:  # otherwise an entry of accept may be about another output
-        found += unused(tree, used | more, rules.acceptable(), ("",) if search is None else ("", "meshes"))
-    return Compiled(
-        robot,
-        () if has_errors(found) else tuple(artifacts),
-        arrange([*diagnostics, *found]),
-        (*expanded.files, *templates.read()),
-        (*expanded.resolved, *(meshes.resolved if meshes else ())),
-        meshes,
-    )
+        asked = ("",) if search is None else ("", "meshes")
+        found += unused(tree, understood.used | more, rules.acceptable(), asked)
+    all_diagnostics, inputs = arrange([*diagnostics, *found]), (*expanded.files, *templates.read())
+    resolved = (*expanded.resolved, *(meshes.resolved if meshes else ()))
+    return Compiled(robot, () if has_errors(found) else tuple(artifacts), all_diagnostics, inputs, resolved, meshes)
 
 
 def emit_published(understood: Understood, path: Path) -> Compiled:
     """Return the URDF of a robot that was loaded with ``understand_foreign``; of a URDF, its own text."""
-    expanded, robot = understood.expanded, understood.robot
-    if robot is None:
-        return Compiled(None, (), understood.diagnostics, expanded.files)
-    format, (output,) = FORMATS.published(), robot.outputs
-    text, remarks = format.written(robot, output, Templates(path.parent))
-    if path.suffix.lower() in format.endings:
+    compiled = emit(understood, path)
+    if path.suffix.lower() in FORMATS.published().endings:
         text = read_text(path, errors="replace")
-    artifact = Artifact(output.file, text, format.name, output.name)
-    return Compiled(robot, (artifact,), arrange([*understood.diagnostics, *remarks]), expanded.files)
+        return replace(compiled, artifacts=tuple(replace(one, text=text) for one in compiled.artifacts))
+    return compiled

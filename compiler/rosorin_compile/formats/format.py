@@ -2,59 +2,60 @@
 
 A format is a module of this folder (or a folder) that exports ``FORMAT``; its name is that of the module. A format of
 another package comes by an entry point (``docs/extend.md``). Nothing else in the program names a format.
+
+A format carries the keys of the language that it ``covers``, without those that are ``unsupported`` and those that name
+another format (``mjcf``, ``gazebo``). In ``unsupported`` "*" stands for the name of an entry
+(``joints.*.dynamics.damping``); a key stands for all keys below it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, error
+from rosorin_compile.model import Link, Output
+from rosorin_compile.model.link import Source as Provenance
+from rosorin_compile.model.link import limited_fields
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, Span, error
 from rosorin_compile.source.messages import and_here
+from rosorin_compile.source.rule_registry import FORMATS, Rule
+from rosorin_compile.source.tree import Map
+from rosorin_compile.source.wording import counted, listed, masked
+from rosorin_compile.source.xml.elements import canonical, tree_of
+from rosorin_compile.source.xml.markup import Document, MarkupError, read_source
 
 if TYPE_CHECKING:
-    from rosorin_compile.model import Output, Robot
+    from rosorin_compile.model import Robot
     from rosorin_compile.rules.case import Case
-    from rosorin_compile.source.rule_registry import Rule
-    from rosorin_compile.source.tree import Map
-    from rosorin_compile.source.xml.markup import Document, MarkupError
 
     from .imported import Imported, Proof, ReadOptions
     from .mesh_files import Searched
     from .templating import Templates
-    from .unsupported import Unsupported
 
 
 @dataclass(frozen=True)
 class Artifact:
-    """One emitted file: its name in the output folder, its text, its format and the name of its output.
-
-    If ``withheld`` is true, publishers must not read the file, although they read its format.
-    """
+    """One emitted file: its name in the output folder, its text, its format and the name of its output."""
 
     file: str
     text: str
     backend: str
     output: str
-    withheld: bool = False
+    withheld: bool = False  # publishers must not read the file, although they read its format
 
     def __repr__(self) -> str:
-        """Return all but the text, which may be long."""
         return f"<Artifact {self.file}: {self.backend}, {len(self.text):,} characters>"
 
 
 class Refusal(NamedTuple):
-    """Why an engine does not load an artifact; empty if it does.
-
-    ``outdated``: the engine is too old for it. ``missing``: the name of an engine that is not installed.
-    """
+    """Why an engine does not load an artifact; empty if it does."""
 
     reason: str = ""
-    outdated: bool = False
-    missing: str = ""
+    outdated: bool = False  # the engine is too old for the artifact
+    missing: str = ""  # the name of an engine that is not installed
 
 
 # An option that several formats have.
@@ -70,8 +71,13 @@ BOXES_OF_HEIGHT_MAPS = (
     " z = 0 whatever bottom says"
 )
 
+# Distributions of ROS 2: those that artifacts can be written for. Those after Jazzy are taken to be as it is.
+HUMBLE, JAZZY = "humble", "jazzy"
+DISTRIBUTIONS = [HUMBLE, JAZZY, "kilted", "lyrical", "rolling"]
+
 # A description as plain values: what YAML would have, in SI units or as quantities ("40 mm").
 Description = Mapping[str, "Any"]
+Reasons = Mapping[str, "Unsupported | None"]
 Writer = Callable[["Robot", "Output", "Templates"], tuple[str, "list[Diagnostic]"]]
 
 
@@ -86,7 +92,8 @@ class Placed(NamedTuple):
 class Opened:
     """A file to be read: its path, the options, its elements if it is XML, and the position that names it.
 
-    Positions are a line and a column, which count from 1, or the ``span`` of an element.
+    Positions are a line and a column, which count from 1, or the ``span`` of an element. ``text`` and ``source`` raise
+    MarkupError if the file cannot be read, which the caller of a reader expects.
     """
 
     path: Path
@@ -96,15 +103,18 @@ class Opened:
 
     @property
     def text(self) -> str:
-        """The text of the file. Raises MarkupError if it cannot be read, which the caller of a reader expects."""
         return self.source.text
 
     @cached_property
     def source(self) -> Source:
-        """The file for diagnostics. Raises MarkupError as ``text``."""
-        from rosorin_compile.source.xml.files import read_source
-
         return self.document.source if self.document else read_source(self.path, self.asked)
+
+    @property
+    def xml(self) -> Document:
+        """The elements of an XML file. Raises ValueError for another one."""
+        if self.document is None:
+            raise ValueError(f"{self.path} is no XML")
+        return self.document
 
     def at(self, value: Any, where: int | Span, column: int = 1, length: int = 1) -> Placed:
         """Return a value of a description with its position, for diagnostics."""
@@ -114,8 +124,6 @@ class Opened:
         self, message: str, where: int | Span = 1, column: int = 1, length: int = 1, help: str = ""
     ) -> MarkupError:
         """Return the exception that a reader raises for a file that its format does not allow."""
-        from rosorin_compile.source.xml.markup import MarkupError
-
         return MarkupError(error("file-syntax", message, self._span(where, column, length), help))
 
     def left_out(self, what: str, where: int | Span, column: int = 1, length: int = 1, help: str = "") -> Diagnostic:
@@ -125,27 +133,27 @@ class Opened:
     def _span(self, where: int | Span, column: int, length: int) -> Span:
         return where if isinstance(where, Span) else Span(self.source, where, column, length)
 
-    @property
-    def xml(self) -> Document:
-        """The elements of an XML file. Raises ValueError for another one."""
-        if self.document is None:
-            raise ValueError(f"{self.path} is no XML")
-        return self.document
+
+def described_by(distribution: str) -> str:
+    """Return the distribution whose facts are used for a distribution of ROS 2."""
+    return HUMBLE if distribution == HUMBLE else JAZZY
 
 
 def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> Diagnostic:
-    """Return the warning about content that the tree does not carry; ``many`` if ``what`` is a plural.
-
-    ``others`` are further positions of the same content.
-    """
+    """Return the warning about content that the tree does not carry; ``many`` if ``what`` is a plural."""
     message = f"{what} {'are' if many else 'is'} not carried over"
     return Diagnostic("import-cannot-carry", WARNING, message, span, and_here(others), help)
 
 
+def describe(source: Provenance) -> str:
+    """Return where a value comes from as one line of printable text; empty if the description does not say."""
+    head = ", ".join(part for part in (source.status.replace("_", "-"), source.measured) if part)
+    text = ": ".join(part for part in (head, source.note) if part)
+    return masked(" ".join(text.split()))
+
+
 def xml_syntax(text: str) -> object:
     """Return the elements of an XML text, for ``syntax``. Raises ValueError."""
-    from rosorin_compile.source.xml.elements import canonical, tree_of
-
     return canonical(tree_of(text))
 
 
@@ -192,8 +200,8 @@ class Format:
     rounding: tuple[float, float] = (0.0, 0.0)  # by how much (m, rad) ``view`` rounds numbers
     partial: bool = False  # ``view`` leaves out some of what ``read`` finds: only its own leaves are compared
     covers: tuple[str, ...] = ()  # the keys of the language that it is about; () for all
-    # The covered keys that an output does not carry, with the reason.
-    unsupported: Mapping[str, Unsupported] | Callable[[Output], Mapping[str, Unsupported]] = field(default_factory=dict)
+    # The covered keys that an output does not carry, with the reason (None: it does); may depend on its options.
+    unsupported: Reasons | Callable[[Output], Reasons] = field(default_factory=dict)
 
     # Foreign files, for ``import``, ``include`` and ``diff``.
     load: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
@@ -212,7 +220,6 @@ class Format:
 
     # Comparing two robots or two texts.
     links: Callable[[Robot, Output], Collection[str]] | None = None  # the links that an output has
-    lacks: frozenset[str] = frozenset()  # topics that it cannot express (see ``compare.sections``)
     leaves_out: Callable[[Robot, str], bool] | None = None  # whether it has no such link by nature
     why: str = ""  # the reason
     adds: Callable[[Robot, str, Robot], bool] | None = None  # whether a link of a file stands for something else
@@ -244,7 +251,6 @@ class Format:
 
     @property
     def is_xml(self) -> bool:
-        """Whether the content of its files identifies them, rather than their names."""
         return bool(self.roots or self.recognises)
 
     @property
@@ -264,9 +270,138 @@ class Format:
         return self.write(robot, output, templates)
 
     def is_withheld(self, output: Output) -> bool:
-        """Return True if publishers that read the format must not read an output."""
         return self.withheld is not None and self.withheld(output)
 
     def output(self, robot: Robot) -> Output | None:
-        """Return the first output of a robot in this format."""
         return next((output for output in robot.outputs if output.backend == self.name), None)
+
+
+_NOTE = "A note: a format cannot express keys that the description sets; one note a format."
+_NOTHING = "Nothing, if no reader of these artifacts needs them; accept the rule with the reason."
+RULES = (Rule("not-in-format", _NOTE, _NOTHING, FORMATS),)
+
+# Keys that name the formats that they are for: a reader of another one does not expect them.
+ADDRESSED = {"mjcf": ("mjcf",), "mjcf_elements": ("mjcf",), "gazebo": ("sdf", "urdf"), "urdf_elements": ("urdf",)}
+# What says how the description is read and checked, and keys of any entry that say where its values come from.
+_TECHNICAL = ("args", "let", "include", "accept", "outputs", "rosorin_compile", "modes", "links.inertial.of.name")
+REMARKS = frozenset({"source", "stand_ins", "method", "reason", "about", "stamps"})
+
+# The keys that give a frame its place, and those that name the node that publishes it.
+PLACES = (
+    *("joints.parent", "joints.child", "joints.xyz", "joints.rpy", "sensors.parent", "sensors.frame"),
+    *("sensors.xyz", "sensors.rpy", "sensors.optical.frame", "sensors.optical.xyz", "sensors.optical.rpy"),
+)
+_PUBLISHER = ("joints.publisher", "sensors.publisher", "sensors.optical.publisher")
+_TURNS = (".static_transform_publisher", ".by.static_transform_publisher", ".when")
+NODES = tuple(f"{publisher}{turn}" for publisher in _PUBLISHER for turn in _TURNS)
+UNPUBLISHED = tuple(f"{publisher}.none" for publisher in _PUBLISHER)
+
+# The keys that each format of a whole robot covers.
+MODEL_KEYS = ("robot", "links", "joints", "materials", "sensors", "root", "actuators", "disabled_contacts")
+
+_GEOMETRY = (
+    *("box", "cylinder", "capsule", "sphere", "ellipsoid", "mesh.file", "mesh.scale", "height_map.origin"),
+    *("height_map.cell", "height_map.heights", "height_map.bottom", "xyz", "rpy"),
+)
+SHAPES = tuple(f"links.{purpose}.{key}" for purpose in ("collision", "visual") for key in _GEOMETRY)
+
+
+class Unsupported(NamedTuple):
+    """Why a format does not carry a key."""
+
+    reason: str
+    quiet: bool = False  # a note would help nobody, because something else carries it
+    one_way: bool = False  # artifacts carry it, but not the robot that is read from one: ``diff`` does not compare it
+
+
+def _quiet(reason: str, *keys: str) -> dict[str, Unsupported]:
+    return {key: Unsupported(reason, quiet=True) for key in keys}
+
+
+_CONTACTS = ("condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
+_FOR_NODES = "for launch files, and the table of frames"
+# How MuJoCo sees and simulates a robot, in words that formats for other programs do not have.
+OF_MUJOCO: Mapping[str, Unsupported] = {
+    **_quiet("how MuJoCo couples joints", *(f"joints.*.mimic.{key}" for key in ("name", *_CONTACTS))),
+    **_quiet("how MuJoCo computes contacts", *(f"links.*.collision.*.contact.{key}" for key in _CONTACTS)),
+    **_quiet("marks that sensors and actuators of MuJoCo name", "links.*.sites"),
+    **_quiet("what MuJoCo takes a mesh for", "links.*.collision.*.mesh.inertia", "links.*.visual.*.mesh.inertia"),
+    **_quiet("how the base moves in the world of a simulation", "root"),
+    "joints.*.dynamics.armature": Unsupported("no inertia of rotors"),
+    "links.*.cameras": Unsupported("cameras that are not sensors"),
+    "links.*.lights": Unsupported("no lights"),
+    "links.*.collision.*.contact.friction.1": Unsupported("sliding friction alone"),
+    **{f"links.*.collision.*.contact.{key}": Unsupported("no bits of contacts") for key in ("contype", "conaffinity")},
+}
+# Who publishes a frame; the name of a sensor's joint matters to publishers alone. What frames sensors have is read.
+OF_PUBLISHERS: Mapping[str, Unsupported] = {
+    **_quiet(_FOR_NODES, "joints.*.publisher", "sensors.*.publisher", "sensors.*.optical.publisher"),
+    "sensors": Unsupported("sensors are read as links", one_way=True),
+}
+
+
+def is_within(key: str, prefixes: Iterable[str]) -> bool:
+    """Return True if a key is one of some keys, or below one of them; "*" in these stands for any name."""
+    return any(f"{key}.".startswith(f"{prefix.replace('.*', '')}.") for prefix in prefixes)
+
+
+def reason(format: Format, output: Output, key: str, one_way: bool = False) -> Unsupported | None:
+    """Return why an output, or (``one_way``) the robot read from it, has nothing at a key; None if it has to."""
+    steps = key.split(".")
+    if is_within(key, _TECHNICAL) or not REMARKS.isdisjoint(steps):
+        return Unsupported("it is about the description", quiet=True)
+    for step in steps:
+        if format.name not in ADDRESSED.get(step, (format.name,)):
+            return Unsupported(f"{step} is for {listed(ADDRESSED[step])}", quiet=True)
+    table = _table(format, output).items()
+    found = [why for prefix, why in table if is_within(key, [prefix]) and (one_way or not (why and why.one_way))]
+    if None not in found and format.covers and not is_within(key, format.covers):
+        return Unsupported(f"a {format.word} has {listed(format.covers)}", quiet=True)
+    return None if None in found or not found else found[0]
+
+
+def lacks(format: Format, key: str) -> bool:
+    """Return True if the robots that are read from artifacts of a format, by default options, have nothing at a key."""
+    return reason(format, Output(format.name, format.name, ""), key, one_way=True) is not None
+
+
+def _table(format: Format, output: Output) -> Mapping[str, Unsupported | None]:
+    """Return what an output does not carry, and None for keys of links that this format and few others carry."""
+    found: dict[str, Unsupported | None] = {}
+    found.update(format.unsupported(output) if callable(format.unsupported) else format.unsupported)
+    for name, formats in limited_fields(Link).items():
+        if format.name in formats:
+            found[f"links.*.{name}"] = None
+        elif "links" in format.covers:
+            found[f"links.*.{name}"] = Unsupported(f"only in {listed(formats)}")
+    return found
+
+
+def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -> Iterator[Diagnostic]:
+    """Yield a note for each format of which no output carries keys that a description sets."""
+    outputs = list(outputs)
+    for name in dict.fromkeys(output.backend for output in outputs):
+        some = [output for output in outputs if output.backend == name]
+        first, *others = [_table(formats[name], output) for output in some]
+        lost = [key for key, why in first.items() if why and not (why.quiet or why.one_way)]
+        counts = {key: len([*_places(tree, key)]) for key in lost if all(table.get(key) for table in others)}
+        found = [f"{key.replace('.*', '')} ({counted(count, 'place')})" for key, count in counts.items() if count]
+        if found:
+            span = tree.locate(("outputs", some[0].name), key=True).span
+            yield Diagnostic("not-in-format", NOTE, f"{formats[name].word} cannot express {listed(found)}", span)
+
+
+def _places(value: Any, pattern: str) -> Iterator[Any]:
+    """Yield the values that are set at a key; "*" stands for each entry of a mapping or a list, 1 for the second."""
+    step, _, rest = pattern.partition(".")
+    if step == "*":
+        inner = list(value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ())
+    elif isinstance(value, list):
+        inner = value[int(step) : int(step) + 1] if step.isdecimal() else []
+    else:
+        inner = [value[step]] if isinstance(value, Mapping) and step in value else []
+    for item in inner:
+        if rest:
+            yield from _places(item, rest)
+        elif item not in (None, [], {}, False):
+            yield item

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from numbers import Integral, Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.language.annotations import Steps
 from rosorin_compile.language.schema import subject, unit_at
@@ -19,7 +19,7 @@ from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.wording import masked
-from rosorin_compile.source.xml.markup import Document, Element, Remark
+from rosorin_compile.source.xml.markup import COMMENT, Document, Element, Remark
 from rosorin_compile.source.yaml_mistakes import MAX_DEPTH
 
 from .format import Opened, Placed
@@ -28,14 +28,8 @@ if TYPE_CHECKING:
     from rosorin_compile.language.lower import Lowered
     from rosorin_compile.model import Robot
 
-RULES = (
-    Rule(
-        "import-cannot-carry",
-        "A warning: something has no place in a description and is not carried over.",
-        "`--strict` makes it an error.",
-        READING,
-    ),
-)
+_CANNOT_CARRY = "A warning: something has no place in a description and is not carried over."
+RULES = (Rule("import-cannot-carry", _CANNOT_CARRY, "`--strict` makes it an error.", READING),)
 
 MAX_NAME = 60
 BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"
@@ -56,85 +50,60 @@ class Comment:
     path: TreePath
     where: str = BEFORE
 
-    BEFORE: ClassVar[str] = BEFORE
-    BESIDE: ClassVar[str] = BESIDE
-    INSIDE: ClassVar[str] = INSIDE
-    END: ClassVar[str] = END
-
 
 class Outputs(NamedTuple):
-    """The entries of ``outputs`` of a description by format, and remarks on unusual ones.
-
-    ``left_out`` are formats that the description does not request, each with the reason.
-    """
+    """The entries of ``outputs`` of a description by format, and remarks on unusual ones."""
 
     entries: dict[str, Mapping[str, Any]]
     remarks: dict[str, str]
-    left_out: dict[str, str]
+    left_out: dict[str, str]  # formats that the description does not request, each with the reason
 
     @property
     def lines(self) -> list[str]:
-        """The remarks as comments of the section."""
         return [*self.remarks.values(), *(f"no {name}: {reason}" for name, reason in self.left_out.items())]
 
 
 class Imported(NamedTuple):
-    """The tree of a robot (None if the source is broken), all diagnostics, and facts for those who write it.
-
-    ``files`` are the files that were read, the source first. ``version`` is that of the format (``version`` of a URDF),
-    ``format`` its name; of a xacro that of its expansion. ``takes_arguments`` is true if arguments were passed to the
-    file, and ``unexpanded`` if a file with xacro elements was read as the URDF that its name promises. ``names`` are
-    the names that objects of the source got, by kind and index, for the proof in its engine. ``checked`` is False for
-    a tree that still has to be validated.
-    """
+    """The tree of a robot (None if the source is broken), all diagnostics, and facts for those who write it."""
 
     tree: Map | None
     diagnostics: list[Diagnostic]
     comments: Sequence[Comment] = ()
-    files: tuple[Path, ...] = ()
-    version: str = ""
-    format: str = ""
-    takes_arguments: bool = False
-    unexpanded: bool = False
-    names: Mapping[str, Mapping[int, str]] = {}
-    checked: bool = True
+    files: tuple[Path, ...] = ()  # that were read, the source first
+    version: str = ""  # of the format, such as that of a URDF
+    format: str = ""  # its name; of a xacro that of its expansion
+    takes_arguments: bool = False  # arguments were passed to the file
+    unexpanded: bool = False  # a file with xacro elements was read as the URDF that its name promises
+    names: Mapping[str, Mapping[int, str]] = {}  # that objects of the source got, by kind and index, for the proof
+    checked: bool = True  # the tree was validated
 
     @property
     def file_name(self) -> str:
-        """The name of the robot as that of a file or folder; "" for a broken source."""
         return file_name(self.tree["robot"]) if self.tree is not None else ""
 
     @property
     def left_out(self) -> list[str]:
-        """What the tree does not carry, each once."""
         lost = [one.message for one in self.diagnostics if one.rule == "import-cannot-carry"]
         return [message.replace(" is not carried over", "") for message in dict.fromkeys(lost)]
 
     @property
     def whole(self) -> Map:
-        """The tree. Raises ValueError for a broken source, which has none."""
         if self.tree is None:
             raise ValueError("a broken source has no tree")
         return self.tree
 
     def lowered(self) -> Lowered:
-        """Return the model of the tree, and diagnostics."""
         from rosorin_compile.language.lower import lower
 
         return lower(self.whole)
 
     @property
     def robot(self) -> Robot | None:
-        """The model of the tree, or None if there is none."""
         return None if self.tree is None else self.lowered().robot
 
 
 def file_name(name: str) -> str:
-    """Return the name of a robot as that of a file or folder: ASCII letters, digits, "_", "-" and ".".
-
-    >>> file_name("My Robot (v2)"), file_name("../x"), file_name("机器人")
-    ('My_Robot_v2', 'x', 'robot')
-    """
+    """Return the name of a robot as that of a file or folder: ASCII letters, digits, "_", "-" and "."."""
     made = re.sub(r"[^A-Za-z0-9._-]+", "_", name)[:MAX_NAME].strip("._-")
     if not made or not isinstance(plain_scalar(made), str):
         made = f"robot_{made}".strip("_")
@@ -143,29 +112,19 @@ def file_name(name: str) -> str:
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """Options of reading a file.
+    """Options of reading a file."""
 
-    ``arguments`` are those of a xacro file, texts by name. ``packages`` are folders of ROS packages by name, which
-    have precedence. ``lenient`` accepts a file that violates its specification if a robot can be read. ``environment``
-    are the environment variables; None means those of this process. ``tell`` gets the warning before any code is run
-    (``xacro-runs-code``); without it, that is the first diagnostic. ``trust`` means that the author of the file is
-    trusted with that. Without ``checked``, the rules are not checked, as for artifacts that were just written.
-    """
-
-    arguments: Mapping[str, str] = field(default_factory=dict)
-    packages: Mapping[str, Path] = field(default_factory=dict)
-    lenient: bool = False
-    environment: Mapping[str, str] | None = None
+    arguments: Mapping[str, str] = field(default_factory=dict)  # of a xacro file
+    packages: Mapping[str, Path] = field(default_factory=dict)  # folders of ROS packages by name, with precedence
+    lenient: bool = False  # accept a file that violates its specification if a robot can be read
+    environment: Mapping[str, str] | None = None  # the environment variables; default: those of this process
     tell: Callable[[Diagnostic], None] | None = None
-    checked: bool = True
-    trust: bool = False
+    checked: bool = True  # check the rules; not needed for artifacts that were just written
+    trust: bool = False  # the author of the file is trusted with running code
 
 
 def converted(made: object, opened: Opened) -> Imported:
-    """Convert the result of a reader: Imported, a description, or one with diagnostics. Raises TypeError for others.
-
-    Of a description, ``checked`` of the result is False.
-    """
+    """Convert the result of a reader: Imported, a description, or one with diagnostics. Raises TypeError for others."""
     if isinstance(made, Imported):
         if not (made.tree is None or isinstance(made.tree, Map)):
             raise TypeError(f"the tree of what is imported is a Map, not {type(made.tree).__name__}")
@@ -183,10 +142,7 @@ def converted(made: object, opened: Opened) -> Imported:
 
 
 def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
-    """Return plain values, as YAML has them after expansion, as a tree. Raises TypeError.
-
-    A value without a place of its own (``Opened.at``) has that of the value that contains it; the outermost ``span``.
-    """
+    """Return plain values as a tree; what has no place of its own has that of its container. Raises TypeError."""
     path = path or []
     if isinstance(value, Placed):
         return as_tree(value.value, value.span, path)
@@ -211,46 +167,34 @@ def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
         return str(value) if quantity is None else quantity
     if value is None or isinstance(value, (bool, float)):
         return value
-    if isinstance(value, Integral) and abs(int(value)) < _LARGEST:
-        return int(value)
     if isinstance(value, Real):
-        return float(value)
+        return int(value) if isinstance(value, Integral) and abs(int(value)) < _LARGEST else float(value)
     raise TypeError(f"{subject(path)} is of the type {type(value).__name__}, which no description holds")
 
 
 class Proof(NamedTuple):
-    """How what was made of a source differs from it, in texts by feature.
+    """How what was made of a source differs from it, in texts by feature."""
 
-    ``wrong`` was not reported before, ``known`` was. ``said`` is the sentence about what the engine has shown;
-    ``unknown`` is why it did not answer, empty if it did. ``counts`` is the number of objects of the source by kind.
-    """
-
-    wrong: Mapping[str, Sequence[str]] = {}
-    known: Mapping[str, Sequence[str]] = {}
-    said: str = ""
-    unknown: str = ""
-    counts: Mapping[str, int] = {}
+    wrong: Mapping[str, Sequence[str]] = {}  # was not reported before
+    known: Mapping[str, Sequence[str]] = {}  # was reported before
+    said: str = ""  # the sentence about what the engine has shown
+    unknown: str = ""  # why the engine did not answer
+    counts: Mapping[str, int] = {}  # of objects of the source by kind
 
     @property
     def texts(self) -> list[str]:
-        """All differences that were not reported before, feature by feature."""
         return [text for texts in self.wrong.values() for text in texts]
 
 
 def comments_of(document: Document, paths: Mapping[int, TreePath]) -> list[Comment]:
-    """Return the comments of a document, in their order.
-
-    ``paths`` leads from an element (by ``id``) to its entry. Comments within an element that is kept as it is are part
-    of it and are not returned, nor is the banner of xacro, which warns of edits.
-    """
+    """Return the comments of a document, in their order; ``paths`` leads from an element (by ``id``) to its entry."""
     text = document.source.text
     found: list[tuple[Remark, TreePath, str]] = [(one, ("robot",), BEFORE) for one in document.before]
     waiting = [document.root]
     while waiting:
         element = waiting.pop()
-        path, content = paths.get(id(element), ()), element.content
+        path, content, above = paths.get(id(element), ()), element.content, None
         waiting += [one for one in element.children if "urdf_elements" not in paths.get(id(one), ("urdf_elements",))]
-        above, is_shape = None, element.tag in ("visual", "collision")
         for index, item in enumerate(content):
             if isinstance(item, Element):
                 above = item
@@ -258,22 +202,19 @@ def comments_of(document: Document, paths: Mapping[int, TreePath]) -> list[Comme
             below = next((later for later in content[index:] if isinstance(later, Element)), None)
             following = content[index + 1].start if index + 1 < len(content) else element.end
             same_line = "\n" not in text[(above.end if above else element.opened) : item.start]
-            if above is None and below is not None and is_shape:  # about the shape, not about its origin
-                found.append((item, path, BEFORE))
-            elif above is not None and same_line:
-                found.append((item, paths.get(id(above), path), BESIDE))
-            elif same_line and "\n" in text[item.end : following]:
-                found.append((item, path, BESIDE))
+            of, where = path, INSIDE
+            if above is None and below is not None and element.tag in ("visual", "collision"):
+                where = BEFORE  # about the shape, not about its origin
+            elif same_line and (above is not None or "\n" in text[item.end : following]):
+                of, where = paths.get(id(above), path) if above is not None else path, BESIDE
             elif below is not None:
-                found.append((item, paths.get(id(below), path), BEFORE))
-            else:
-                found.append((item, path, INSIDE))
+                of, where = paths.get(id(below), path), BEFORE
+            found.append((item, of, where))
     found += [(one, (), END) for one in document.after]
-    comments = [
-        Comment(remark.text, document.span(remark.start, remark.end - remark.start), path, where)
-        for remark, path, where in sorted(found, key=lambda one: one[0].start)
-        if remark.is_comment
-    ]
+    comments = []
+    for remark, path, where in sorted(found, key=lambda one: one[0].start):
+        span = document.span(remark.start, remark.end - remark.start)
+        comments += [Comment(remark.text, span, path, where)] if remark.kind == COMMENT else []
     words = ("====", "This document was autogenerated by xacro from", "EDITING THIS FILE BY", "====")
     for start in range(len(comments) - len(words) + 1):
         if all(word in one.text for word, one in zip(words, comments[start:], strict=False)):

@@ -1,12 +1,5 @@
 """Find the mesh, texture and other files that a description names.
 
-A file is searched where the artifact that opens it will look (``Format.opens``), and where its description can mean it:
-
-- a relative name: in the folder of the file that names it, of the main file, in the ``folder`` of its ``source``, in
-  the folders above an included robot, and in the folders of the artifacts;
-- ``package://NAME/...``: in the folder that ``source`` or ``--package`` gives for NAME, or in the ROS package;
-- a path or ``file://``: there.
-
 The name in an artifact follows from the description alone: relative names stay, those of packages become
 ``meshes/NAME/...``. The files are copied there, so that a folder of artifacts is complete. An artifact that could not
 be opened without a missing file leaves it out.
@@ -34,106 +27,78 @@ from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic,
 from rosorin_compile.source.files import shown
 from rosorin_compile.source.messages import and_here
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.project import ENDINGS, ROS_PACKAGE, Resolved, resolved
+from rosorin_compile.source.project import ENDINGS, ROS_PACKAGE, Resolved
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import first_of
 
 from . import FORMATS as RECORDS
 
+_NOT_FOUND = "A mesh or texture is not found: an error or warning with an MJCF, a note if the URDF alone names it."
+_FIND = "Correct the name, put the file there, or say where the package is: `--package NAME=FOLDER`."
+_NO_ELEMENT_FILE = "An element of `mjcf` names a file that is not found: MuJoCo would not load the MJCF."
+_AMBIGUOUS = "Two files that differ would be one beside the artifacts. A warning if the URDF alone names them."
 RULES = (
-    Rule(
-        "mesh-not-found",
-        "A mesh or a texture is not found. An error where the relative name of a mesh leads nowhere and the MJCF needs "
-        "it, a warning where it is left out of the MJCF, as that of an imported robot, or where `import` looks, a "
-        "note where the URDF alone names it: its readers may find it on their machine.",
-        "Correct the name, put the file there, or say where the package is: `--package NAME=FOLDER`.",
-        FORMATS,
-        accept="robot",
-        imported="always",
-        asked="meshes",
-    ),
-    Rule(
-        "element-file-not-found",
-        "A file that an element of `mjcf` names is not found, and MuJoCo would not load the MJCF.",
-        "Put the file there, or correct the name.",
-        FORMATS,
-        asked="meshes",
-    ),
-    Rule(
-        "mesh-not-a-file",
-        "A mesh or a texture is a folder, a pipe or a device.",
-        "Name a regular file.",
-        FORMATS,
-        asked="meshes",
-    ),
-    Rule(
-        "mesh-ambiguous",
-        "Two files of a description would be one file beside its artifacts, and they are not the same. A warning where "
-        "the URDF alone names them.",
-        "Give one of them another name.",
-        FORMATS,
-        asked="meshes",
-    ),
+    Rule("mesh-not-found", _NOT_FOUND, _FIND, FORMATS, accept="robot", imported="always", asked="meshes"),
+    Rule("element-file-not-found", _NO_ELEMENT_FILE, "Put it there, or correct the name.", FORMATS, asked="meshes"),
+    Rule("mesh-not-a-file", "A mesh or a texture is no regular file.", "Name a file.", FORMATS, asked="meshes"),
+    Rule("mesh-ambiguous", _AMBIGUOUS, "Give one of them another name.", FORMATS, asked="meshes"),
 )
 
 MESH, TEXTURE, OF_ELEMENT, OF_MESH = "mesh", "texture", "file", "file of a mesh"
 _PLURALS = {MESH: "meshes", TEXTURE: "textures", OF_ELEMENT: "files", OF_MESH: "files of meshes"}
-_GLB_HEADER = 20  # bytes
+_PACKAGES = ("package", "model")  # schemes of addresses in packages
 _TEXT_REFERENCES = {
     ".mtl": rb"^[ \t]*(?:map_\w+|bump|disp|decal|refl|norm)[ \t]+(?:.*[ \t])?(\S+)[ \t]*\r?$",
     ".dae": rb"<image\b[^>]*>\s*<init_from>\s*(?:<ref>)?\s*([^<>]+?)\s*<",
     ".ply": rb"^comment TextureFile[ \t]+(.*\S)[ \t]*\r?$",
     ".obj": rb"^[ \t]*mtllib[ \t]+(.*\S)[ \t]*\r?$",
 }
-_PUT = "put the file next to the description, or correct the name"
 
 
 class NamedFile(NamedTuple):
-    """A file as a description names it, the places of the name, and its kind: mesh, texture, or file of an element.
-
-    ``collides``: it is a collision shape of a link.
-    """
+    """A file as a description names it, the places of the name, its kind, and whether a link collides with it."""
 
     name: str
     spans: list[Span]
     kind: str = MESH
     collides: bool = False
 
+    @property
+    def address(self) -> tuple[str, str]:
+        """The scheme, empty for a path, and the rest; some write package:///NAME/FILE, and readers take it."""
+        scheme, mark, rest = self.name.partition("://")
+        return (scheme, rest.lstrip("/") if scheme in _PACKAGES else rest) if mark else ("", self.name)
+
+    @property
+    def folders(self) -> list[Path]:
+        return list(dict.fromkeys(Path(span.source.path).parent for span in self.spans))
+
 
 class Found(NamedTuple):
-    """A file that was found, with the names by which artifacts refer to it, seen from the folder of the artifacts.
-
-    ``places`` are names by which artifacts open it, ``beside`` those by which the others name it, which is read as is.
-    """
+    """A file that was found, with the names by which artifacts refer to it, seen from the folder of the artifacts."""
 
     named: NamedFile
     file: Path
-    places: tuple[str, ...]
-    beside: tuple[str, ...] = ()
+    places: tuple[str, ...]  # by which artifacts open it
+    beside: tuple[str, ...] = ()  # by which other artifacts name it
 
 
 class Searched(NamedTuple):
-    """The result of a search.
-
-    ``missing`` are the names that no artifact can open, ``by_name`` has each file that was found, ``resolved`` where
-    names of packages led, and ``files`` the files that belong to the artifacts, bytes by name.
-    """
+    """The result of a search."""
 
     found: tuple[Found, ...] = ()
-    missing: frozenset[str] = frozenset()
+    missing: frozenset[str] = frozenset()  # names that no artifact can open
     diagnostics: Sequence[Diagnostic] = ()
-    by_name: Mapping[str, Path] = MappingProxyType({})
-    resolved: tuple[Resolved, ...] = ()
-    files: Mapping[str, bytes] = MappingProxyType({})
+    by_name: Mapping[str, Path] = MappingProxyType({})  # each file that was found
+    resolved: tuple[Resolved, ...] = ()  # where names of packages led
+    files: Mapping[str, bytes] = MappingProxyType({})  # that belong to the artifacts, by name
 
     @property
     def acceptable(self) -> Mapping[str, Rule]:
-        """The errors that a description may accept, such as one that was imported away from its meshes."""
         return {rule.id: rule for rule in RULES if rule.accept}
 
     def add_to(self, robot: Robot) -> Robot:
-        """Return the robot with the results about its meshes."""
         opened = {one.named.name: one.places[0] for one in self.found if one.places and one.places[0] in self.files}
         contents = {name: (self.files[place], Path(place).suffix.lower()) for name, place in opened.items()}
         return replace(robot, missing_meshes=self.missing, mesh_files=self.by_name, mesh_contents=contents)
@@ -147,20 +112,16 @@ class Places(NamedTuple):
     packages: Mapping[str, Path]
     environment: Mapping[str, str]
 
-    def meshes(self, tree: Map, outputs: Sequence[Output] = ()) -> Mapping[str, Path]:
-        """Return the files of all meshes that are found, by their names, whether or not an artifact has any."""
-        return _Search(self, outputs, tree).run(named_files(tree, MESH)).by_name
-
-    def textures(self, tree: Map) -> Mapping[str, Path]:
-        """Return the files of all images that are found, by their names."""
-        return _Search(self, (), tree).run(named_files(tree, TEXTURE)).by_name
+    def meshes(self, tree: Map, outputs: Sequence[Output] = (), kind: str = MESH) -> Mapping[str, Path]:
+        """Return the files of all meshes, or textures, that are found, by their names."""
+        return _Search(self, outputs, tree).run(named_files(tree, kind)).by_name
 
     def named(self, tree: Map, relative: bool = True) -> Searched:
         """Search the meshes and textures of a foreign robot, as its file names them; ``relative`` names on request."""
         named = [*named_files(tree, MESH), *named_files(tree, TEXTURE)]
-        searched = _Search(self, (), None).run([one for one in named if relative or not is_relative(one.name)])
-        diagnostics = [d if d.severity == ERROR else replace(d, severity=WARNING) for d in searched.diagnostics]
-        return searched._replace(diagnostics=diagnostics)
+        found = _Search(self, (), None).run([one for one in named if relative or not is_relative(one.name)])
+        diagnostics = [d if d.severity == ERROR else replace(d, severity=WARNING) for d in found.diagnostics]
+        return found._replace(diagnostics=diagnostics)
 
     def awaited(self, tree: Map, found: Container[str]) -> Iterator[Path]:
         """Yield the paths of meshes that were not ``found``, for a program that waits for them."""
@@ -173,17 +134,22 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     """Search the files that a description names and that the artifacts of these outputs need."""
     formats = [RECORDS[output.backend] for output in outputs]
     opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
-    measures, embeds = any(one.measures for one in formats), any(one.embeds for one in formats)
-    names_meshes = any(one.meshes for one in formats)
-    if not (opening or measures or embeds or names_meshes):
+    naming, embeds = any(one.measures or one.meshes for one in formats), any(one.embeds for one in formats)
+    if not (opening or naming or embeds):
         return Searched()
     named = named_files(tree, MESH)
-    for texture in named_files(tree, TEXTURE) if opening else ():  # one that only names them opens none
-        beside = (measures or names_meshes) and is_relative(urdf_file_name(texture.name))
-        named += [texture] if beside or any(opened_by(output, texture.name) for output in opening) else []
-    named += _named_in_elements(tree) if opening else []
-    images = places.textures(tree) if embeds else {}
+    for texture in named_files(tree, TEXTURE) if opening else ():  # one that only names textures opens none
+        is_named = naming and is_relative(urdf_file_name(texture.name))
+        named += [texture] if is_named or any(opened_by(output, texture.name) for output in opening) else []
+    elements: dict[str, dict[Span, None]] = {}  # the files that elements of MJCF name
+    links = [link for link in (tree.get("links") or {}).values() if isinstance(link, Map)]
+    for texts in (tree.get("mjcf"), *(link.get("mjcf_elements") for link in links)) if opening else ():
+        for text, span in zip(texts, texts.value_spans, strict=True) if isinstance(texts, Seq) else ():
+            for name in files_in(text) if isinstance(text, str) else ():
+                elements.setdefault(name, {})[span] = None
+    named += [NamedFile(name, list(spans), OF_ELEMENT) for name, spans in elements.items()]
     searched = _Search(places, outputs, tree).run(named)
+    images = places.meshes(tree, kind=TEXTURE) if embeds else {}
     return searched._replace(by_name={**images, **searched.by_name})
 
 
@@ -191,18 +157,15 @@ def read_files(searched: Searched, outputs: Sequence[Output], folder: Path) -> S
     """Add the contents of the files that belong to the artifacts in ``folder`` to the result of a search."""
     if has_errors(searched.diagnostics):
         return searched
-    contents: dict[str, bytes] = {}
-    unreadable = []
+    contents, unreadable = dict[str, bytes](), list[NamedFile]()
     for one in searched.found:
         try:
             contents |= dict.fromkeys(one.beside, files.read_bytes(one.file)) if one.beside else {}
         except OSError:
             unreadable.append(one.named)
-    diagnostics = list(searched.diagnostics)
-    if unreadable:
-        help = "check the permissions"
-        diagnostics.append(files_diagnostic("mesh-not-read", "not copied", help, WARNING, unreadable))
-    searched = searched._replace(files=contents, diagnostics=diagnostics)
+    remark = ("mesh-not-read", "not copied", "check the permissions", WARNING)
+    more = [files_diagnostic(*remark, unreadable)] if unreadable else []
+    searched = searched._replace(files=contents, diagnostics=[*searched.diagnostics, *more])
     for copy in dict.fromkeys(RECORDS[output.backend].copies for output in outputs):
         searched = copy(searched, folder) if copy is not None else searched
     return searched
@@ -227,43 +190,25 @@ def named_files(tree: Map, kind: str) -> list[NamedFile]:
     return [NamedFile(name, list(spans), kind, name in colliding) for name, spans in found.items()]
 
 
-def _named_in_elements(tree: Map) -> list[NamedFile]:
-    """Return the files that elements of MJCF name, each name once."""
-    found: dict[str, dict[Span, None]] = {}
-    links = [link for link in (tree.get("links") or {}).values() if isinstance(link, Map)]
-    for texts in (tree.get("mjcf"), *(link.get("mjcf_elements") for link in links)):
-        for text, span in zip(texts, texts.value_spans, strict=True) if isinstance(texts, Seq) else ():
-            for name in files_in(text) if isinstance(text, str) else ():
-                found.setdefault(name, {})[span] = None
-    return [NamedFile(name, list(spans), OF_ELEMENT) for name, spans in found.items()]
-
-
 def references(mesh: Path) -> list[str]:
-    """Return the files that a mesh file names, and those that they name, relative to its folder.
-
-    These are the .mtl of an OBJ and its textures, the images of COLLADA and PLY, and the buffers and images of glTF.
-    """
+    """Return the files that a mesh file names, and those that they name, relative to its folder."""
+    ending = mesh.suffix.lower()
     try:
-        data, ending = files.read_bytes(mesh), mesh.suffix.lower()
-    except OSError:
-        return []
-    names: list[str] = []
-    if ending in _TEXT_REFERENCES:
-        lines = re.findall(_TEXT_REFERENCES[ending], data, re.IGNORECASE | re.MULTILINE)
-        names = [line.decode("utf-8", "replace").replace("\\", "/") for line in lines]
-        if ending == ".obj":
-            names = [name for line in names for name in ([line] if files.is_file(mesh.parent / line) else line.split())]
-            for library in list(names):
-                inner = references(mesh.parent / library)
-                names += [posixpath.join(posixpath.dirname(library), name) for name in inner]
-    elif ending in (".gltf", ".glb"):
-        length = int.from_bytes(data[12:16], "little")
-        try:
-            document = json.loads(data[_GLB_HEADER : _GLB_HEADER + length] if ending == ".glb" else data)
+        data = files.read_bytes(mesh)
+        if ending in (".gltf", ".glb"):
+            json_text = data[20 : 20 + int.from_bytes(data[12:16], "little")] if ending == ".glb" else data
+            document = json.loads(json_text)
             names = [str(one["uri"]) for key in ("buffers", "images") for one in document.get(key, ()) if "uri" in one]
-        except (ValueError, AttributeError, TypeError):  # a damaged mesh is reported where it is read
-            return []
-    if ending in (".dae", ".gltf", ".glb"):
+        else:
+            found = re.findall(_TEXT_REFERENCES.get(ending, rb"(?!)"), data, re.IGNORECASE | re.MULTILINE)
+            names = [line.decode("utf-8", "replace").replace("\\", "/") for line in found]
+    except (OSError, ValueError, AttributeError, TypeError):  # a damaged mesh is reported where it is read
+        return []
+    if ending == ".obj":
+        names = [name for line in names for name in ([line] if files.is_file(mesh.parent / line) else line.split())]
+        for library in list(names):
+            names += [posixpath.join(posixpath.dirname(library), name) for name in references(mesh.parent / library)]
+    elif ending in (".dae", ".gltf", ".glb"):
         names = [unquote(name.removeprefix("file://")) for name in names]
     return list(dict.fromkeys(name for name in names if name and is_relative(name) and not name.startswith("data:")))
 
@@ -280,10 +225,7 @@ def is_relative(name: str) -> bool:
 
 
 def opened_by(output: Output, name: str, kind: str = MESH) -> str:
-    """Return the name by which an artifact opens a file, seen from the folder of the artifacts; "" if it does not.
-
-    ``name`` is that in the description; an artifact has the names of elements as they are.
-    """
+    """Return the name by which an artifact opens a file, seen from the folder of the artifacts; "" if it does not."""
     opens = RECORDS[output.backend].opens
     opened = "" if opens is None else name if kind == OF_ELEMENT else opens(name)
     return _relative_to(output.file, opened) if opened else ""
@@ -297,17 +239,21 @@ def files_diagnostic(rule: str, what: str, help: str, severity: str, many: Seque
 
 
 class _Search:
-    """One search; ``tree`` has the folders of its sources, and ``outputs`` are the artifacts to search for."""
-
     def __init__(self, places: Places, outputs: Sequence[Output], tree: Map | None) -> None:
-        self.places = places
-        self.main = places.description.parent
-        self.sources = _source_folders(tree) if tree is not None else {}
+        self.places, self.main = places, places.description.parent
+        self.sources: dict[Path, tuple[list[Path], dict[str, Path]]] = {}  # of meshes, of packages; by that of the file
+        for entry in (tree, *(tree.get("links") or {}).values()) if tree is not None else ():
+            source = entry.get("source") if isinstance(entry, Map) else None
+            if isinstance(source, Map) and ("folder" in source or "packages" in source):
+                by = Path(source.span.source.path).parent
+                folders, packages = self.sources.setdefault(by, ([], {}))
+                folders += [by / str(source["folder"])] if "folder" in source else []
+                for name, place in (source.get("packages") or {}).items():
+                    packages.setdefault(name, by / str(place))
         self.opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
         self.naming = [output for output in outputs if RECORDS[output.backend].meshes]
         self.has_outputs = bool(self.opening or self.naming) or any(RECORDS[one.backend].measures for one in outputs)
-        artifacts = first_of([output.file for output in self.opening], 2)
-        self.left_out = f", and left out of {artifacts}" if artifacts else ""
+        self.left_out = f", and left out of {first_of([one.file for one in self.opening], 2)}" if self.opening else ""
         self.finders: dict[Path, Packages] = {}
         self.found: list[Found] = []
         self.taken: dict[str, tuple[NamedFile, Path]] = {}  # by the name in the folder of the artifacts
@@ -330,6 +276,70 @@ class _Search:
             rule = "element-file-not-found" if kind == OF_ELEMENT else "mesh-not-found"
             self.diagnostics.append(files_diagnostic(rule, what, help, severity, many))
         return Searched(tuple(self.found), frozenset(missing), self.diagnostics, by_name, tuple(self.resolved))
+
+    def _file(self, one: NamedFile, copies: Sequence[Path]) -> Path | None:
+        """Return the file of a name, or None after reporting why there is none; ``copies`` are beside artifacts."""
+        scheme, rest = one.address
+        folders = [*one.folders, self.main]
+        candidates: Iterable[Path]
+        if scheme in _PACKAGES:
+            candidates = chain(self._in_packages(folders, rest), copies)
+        elif scheme == "file" or one.name.startswith("/"):
+            candidates = [Path(unquote(rest) if scheme else one.name)]
+        elif scheme:
+            if self.opening:
+                self._absent(one, f"no file{self.left_out}", "name a file, or package://NAME/FILE", WARNING)
+            return None
+        else:
+            # A copy beside the artifacts may be outdated. What artifacts name outside of their folder is not copied:
+            # there they have to find it themselves.
+            sources = [place for folder in folders for place in self._source(folder)[0]]
+            near = [folder / one.name for folder in (*folders, *sources, *_folders_above(one))]
+            near = [] if self._leads_out(one) else near
+            artifacts = [_relative_to(output.file, one.name) for output in (*self.opening, *self.naming)]
+            candidates = [*near, *(self.places.outputs / name for name in artifacts), *copies]
+        irregular = None
+        for path in map(_plain, candidates):
+            if files.is_file(path):
+                return path
+            irregular = irregular or (path if files.exists(path) else None)
+        if irregular is None:
+            self._report_missing(one, scheme, rest)
+        else:
+            message = f"{one.kind} {one.name} is no regular file: {shown(irregular)}"
+            self.diagnostics.append(Diagnostic("mesh-not-a-file", ERROR, message, one.spans[0], (), "name a file"))
+        return None
+
+    def _report_missing(self, one: NamedFile, scheme: str, rest: str) -> None:
+        severity = WARNING if self.opening or scheme == "model" else NOTE  # readers of a URDF know packages alone
+        help, folders = "put the file next to the description, or correct the name", [*one.folders, self.main]
+        if one.kind == OF_ELEMENT:
+            what, severity = "not there: MuJoCo does not load the MJCF without it", ERROR
+        elif scheme in _PACKAGES:
+            name, _, path = rest.partition("/")
+            packages = (place for folder in folders for place in self._package(folder, name))
+            exists = bool(name) and any(files.is_folder(place) for place in packages)
+            what = f"not found: there is no package {name} here" if name else "in no package"
+            what, severity = (f"not in the package {name}", WARNING) if exists else (what, severity)
+            above = () if self.has_outputs or exists else (self.main.absolute(), *_folders_above(one))
+            likely = next((shown(folder) for folder in above if path and files.is_file(folder / path)), "FOLDER")
+            help = f"--package {name or 'NAME'}={likely} says where it is; readers of the URDF look for it themselves"
+            what += self.left_out
+        elif scheme or one.name.startswith("/"):
+            what, help = f"not on this machine{self.left_out}", "correct the name"
+        else:
+            what, severity = f"not there, as seen from {self.places.description.name}", WARNING
+            if self.has_outputs:
+                what = "not there, neither as seen from the artifacts nor beside the description"
+            # Without a texture it is the robot all the same; that import found a mesh nowhere was reported by import.
+            if one.kind == TEXTURE or any(self._source(folder)[0] for folder in folders):
+                what += self.left_out
+            elif self.opening:
+                help, severity = f"{help}, or take mjcf out of outputs", ERROR
+        self._absent(one, what, help, severity)
+
+    def _absent(self, one: NamedFile, what: str, help: str, severity: str) -> None:
+        self.absent.setdefault((what, help, severity, one.kind), []).append(one)
 
     def _add(self, one: NamedFile, file: Path, opened: Sequence[str]) -> None:
         """Add a file, and the files that a mesh file names: they are copied with it, unless it is converted."""
@@ -361,13 +371,12 @@ class _Search:
 
     def _check_other_folders(self, one: NamedFile, file: Path) -> None:
         """Report a name that means one file in one folder of the description and another file in another one."""
-        folders = dict.fromkeys(Path(span.source.path).parent for span in one.spans)
-        scheme, mark, rest = one.name.partition("://")
-        is_fixed = one.name.startswith("/") or (mark and scheme not in ("package", "model"))
-        for folder in () if len(folders) == 1 or is_fixed or self._is_outside(one) else folders:
+        scheme, rest = one.address
+        is_fixed = one.name.startswith("/") or (scheme and scheme not in _PACKAGES) or self._leads_out(one)
+        for folder in () if len(one.folders) == 1 or is_fixed else one.folders:
             within = [folder, self.main]
-            own = self._in_packages(within, rest) if mark else (place / one.name for place in within)
-            other = next(filter(files.is_file, map(_plain, own)), file)
+            seen = self._in_packages(within, rest) if scheme else (place / one.name for place in within)
+            other = next(filter(files.is_file, map(_plain, seen)), file)
             if _differ(file, other):
                 span = next(span for span in one.spans if Path(span.source.path).parent == folder)
                 made = ", ".join(output.file for output in self.opening or self.naming)
@@ -377,122 +386,32 @@ class _Search:
                 return
 
     def _ambiguous(self, message: str, span: Span, first: NamedFile) -> None:
-        severity, help = ERROR if self.opening else WARNING, "give one of the two files another name"
-        related = (Related("and here", first.spans[0]),)
-        self.diagnostics.append(Diagnostic("mesh-ambiguous", severity, message, span, related, help))
+        related, help = [Related("and here", first.spans[0])], "give one of the two files another name"
+        severity = ERROR if self.opening else WARNING
+        self.diagnostics.append(Diagnostic("mesh-ambiguous", severity, message, span, tuple(related), help))
 
-    def _file(self, one: NamedFile, copies: Sequence[Path]) -> Path | None:
-        """Return the file of a name, or None after reporting why there is none; ``copies`` are beside artifacts."""
-        scheme, mark, rest = one.name.partition("://")
-        scheme, folders = scheme if mark else "", self._folders(one)
-        candidates: Iterable[Path]
-        if scheme in ("package", "model"):
-            rest = rest.lstrip("/")  # some write package:///NAME/FILE, and their readers take it
-            candidates = chain(self._in_packages(folders, rest), copies)
-        elif scheme == "file" or one.name.startswith("/"):
-            candidates = [Path(unquote(rest) if scheme else one.name)]
-        elif scheme:
-            if self.opening:
-                self._absent(one, f"no file{self.left_out}", "name a file, or package://NAME/FILE", WARNING)
-            return None
-        else:
-            # A copy beside the artifacts may be outdated. What artifacts name outside of their folder is not copied:
-            # there they have to find it themselves.
-            near = [*folders, *(place for folder in folders for place in self._source(folder)[0])]
-            near = [] if self._is_outside(one) else [folder / one.name for folder in (*near, *_folders_above(one))]
-            near += [
-                self.places.outputs / _relative_to(output.file, one.name) for output in (*self.opening, *self.naming)
-            ]
-            candidates = [*near, *copies]
-        irregular = None
-        for path in map(_plain, candidates):
-            if files.is_file(path):
-                return path
-            irregular = irregular or (path if files.exists(path) else None)
-        if irregular is None:
-            self._report_missing(one, scheme, rest)
-        else:
-            message = f"{one.kind} {one.name} is no regular file: {shown(irregular)}"
-            self.diagnostics.append(Diagnostic("mesh-not-a-file", ERROR, message, one.spans[0], (), "name a file"))
-        return None
-
-    def _is_outside(self, one: NamedFile) -> bool:
-        return posixpath.normpath(one.name).startswith("../") and bool(self.opening)
-
-    def _folders(self, one: NamedFile) -> list[Path]:
-        """Return the folders of the files that name a file, and that of the main file."""
-        return list(dict.fromkeys([*(Path(span.source.path).parent for span in one.spans), self.main]))
+    def _leads_out(self, one: NamedFile) -> bool:
+        return bool(self.opening) and posixpath.normpath(one.name).startswith("../")
 
     def _source(self, folder: Path) -> tuple[list[Path], dict[str, Path]]:
         return self.sources.get(folder) or self.sources.get(self.main) or ([], {})
 
     def _package(self, folder: Path, name: str) -> Iterator[Path]:
-        """Yield the folders of a package as seen from a folder of the description: by its source, and as in ROS."""
         at_source, by = self._source(folder)[1].get(name), folder / "robot.yaml"
         if at_source is not None and name not in self.places.packages:
             yield at_source
         if folder not in self.finders:
             self.finders[folder] = Packages(self.places.packages, self.places.environment, by)
         found = self.finders[folder].find(name)
-        if name not in self.places.packages:
-            self.resolved[resolved(ROS_PACKAGE, name, by, found)] = None
         if found is not None:
+            if name not in self.places.packages:
+                self.resolved[Resolved(ROS_PACKAGE, name, Path(os.path.abspath(found)))] = None
             yield found
 
     def _in_packages(self, folders: Sequence[Path], rest: str) -> Iterator[Path]:
         name, _, path = rest.partition("/")
         if path and ".." not in path.split("/"):
             yield from (package / path for folder in folders for package in self._package(folder, name))
-
-    def _report_missing(self, one: NamedFile, scheme: str, rest: str) -> None:
-        severity = WARNING if self.opening or scheme == "model" else NOTE  # readers of a URDF know packages alone
-        is_outside = posixpath.normpath(one.name).startswith("../")
-        help = "put the file there, or correct the name" if is_outside or not self.has_outputs else _PUT
-        if one.kind == OF_ELEMENT:
-            what, help, severity = "not there: MuJoCo does not load the MJCF without it", _PUT, ERROR
-        elif scheme in ("package", "model"):
-            name, _, path = rest.partition("/")
-            folders = self._folders(one) if name else ()
-            exists = any(files.is_folder(place) for folder in folders for place in self._package(folder, name))
-            what = f"not found: there is no package {name} here" if name else "in no package"
-            what, severity = (f"not in the package {name}", WARNING) if exists else (what, severity)
-            above = () if self.has_outputs or exists else (self.main.absolute(), *_folders_above(one))
-            likely = next((shown(folder) for folder in above if path and files.is_file(folder / path)), "FOLDER")
-            help = f"--package {name or 'NAME'}={likely} says where it is; readers of the URDF look for it themselves"
-            what += self.left_out
-        elif scheme or one.name.startswith("/"):
-            what, help = f"not on this machine{self.left_out}", "correct the name"
-        else:
-            what, severity = "not there, neither as seen from the artifacts nor beside the description", WARNING
-            if not self.has_outputs:
-                what = f"not there, as seen from {self.places.description.name}"
-            elif is_outside and self.opening:
-                what = "not there, as seen from the artifacts"
-            # Without a texture it is the robot all the same; that import found a mesh nowhere was reported by import.
-            if one.kind == TEXTURE or any(self._source(folder)[0] for folder in self._folders(one)):
-                what += self.left_out
-            elif self.opening:
-                help, severity = f"{help}, or take mjcf out of outputs", ERROR
-        self._absent(one, what, help, severity)
-
-    def _absent(self, one: NamedFile, what: str, help: str, severity: str) -> None:
-        self.absent.setdefault((what, help, severity, one.kind), []).append(one)
-
-
-def _source_folders(tree: Map) -> dict[Path, tuple[list[Path], dict[str, Path]]]:
-    """Return the folders of meshes and of packages in the sources of a file, by the folder of that file."""
-    found: dict[Path, tuple[list[Path], dict[str, Path]]] = {}
-    for entry in (tree, *(tree.get("links") or {}).values()):
-        source = entry.get("source") if isinstance(entry, Map) else None
-        if isinstance(source, Map) and ("folder" in source or "packages" in source):
-            by = Path(source.span.source.path).parent
-            folders, packages = found.setdefault(by, ([], {}))
-            folder = by / str(source.get("folder") or ".")
-            if "folder" in source and folder not in folders:
-                folders.append(folder)
-            for name, place in (source.get("packages") or {}).items():
-                packages.setdefault(name, by / str(place))
-    return found
 
 
 def _folders_above(one: NamedFile) -> Iterator[Path]:

@@ -9,8 +9,10 @@ import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import fields, is_dataclass, replace
 from functools import cache, partial
-from typing import Any, NamedTuple
+from typing import Any
 
+from rosorin_compile.language.schema import schema
+from rosorin_compile.language.validator import check_schema
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.files import exists
 from rosorin_compile.source.plugins import Plugin, PluginFailed, aside, diagnostic_of, failed, load
@@ -23,92 +25,80 @@ from .imported import Imported, converted
 from .templating import TemplateProblem
 
 
-class Plugged(NamedTuple):
-    """The formats that plug-ins add, by name, and what is wrong with plug-ins of this kind."""
-
-    formats: dict[str, Format]
-    diagnostics: tuple[Diagnostic, ...]
-
-
 @cache
-def plugged(built_in: Collection[str], files: Callable[[], Collection[str]]) -> Plugged:
-    """Return the formats of plug-ins; ``built_in`` are names, and ``files`` endings, that they must not have."""
+def plugged(built_in: tuple[Format, ...]) -> tuple[dict[str, Format], tuple[Diagnostic, ...]]:
+    """Return the formats of plug-ins, without names and files of those that are built in, and diagnostics."""
+    readable = [one for one in built_in if one.load is not None]
+    files = {mark for one in readable for mark in (*one.endings, *(f"<{root}>" for root in one.roots))}
+    names = {one.name for one in built_in}
 
     def is_taken(name: str) -> bool:
-        return name in built_in or name in ENDINGS or name in files() or ("-" in name and bool(find([name])))
+        return name in {*names, *ENDINGS, *files} or ("-" in name and bool(find([name])))
 
-    loaded, diagnostics = load("formats", Format, partial(_unique_names, built_in), is_taken)
+    loaded, diagnostics = load("formats", Format, partial(_unique_names, names), is_taken)
     OF_PLUGINS.update((rule.id, rule) for _, format in loaded for rule in format.rules)
-    return Plugged({format.name: _guarded(plugin, format) for plugin, format in loaded}, diagnostics)
+    return {format.name: _guarded(plugin, format) for plugin, format in loaded}, diagnostics
 
 
 def _unique_names(built_in: Collection[str], format: Format) -> list[str]:
-    """Return what no other format may have: its name, its endings or root elements, the ids of its rules.
-
-    Raises ValueError or TypeError for an invalid record.
-    """
-    from rosorin_compile.language.schema import schema
-    from rosorin_compile.language.validator import check_schema
-
+    """Return what no other format may have. Raises ValueError or TypeError for an invalid record."""
     for field in fields(format):
-        if not _has_type(field.name, getattr(format, field.name), field.default):
-            raise TypeError(f"{field.name} of its format is {str(getattr(format, field.name))[:60]!r}")
+        value, default = getattr(format, field.name), field.default
+        if field.name in ("options", "unsupported"):
+            fits = isinstance(value, Mapping) or (field.name == "unsupported" and callable(value))
+        elif default is None:
+            fits = value is None or callable(value)
+        elif isinstance(default, tuple):
+            item = {"rules": Rule, "rounding": float}.get(field.name, str)
+            fits = isinstance(value, tuple) and all(isinstance(one, item) for one in value)
+        else:
+            fits = isinstance(value, str if field.name in ("name", "word") else type(default))
+        if not fits:
+            raise TypeError(f"{field.name} of its format is {str(value)[:60]!r}")
+    wrong_ending = next((one for one in format.endings if not re.fullmatch(r"\.[a-z0-9_+-]+", one)), "")
     if not (format.name.isidentifier() and format.name == format.name.lower()):
-        raise ValueError(f'"{format.name}" cannot be the name of a format: small letters, digits and _')
-    if format.write is None and format.load is None:
-        raise ValueError(f"{format.name} is neither written nor loaded")
-    if format.becomes and format.becomes not in built_in:
-        raise ValueError(f'becomes is "{format.becomes}", which is no format')
-    if format.schema and not exists(data_folder("schemas") / f"{format.schema}.schema.json"):
-        raise ValueError(f'schema is "{format.schema}", which is none of those that ship with the tool')
-    own = {"type": "object", "properties": {key: dict(option) for key, option in format.options.items()}}
-    check_schema(own, {**schema(), "properties": {"outputs": own}})
-    files = [f"<{root}>" for root in format.roots] if format.is_xml else list(format.endings)
-    if format.load is not None and not all(re.fullmatch(r"\.[a-z0-9_+-]+", ending) for ending in format.endings):
-        raise ValueError(f"what is read ends like .{format.name}, in small letters, not {', '.join(format.endings)}")
-    return [format.name, *(files if format.load else ()), *(rule.id for rule in format.rules)]
-
-
-def _has_type(name: str, value: Any, default: Any) -> bool:
-    if name in ("options", "unsupported"):
-        return isinstance(value, Mapping) or (name == "unsupported" and callable(value))
-    if default is None:
-        return value is None or callable(value)
-    if isinstance(default, (tuple, frozenset)):
-        item = {"rules": Rule, "rounding": float}.get(name, str)
-        return isinstance(value, type(default)) and all(isinstance(one, item) for one in value)
-    return isinstance(value, str if name in ("name", "word") else type(default))
+        problem = f'"{format.name}" cannot be the name of a format: small letters, digits and _'
+    elif format.write is None and format.load is None:
+        problem = f"{format.name} is neither written nor loaded"
+    elif format.becomes and format.becomes not in built_in:
+        problem = f'becomes is "{format.becomes}", which is no format'
+    elif format.schema and not exists(data_folder("schemas") / f"{format.schema}.schema.json"):
+        problem = f'schema is "{format.schema}", which is none of those that ship with the tool'
+    elif format.load is not None and wrong_ending:
+        problem = f"what is read ends like .{format.name}, in small letters, not {', '.join(format.endings)}"
+    else:
+        own = {"type": "object", "properties": {key: dict(option) for key, option in format.options.items()}}
+        check_schema(own, {**schema(), "properties": {"outputs": own}})
+        files = [f"<{root}>" for root in format.roots] if format.is_xml else list(format.endings)
+        return [format.name, *(files if format.load else ()), *(rule.id for rule in format.rules)]
+    raise ValueError(problem)
 
 
 def _guarded(plugin: Plugin, format: Format) -> Format:
     """Return a format whose functions raise and return nothing that their callers do not expect."""
 
-    def guard(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        def guarded(*arguments: Any) -> Any:
-            try:
-                with aside():
-                    return _converted(format, name, function(*arguments), arguments)
-            except (Exception, SystemExit) as problem:
-                diagnostic = failed(plugin, problem)
-                if isinstance(problem, TemplateProblem if name == "write" else MarkupError if name == "load" else ()):
-                    raise  # the template or the file is damaged, not the plug-in
-                if name in ("write", "check"):
-                    return ("", [diagnostic]) if name == "write" else [diagnostic]
-                if name == "load":
-                    return Imported(None, [diagnostic], files=(arguments[0].path,))
-                if name in ("read", "syntax", "data"):
-                    raise problem if isinstance(problem, ValueError) else ValueError(diagnostic.message) from None
-                raise PluginFailed(diagnostic) from None
-
-        return guarded
+    def guarded(name: str, function: Callable[..., Any], *arguments: Any) -> Any:
+        try:
+            with aside():
+                return _converted(format, name, function(*arguments), arguments)
+        except (Exception, SystemExit) as problem:
+            diagnostic = failed(plugin, problem)
+            if isinstance(problem, TemplateProblem if name == "write" else MarkupError if name == "load" else ()):
+                raise  # the template or the file is damaged, not the plug-in
+            if name in ("write", "check"):
+                return ("", [diagnostic]) if name == "write" else [diagnostic]
+            if name == "load":
+                return Imported(None, [diagnostic], files=(arguments[0].path,))
+            if name in ("read", "syntax", "data"):
+                raise problem if isinstance(problem, ValueError) else ValueError(diagnostic.message) from None
+            raise PluginFailed(diagnostic) from None
 
     functions = {field.name: getattr(format, field.name) for field in fields(format)}
-    changed: dict[str, Any] = {name: guard(name, one) for name, one in functions.items() if callable(one)}
+    changed: dict[str, Any] = {name: partial(guarded, name, one) for name, one in functions.items() if callable(one)}
     return replace(format, **changed)
 
 
 def _converted(format: Format, name: str, result: Any, arguments: tuple[Any, ...]) -> Any:
-    """Convert the result of a function of a format. Raises TypeError if it has another type."""
     if name == "load":
         return converted(result, *arguments)
     if name == "check":

@@ -23,9 +23,15 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ENDINGS, stdin_of
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.xml.files import mended, read_source, without_late_declaration
 from rosorin_compile.source.xml.markup import RULE as SYNTAX
-from rosorin_compile.source.xml.markup import Document, MarkupError, parse
+from rosorin_compile.source.xml.markup import (
+    Document,
+    MarkupError,
+    mended,
+    parse,
+    read_source,
+    without_late_declaration,
+)
 
 from . import FORMATS, Format, Opened, plugged_diagnostics
 from .format import Placed
@@ -34,13 +40,9 @@ from .imported import Imported, Outputs, ReadOptions, as_tree, converted
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot
 
+_SYNTAX = "A file is not written as its format wants; the reader of another package says so."
 RULES = (
-    Rule(
-        "file-syntax",
-        "A file is not written as its format wants; the reader of another package says so.",
-        "Correct the place that is named.",
-        READING,
-    ),
+    Rule("file-syntax", _SYNTAX, "Correct the place that is named.", READING),
     Rule("wrong-format", "The file is of a format that is not read.", "The message says what to name.", READING),
     Rule("wrong-root", "The root element is not that of a robot.", "The message says what to name.", READING),
 )
@@ -58,30 +60,21 @@ _REASON = "the robot was imported with it"
 
 
 def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | None = None) -> Imported:
-    """Return the robot of a file in any format. Problems are diagnostics, and then there is no tree.
-
-    ``asked`` is the place that names the file, if a description does.
-    """
+    """Return the robot of a file in any format; ``asked`` is the place that names it. Problems are diagnostics."""
     Progress.step(f"reading {path.name}")
+    notes, more = list[Diagnostic](), plugged_diagnostics()  # a plug-in that failed might have read it
     try:
         format, opened, notes = _open(path, options or ReadOptions(), asked)
-    except MarkupError as problem:
-        # A plug-in that failed might have read it.
-        return Imported(None, [problem.diagnostic, *plugged_diagnostics()], files=(path,))
-    except PluginFailed as problem:
-        return Imported(None, [problem.diagnostic], files=(path,))
-    try:
+        more = ()
         read = converted(format.load(opened) if format.load is not None else {}, opened)
     except (MarkupError, PluginFailed) as problem:
-        return Imported(None, [*notes, problem.diagnostic], files=(path,))
+        more = () if isinstance(problem, PluginFailed) else more
+        return Imported(None, [*notes, problem.diagnostic, *more], files=(path,))
     if not read.checked and read.tree is not None and opened.options.checked:
         tree, diagnostics = accept(read.tree, opened.options.lenient)
         read = read._replace(tree=tree, diagnostics=[*read.diagnostics, *diagnostics], checked=True)
-    return read._replace(
-        diagnostics=worded([*notes, *read.diagnostics]),
-        format=format.becomes or format.name,
-        takes_arguments=format.takes_arguments and not read.unexpanded,
-    )
+    read = read._replace(diagnostics=worded([*notes, *read.diagnostics]), format=format.becomes or format.name)
+    return read._replace(takes_arguments=format.takes_arguments and not read.unexpanded)
 
 
 def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format, Opened, list[Diagnostic]]:
@@ -99,7 +92,9 @@ def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format,
         message = f"this is {other.named}, which belongs to a robot and has none itself"
         help = f"name the robot; import ROBOT --{other.name} {document.source.path} reads both"
         raise MarkupError(error("wrong-format", message, document.root.span, help))
-    format = _format_of(document, path)
+    recognised = [one for one in _readable() if one.recognises is not None and one.recognises(document, path)]
+    matching = [*recognised, *(one for one in _readable() if document.root.tag in one.roots)]
+    format = min(matching, key=lambda one: not FORMATS.is_own(one.name), default=None)  # plug-ins come last
     if format is None:
         raise MarkupError(_wrong_root(document))
     if stdin_of(path) is not None and format is not FORMATS.published():
@@ -139,9 +134,8 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
             made, found = accept(made, options.lenient)
             here = document.source
             diagnostics += [d for d in found if d.severity == ERROR or d.span is None or d.span.source is here]
-    return imported._replace(
-        tree=made, diagnostics=[*imported.diagnostics, *diagnostics], files=(*imported.files, path)
-    )
+    diagnostics = [*imported.diagnostics, *diagnostics]
+    return imported._replace(tree=made, diagnostics=diagnostics, files=(*imported.files, path))
 
 
 def known_formats() -> str:
@@ -154,24 +148,18 @@ def _readable() -> list[Format]:
     return [one for one in FORMATS.values() if one.load is not None]
 
 
-def _format_of(document: Document, path: Path) -> Format | None:
-    """Return the format of an XML file: one that recognises it, else that of its root; plug-ins come last."""
-    for built_in in (True, False):
-        readable = [one for one in _readable() if FORMATS.is_own(one.name) is built_in]
-        recognised = (one for one in readable if one.recognises is not None and one.recognises(document, path))
-        format = next(recognised, None) or next((one for one in readable if document.root.tag in one.roots), None)
-        if format is not None:
-            return format
-    return None
-
-
 def _parsed(path: Path, options: ReadOptions, asked: Span | None = None) -> tuple[Source, Document]:
-    """Return a file as it is, and parsed. Raises MarkupError.
-
-    If it is not well-formed, what other readers ignore is blanked out, most of it only with ``lenient``.
-    """
+    """Return a file as it is, and parsed, with what other readers ignore blanked out. Raises MarkupError."""
     original = read_source(path, asked)
-    _check_is_xml(original)
+    start, rule, help = original.text.lstrip()[:200].lower(), "wrong-format", f"import reads {known_formats()}"
+    if start.startswith(("<!doctype html", "<html")):
+        rule, what, help = "wrong-root", "a web page, not a robot", _OTHER_FORMATS["html"][1]
+    elif start.startswith("version https://git-lfs"):
+        what, help = "a pointer of Git LFS, not the file itself", "fetch the file: git lfs pull"
+    else:
+        what = "" if start.startswith("<") else "not XML"
+    if what:
+        raise MarkupError(error(rule, f"{original.path} is {what}", Span(original, 1, 1, 1), help))
     source = without_late_declaration(original)
     try:
         return original, parse(source)
@@ -188,26 +176,12 @@ def _parsed(path: Path, options: ReadOptions, asked: Span | None = None) -> tupl
 
 
 def _mending(source: Source, document: Document) -> list[Diagnostic]:
-    """Return a note if the text of a file was changed before it could be parsed."""
     if document.source.text == source.text:
         return []
     what = "this is no XML to the letter, and is read all the same"
     if without_late_declaration(source).text == document.source.text:
         what = "the declaration <?xml ...?> is not at the very beginning of the file, and has no effect"
     return [Diagnostic(SYNTAX, NOTE, what, document.root.span)]
-
-
-def _check_is_xml(source: Source) -> None:
-    """Raise MarkupError for a text that is not XML at all, with a guess of what it is."""
-    start, path = source.text.lstrip()[:200].lower(), source.path
-    rule, message, help = "wrong-format", f"{path} is not XML", f"import reads {known_formats()}"
-    if start.startswith(("<!doctype html", "<html")):
-        rule, message, help = "wrong-root", f"{path} is a web page, not a robot", _OTHER_FORMATS["html"][1]
-    elif start.startswith("version https://git-lfs"):
-        message, help = f"{path} is a pointer of Git LFS, not the file itself", "fetch the file: git lfs pull"
-    elif start.startswith("<"):
-        return
-    raise MarkupError(error(rule, message, Span(source, 1, 1, 1), help))
 
 
 def _wrong_root(document: Document) -> Diagnostic:
@@ -218,10 +192,7 @@ def _wrong_root(document: Document) -> Diagnostic:
 
 
 def outputs_of(imported: Imported, why: str = "") -> Outputs:
-    """Return the outputs for the description of an imported robot; ``why`` optional formats are left out.
-
-    Raises ValueError for a broken source.
-    """
+    """Return the outputs for the description of an imported robot; ``why`` optional formats are left out."""
     made = Outputs({}, {}, {})
     for format in FORMATS.values():
         asked = format.asked and format.asked(imported.whole, imported.version, imported.file_name)
@@ -235,40 +206,37 @@ def outputs_of(imported: Imported, why: str = "") -> Outputs:
 
 
 def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
-    """Return the tree with entries in ``accept`` for the rules that it violates, and diagnostics.
-
-    There is no tree if a violation cannot be accepted. ``lenient`` accepts more.
-    """
+    """Return the tree with entries in ``accept`` for the rules that it violates, or None, and diagnostics."""
     Progress.step("validating")
     invalid = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
     if invalid:
         return None, invalid
     rules, problems, count = acceptable(), violations(tree), 0
-    names: dict[str, dict[str, Span]] = {}  # the place of the first violation of a rule by each entry
+    names: dict[tuple[str, str], Span] = {}  # the place of the first violation of a rule by each entry
     for _ in range(3):  # what lowering refuses hides violations of the rules
         for one in problems:
-            if one.of and one.severity == ERROR and _is_acceptable(tree, one, lenient):
-                names.setdefault(one.rule, {}).setdefault(_name(one), one.span or tree.span)
-        if sum(map(len, names.values())) == count:
+            if not one.of or one.severity != ERROR or one.rule not in rules:
+                continue
+            name, imported = one.of[-1 if rules[one.rule].accept == "link" else 0], rules[one.rule].imported
+            may = imported == "always" or (lenient and imported == "lenient")
+            if one.rule == "mass-not-positive":
+                may = lenient or tree["links"][name]["inertial"]["mass"] == 0
+            if may:  # a link is the last of the names, the child of a joint
+                names.setdefault((one.rule, name), one.span or tree.span)
+        if len(names) == count:
             break
-        count = sum(map(len, names.values()))
-        entries = []
-        for rule in sorted(names):
-            of = [Placed(name, span) for name, span in names[rule].items()]
+        count, entries = len(names), list[Placed]()
+        for rule in sorted({rule for rule, _ in names}):
+            of = [Placed(name, span) for (violated, name), span in names.items() if violated == rule]
             entries.append(Placed({"rule": rule, "of": of, "reason": _REASON}, of[0].span))
         tree = tree.copied()
         tree.put("accept", as_tree(entries, tree.span, ["accept"]), tree.span, tree.span)
         problems = violations(tree)
-    found = []
-    for one in settled(tree, problems, rules).diagnostics:
-        if one.severity == ERROR and one.rule in rules and rules[one.rule].imported == "lenient" and one.of:
-            one = (
-                one
-                if lenient
-                else replace(one, help="; ".join(filter(None, (one.help, "--lenient takes it as it is"))))
-            )
-        if one.severity == ERROR or one.rule in rules:  # all others are about descriptions
-            found.append(one)
+    found = [one for one in settled(tree, problems, rules).diagnostics if one.severity == ERROR or one.rule in rules]
+    for index, one in enumerate(map(Diagnostic.worded, [*found])):  # all others are about descriptions
+        is_of_lenient = one.severity == ERROR and one.rule in rules and rules[one.rule].imported == "lenient"
+        if is_of_lenient and one.of and not lenient:
+            found[index] = replace(one, help="; ".join(filter(None, (one.help, "--lenient takes it as it is"))))
     return (None if has_errors(found) else tree), gathered(found, [WARNING])
 
 
@@ -284,39 +252,15 @@ def violations(tree: Map) -> list[Diagnostic]:
     return [*lowered.diagnostics, *check(lowered.robot, tree, lowered.places, FORMATS)]
 
 
-def _is_acceptable(tree: Map, diagnostic: Diagnostic, lenient: bool) -> bool:
-    rule = acceptable().get(diagnostic.rule)
-    if rule is None:
-        return False
-    if diagnostic.rule == "mass-not-positive":
-        return lenient or tree["links"][_name(diagnostic)]["inertial"]["mass"] == 0
-    return rule.imported == "always" or (lenient and rule.imported == "lenient")
-
-
-def _name(diagnostic: Diagnostic) -> str:
-    """Return the name that an entry of ``accept`` gives a diagnostic: the joint, or the link that is its child."""
-    return diagnostic.of[-1] if acceptable()[diagnostic.rule].accept == "link" else diagnostic.of[0]
-
-
 def lower_artifact(tree: Map, diagnostics: Iterable[Diagnostic]) -> Robot:
-    """Return the robot of a tree that was read from an artifact of ours, with the diagnostics of the reading.
-
-    Mistakes that a description may accept are in its artifacts as well. Raises ValueError for any other.
-    """
-
-    def check(diagnostics: Iterable[Diagnostic]) -> None:
-        for one in diagnostics:
-            if one.severity == ERROR and one.rule not in acceptable():
-                raise ValueError(one.message)
-
-    tree["accept"] = [
-        {"rule": rule.id, "of": [*(tree.get("links") or ())], "reason": ""} for rule in SHAPE_RULES if rule.accept
-    ]
-    check(diagnostics)
-    if "robot" not in tree:
-        raise ValueError("the robot has no name")
-    lowered = lower(tree)
-    check(lowered.diagnostics)
-    if lowered.robot is None:
-        raise ValueError("it contains no robot")
+    """Return the robot of a tree that was read from an artifact of ours. Raises ValueError for a damaged one."""
+    links = [*(tree.get("links") or ())]
+    tree["accept"] = [{"rule": rule.id, "of": links, "reason": ""} for rule in SHAPE_RULES if rule.accept]
+    wrong = [one.message for one in diagnostics if one.severity == ERROR and one.rule not in acceptable()]
+    wrong += [] if "robot" in tree else ["the robot has no name"]
+    lowered = None if wrong else lower(tree)
+    for one in lowered.diagnostics if lowered is not None else ():
+        wrong += [one.message] if one.severity == ERROR and one.rule not in acceptable() else []
+    if wrong or lowered is None or lowered.robot is None:
+        raise ValueError((*wrong, "it contains no robot")[0])
     return lowered.robot

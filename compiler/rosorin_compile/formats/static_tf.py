@@ -2,16 +2,19 @@
 
 Each static edge is one ``static_transform_publisher`` with named flags (``ros2/geometry2@{humble,jazzy}:
 tf2_ros/src/static_transform_broadcaster_program.cpp``); its Euler angles are fixed-axis, as those of URDF. The rest of
-the frames is published by robot_state_publisher from the URDF.
+the frames is published by robot_state_publisher from the URDF. Conditions over modes have the three forms of launch
+files; launch's own ``and``, ``or`` and ``not`` take two arguments (one) on Humble and Jazzy alike
+(``ros2/launch@{humble,jazzy}: launch/launch/substitutions/boolean_substitution.py``).
 """
 
 from __future__ import annotations
 
+import ast
 import json
 import posixpath
 import re
 import textwrap
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,46 +22,45 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Output, Pose, Robot
 from rosorin_compile.model.joint import Publisher
 from rosorin_compile.model.link import Source
+from rosorin_compile.model.robot import JointPose
 from rosorin_compile.rules.case import first_fed
-from rosorin_compile.rules.publishers import modes_in
+from rosorin_compile.rules.publishers import combinations, holds, modes_in
 from rosorin_compile.source import files
-from rosorin_compile.source.bounded import json_of, python_of
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
+from rosorin_compile.source.load import json_of, python_of
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal, fixed
 from rosorin_compile.source.rule_registry import FORMATS, OUTPUTS, Rule
-from rosorin_compile.source.wording import masked
 from rosorin_compile.source.xml.elements import number_of
 
 from . import format
-from .format import Format
-from .launch_conditions import STATES, condition, if_condition, import_substitutions, mode_arguments
-from .unsupported import NODES, PLACES
+from .format import NODES, PLACES, Format, describe
 
 if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case
 
     from .templating import Templates
 
+_SIX = "`number_format: six` for arguments of static_transform_publisher."
+_NO_URDF = "A warning: robot_state_publisher is to publish joints, but no output is the URDF that it reads."
 RULES = (
-    Rule(
-        "number-format",
-        "`number_format: six` for arguments of static_transform_publisher.",
-        "`exact`, or leave it out.",
-        OUTPUTS,
-    ),
-    Rule(
-        "static-tf-no-urdf",
-        "A warning: robot_state_publisher is to publish joints, but no output is the URDF that it reads.",
-        "Add an output with the backend `urdf`.",
-        FORMATS,
-    ),
+    Rule("number-format", _SIX, "`exact`, or leave it out.", OUTPUTS),
+    Rule("static-tf-no-urdf", _NO_URDF, "Add an output with the backend `urdf`.", FORMATS),
 )
 
-_XYZ = ("--x", "--y", "--z")
-_RPY = ("--roll", "--pitch", "--yaw")
+# What a mode may be set to. A condition of launch reads 1 and no on; its and, or, not read on and no 1.
+STATES = ("true", "false", "True", "False")
+
+MODE, NOT, AND, OR, _IF = "mode", "not", "and", "or", "if"
+_WIDTH = 99  # columns, as ament_flake8 requires
+_PYTHON = {NOT: "NotSubstitution", AND: "AndSubstitution", OR: "OrSubstitution", _IF: "IfCondition"}
+
+# (MODE, name), (NOT, condition), (AND, condition, condition), (OR, condition, condition), ALWAYS, NEVER
+Condition = tuple[Any, ...]
+ALWAYS, NEVER = ("true",), ("false",)
+
+_XYZ, _RPY = ("--x", "--y", "--z"), ("--roll", "--pitch", "--yaw")
 _FRAMES = _PARENT, _CHILD = "--frame-id", "--child-frame-id"
-_URDF_FILE = "urdf_file"
-FRAME_PREFIX = "frame_prefix"
+_URDF_FILE, FRAME_PREFIX = "urdf_file", "frame_prefix"
 # The arguments that every launch file of this program has, with their help.
 ARGUMENTS = {
     "namespace": "the namespace of the nodes, such as left; empty: none",
@@ -71,17 +73,14 @@ ROUNDING = (0.5 * 10.0**-METRE_DIGITS, 0.5 * 10.0**-RADIAN_DIGITS)
 
 
 class StaticTransform(NamedTuple):
-    """One static_transform_publisher: the name of its node, its frames, and its command line arguments.
-
-    ``when`` is the condition over modes under which it is started, empty for always.
-    """
+    """One static_transform_publisher: the name of its node, its frames, and its command line arguments."""
 
     name: str
     parent: str
     child: str
     arguments: tuple[str, ...]
     source: Source
-    when: str = ""
+    when: str = ""  # the condition over modes under which it is started, empty for always
 
     @property
     def edge(self) -> Edge:
@@ -100,71 +99,47 @@ class StaticTransform(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Transforms:
-    """The contents of a file of static transforms."""
+class FrameTable:
+    """The contents of a file of transforms, and where poses put joints."""
 
     frames: tuple[Edge, ...]
+    poses: tuple[JointPose, ...] = ()
 
 
-class StaticTransforms(NamedTuple):
-    """The transforms of static_transform_publisher nodes: those that always hold, and those of some modes.
-
-    ``diagnostics`` report the joints that none of these nodes can publish.
-    """
-
-    always: list[StaticTransform]
-    in_modes: list[StaticTransform]
-    diagnostics: list[Diagnostic]
+StaticTransforms = tuple[list[StaticTransform], list[StaticTransform], list[Diagnostic]]
 
 
 def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTransforms:
-    """Return the edges that static_transform_publisher nodes publish: joints in their order, then edges in turns.
-
-    Numbers are printed to the last digit if one of the outputs has the number format exact.
-    """
+    """Return what static_transform_publishers publish: always and in some modes, joints first; and diagnostics."""
     is_exact = any(output.options.get("number_format") == "exact" for output in outputs)
-    found = StaticTransforms([], [], [])
+    always, in_modes, diagnostics = list[StaticTransform](), list[StaticTransform](), list[Diagnostic]()
     edges: list[tuple[Joint, Joint | Edge, str]] = []
     for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER):
-        if joint.type == "fixed":
-            edges.append((joint, joint, ""))
-            continue
-        message = f"joint {joint.name} is {joint.type}, but a static_transform_publisher can only say what never moves"
-        found.diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
-    for edge in robot.edges:
-        if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-            edges.append((robot.joint[edge.joint], edge, edge.when))
+        edges += [(joint, joint, "")] if joint.type == "fixed" else []
+        if joint.type != "fixed":
+            message = f"joint {joint.name} is {joint.type}, but static_transform_publisher only says what never moves"
+            diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
+    turns = (edge for edge in robot.edges if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER)
+    edges += ((robot.joint[edge.joint], edge, edge.when) for edge in turns)
     for joint, published, when in edges:
         arguments: list[str] = []
-        axes = (_XYZ, joint.origin.xyz, METRE_DIGITS), (_RPY, joint.origin.rpy, RADIAN_DIGITS)
-        for flags, values, digits in axes:
-            for flag, value in zip(flags, values, strict=True):
-                arguments += [flag, decimal(value) if is_exact else fixed(value, digits)]
+        numbers = zip((*_XYZ, *_RPY), (*joint.origin.xyz, *joint.origin.rpy), strict=True)
+        for flag, value in numbers:
+            digits = METRE_DIGITS if flag in _XYZ else RADIAN_DIGITS
+            arguments += [flag, decimal(value) if is_exact else fixed(value, digits)]
         arguments += [_PARENT, joint.parent, _CHILD, joint.child]
-        ends = published.parent, published.child
-        one = StaticTransform(published.publisher.name, *ends, tuple(arguments), published.source, when)
-        (found.in_modes if modes_in(robot, [when]) else found.always).append(one)
-    return found
-
-
-def describe(source: Source) -> str:
-    """Return where a value comes from as one line of printable text; empty if the description does not say."""
-    head = ", ".join(part for part in (source.status.replace("_", "-"), source.measured) if part)
-    text = ": ".join(part for part in (head, source.note) if part)
-    return masked(" ".join(text.split()))
+        name, ends = published.publisher.name, (published.parent, published.child)
+        one = StaticTransform(name, *ends, tuple(arguments), published.source, when)
+        (in_modes if modes_in(robot, [when]) else always).append(one)
+    return always, in_modes, diagnostics
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the launch file of a robot. Option: ``number_format`` (exact; left out: 7 and 8 decimals).
-
-    robot_state_publisher is started if an output is a URDF. Its file is searched relative to the launch file; the
-    launch argument ``urdf_file`` names another. Modes on which a static publisher depends are launch arguments, and so
-    are ``namespace`` and ``frame_prefix``, which let two robots run side by side.
-    """
+    """Return the launch file of a robot, with robot_state_publisher if an output is a URDF."""
     from . import FORMATS
 
-    transforms, in_modes, diagnostics = static_transforms(robot, [output])
-    urdf = first_fed(robot, ROBOT_STATE_PUBLISHER, FORMATS)
+    always, in_modes, diagnostics = static_transforms(robot, [output])
+    urdf, statics = first_fed(robot, ROBOT_STATE_PUBLISHER, FORMATS), [*always, *in_modes]
     moved = robot.published_by(ROBOT_STATE_PUBLISHER)
     if urdf is None and moved:
         message = f"robot_state_publisher is to publish {len(moved)} joints, but no output is the URDF that it reads"
@@ -172,7 +147,6 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         diagnostics.append(Diagnostic("static-tf-no-urdf", WARNING, message, help=help))
     modes = mode_arguments(robot, [one.when for one in in_modes], (_URDF_FILE, *ARGUMENTS))
     conditions = {one.when: condition(robot, one.when) for one in in_modes}
-    statics = [*transforms, *in_modes]
     declared: list[tuple[str, str, str, tuple[str, ...]]] = []  # name, default as Python, help, choices
     if urdf is not None:
         place = posixpath.relpath(urdf.file, posixpath.dirname(output.file) or ".")
@@ -181,73 +155,50 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     if urdf is not None or statics:
         declared += [(name, "''", help, ()) for name, help in ARGUMENTS.items()]
     declared += [(name, "'false'", f"the robot is run in the mode {mode}", STATES) for mode, name in modes.items()]
-    values: dict[str, Any] = {
-        "robot": robot,
-        "urdf": urdf,
-        "statics": statics,
-        "declared": declared,
-        "modes": modes,
-        "conditions": {when: if_condition(one, modes, 12) for when, one in conditions.items()},
-        "imports": import_substitutions(conditions.values(), "LaunchConfiguration"),
-        "publisher": moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER,
-        "literal": repr,
-        "source": _source_lines,
-        "pairs": StaticTransform.in_python,
-    }
+    wrap = textwrap.TextWrapper(84, expand_tabs=False, replace_whitespace=False, break_long_words=False)
+    wrap.break_on_hyphens = False
+    values: dict[str, Any] = {"robot": robot, "urdf": urdf, "statics": statics, "declared": declared, "modes": modes}
+    values |= {"literal": repr, "pairs": StaticTransform.in_python}
+    values["source"] = lambda source: wrap.wrap(describe(source))
+    values["conditions"] = {when: if_condition(one, modes, 12) for when, one in conditions.items()}
+    values["imports"] = import_substitutions(conditions.values(), "LaunchConfiguration")
+    values["publisher"] = moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER
     return templates.own("core/static_tf.launch.py.jinja", values), diagnostics
 
 
-def _source_lines(source: Source) -> list[str]:
-    wrap = textwrap.TextWrapper(84, expand_tabs=False, replace_whitespace=False, break_long_words=False)
-    wrap.break_on_hyphens = False
-    return [wrapped for line in describe(source).splitlines() for wrapped in wrap.wrap(line) or [""]]
-
-
-def view(robot: Robot, output: Output) -> Transforms:
+def view(robot: Robot, output: Output) -> FrameTable:
     """Return what a file of static transforms must contain; conditions are not read back from Python."""
     always, in_modes, _ = static_transforms(robot, [output])
-    keeps_conditions = output.backend == LIST.name
-    return Transforms(
-        tuple(replace(one.edge, when=one.when if keeps_conditions else "") for one in (*always, *in_modes))
-    )
+    has_conditions = output.backend == LIST.name
+    return FrameTable(tuple(replace(one.edge, when=one.when if has_conditions else "") for one in (*always, *in_modes)))
 
 
-def read(text: str) -> Transforms:
-    """Return the transforms of the static_transform_publisher nodes of a launch file; it is parsed, never run.
-
-    Raises ValueError if it is not such a file.
-    """
-    import ast
-
-    try:
-        python_of(text)
-    except SyntaxError as problem:
-        raise ValueError(f"not a Python file: {problem}") from None
+def read(text: str) -> FrameTable:
+    """Return the transforms of a launch file, which is parsed, never run. Raises ValueError for a damaged one."""
     default = re.search(rf"'{FRAME_PREFIX}',\s+default_value=(.*),", text)
     is_declared = default is not None and f"{FRAME_PREFIX} = LaunchConfiguration('{FRAME_PREFIX}')" in text
     nodes, edges = _NODE.findall(text), list[Edge]()
-    if len(nodes) != text.count(_EXECUTABLE) or (nodes and not is_declared):
-        raise ValueError("a node has no name, no arguments, or a part that is neither text nor a launch argument")
-    for name, body in nodes:
-        body = body.replace(f"[{FRAME_PREFIX},", f"[{default[1] if default else ''},")
-        try:
+    try:
+        python_of(text)
+        if len(nodes) != text.count(_EXECUTABLE) or (nodes and not is_declared):
+            raise ValueError("a node has no name, no arguments, or a part that is neither text nor a launch argument")
+        for name, body in nodes:
+            body = body.replace(f"[{FRAME_PREFIX},", f"[{default[1] if default else ''},")
             words = ast.literal_eval(f"[{body}]")
             words = ["".join(word) if isinstance(word, list) else word for word in words]
             edges.append(read_arguments(ast.literal_eval(name), words))
-        except (TypeError, SyntaxError) as problem:
-            raise ValueError(f"not plain values: {problem}") from None
-    return Transforms(tuple(edges))
+    except (TypeError, SyntaxError) as problem:
+        raise ValueError(f"not Python with plain values: {problem}") from None
+    return FrameTable(tuple(edges))
 
 
 def read_arguments(name: object, arguments: object) -> Edge:
     """Return the transform of one static_transform_publisher. Raises ValueError for other than our arguments."""
     if not isinstance(name, str) or not isinstance(arguments, list) or not all(isinstance(a, str) for a in arguments):
         raise ValueError("a static_transform_publisher has a name that is no text or arguments that are no texts")
-    if len(arguments) % 2:
-        raise ValueError(f"the arguments of {name} are not flags with one text each")
-    given = dict(zip(arguments[::2], arguments[1::2], strict=True))
-    if given.keys() != {*_XYZ, *_RPY, _PARENT, _CHILD}:
-        raise ValueError(f"the flags of {name} are {', '.join(given)}")
+    given = dict(zip(arguments[::2], arguments[1::2], strict=False))
+    if given.keys() != {*_XYZ, *_RPY, _PARENT, _CHILD} or len(arguments) != 2 * len(given):
+        raise ValueError(f"{name} has the arguments {' '.join(arguments)}")
     x, y, z, roll, pitch, yaw = (number_of(given[flag]) for flag in (*_XYZ, *_RPY))
     publisher = Publisher(STATIC_TRANSFORM_PUBLISHER, name)
     return Edge(given[_PARENT], given[_CHILD], publisher, moving=False, pose=Pose((x, y, z), (roll, pitch, yaw)))
@@ -261,16 +212,7 @@ def check_numbers(case: Case, output: Output) -> Iterator[Diagnostic]:
         yield case.problem("number-format", message, ("outputs", output.name, "number_format"), help)
 
 
-def _syntax(text: str) -> str:
-    import ast
-
-    return ast.dump(python_of(text))
-
-
-NUMBER_FORMAT = {
-    **format.NUMBER_FORMAT,
-    "description": "exact: to the last digit; left out: 7 decimals of metres and 8 of radians.",
-}
+_DIGITS = "exact: to the last digit; left out: 7 decimals of metres and 8 of radians."
 FORMAT = Format(
     name="static_tf",
     word="launch file of static transforms",
@@ -278,7 +220,7 @@ FORMAT = Format(
     about="the launch file of the static transforms",
     rank=40,
     covers=("robot", *PLACES, *NODES),
-    options={"number_format": NUMBER_FORMAT},
+    options={"number_format": {**format.NUMBER_FORMAT, "description": _DIGITS}},
     check=check_numbers,
     file="static_tf.launch.py",
     endings=(".py",),
@@ -287,7 +229,7 @@ FORMAT = Format(
     read=read,
     rounding=ROUNDING,
     located=True,
-    syntax=_syntax,
+    syntax=lambda text: ast.dump(python_of(text)),
     feeds=(STATIC_TRANSFORM_PUBLISHER,),
     folder="launch",
     deploys=True,
@@ -298,18 +240,15 @@ def write_list(robot: Robot, output: Output, templates: Templates) -> tuple[str,
     """Return the static edges of a robot as JSON, in the order of the description. Option: ``number_format``."""
     always, in_modes, diagnostics = static_transforms(robot, [output])
     nodes: list[dict[str, Any]] = []
-    for transform in [*always, *in_modes]:
-        node: dict[str, Any] = {"name": transform.name, "parent": transform.parent, "child": transform.child}
-        if transform.source.status == "stand_in":
-            node["stand_in"] = describe(transform.source)
-        if transform.when:
-            node["when"] = transform.when
-        node["arguments"] = list(transform.arguments)
-        nodes.append(node)
+    for one in [*always, *in_modes]:
+        node: dict[str, Any] = {"name": one.name, "parent": one.parent, "child": one.child}
+        node |= {"stand_in": describe(one.source)} if one.source.status == "stand_in" else {}
+        node |= {"when": one.when} if one.when else {}
+        nodes.append({**node, "arguments": list(one.arguments)})
     return json.dumps({"robot": robot.name, "static_transform_publisher": nodes}, indent=2) + "\n", diagnostics
 
 
-def read_list(text: str) -> Transforms:
+def read_list(text: str) -> FrameTable:
     """Return the transforms of a list. Raises ValueError if the text is not such a file."""
     edges = []
     try:
@@ -321,7 +260,7 @@ def read_list(text: str) -> Transforms:
             edges.append(edge)
     except (KeyError, TypeError, AttributeError) as problem:
         raise ValueError(f"not a list of static transforms: {problem!r}") from None
-    return Transforms(tuple(edges))
+    return FrameTable(tuple(edges))
 
 
 def robot_of(path: Path) -> str:
@@ -351,3 +290,83 @@ LIST = replace(
     folder="config",
     robot_of=robot_of,
 )
+
+
+def free_names(names: Iterable[str], taken: Iterable[str], before: str) -> dict[str, str]:
+    """Return a launch argument for each name: itself, or one that begins with ``before`` where the name is taken."""
+    names, taken = list(names), set(taken)
+    free = {name: name for name in names if name not in taken}
+    for name in names:
+        argument = name
+        while name not in free and argument in {*taken, *free.values()}:
+            argument = f"{before}{argument}"
+        free.setdefault(name, argument)
+    return {name: free[name] for name in names}
+
+
+def mode_arguments(robot: Robot, conditions: Iterable[str], taken: Iterable[str]) -> dict[str, str]:
+    """Return the launch arguments of the modes in conditions; ``taken`` are names of other launch arguments."""
+    return free_names(modes_in(robot, list(conditions)), taken, "mode_")
+
+
+def condition(robot: Robot, when: str) -> Condition:
+    """Return a condition over modes, decided one mode after the other (Shannon's expansion)."""
+    modes = modes_in(robot, [when])
+    table = {tuple(states.values()): holds(when, states) for states in combinations(modes)}
+
+    def decide(states: tuple[bool, ...]) -> Condition:
+        if len(states) == len(modes):
+            return ALWAYS if table[states] else NEVER
+        mode: Condition = (MODE, modes[len(states)])
+        off, on, inverse = decide((*states, False)), decide((*states, True)), (NOT, mode)
+        if off == on:
+            return off
+        if {off, on} == {ALWAYS, NEVER}:
+            return mode if on == ALWAYS else inverse
+        if on in (ALWAYS, NEVER):
+            return (OR, mode, off) if on == ALWAYS else (AND, inverse, off)
+        if off in (ALWAYS, NEVER):
+            return (OR, inverse, on) if off == ALWAYS else (AND, mode, on)
+        return (OR, (AND, mode, on), (AND, inverse, off))
+
+    return decide(())
+
+
+def in_frontends(condition: Condition, arguments: Mapping[str, str]) -> str:
+    """Return a condition for XML and YAML launch files, such as "$(and $(var slam) $(not $(var rviz)))"."""
+    word, *operands = condition
+    if word == MODE:
+        return f"$(var {arguments[operands[0]]})"
+    words = " ".join(in_frontends(operand, arguments) for operand in operands)
+    return f"$({word} {words})" if operands else str(word)
+
+
+def in_python(condition: Condition, arguments: Mapping[str, str], indent: int, before: int = 0) -> str:
+    """Return a condition for Python launch files, behind ``before`` columns of a line that is indented."""
+    word, *operands = condition
+    if word == MODE or not operands:
+        return f"LaunchConfiguration({arguments[operands[0]]!r})" if operands else repr(word)
+    line = f"{_PYTHON[word]}({', '.join(in_python(operand, arguments, 0) for operand in operands)})"
+    if "\n" not in line and indent + before + len(line) < _WIDTH:
+        return line
+    comma = "" if word == _IF else ","
+    lines = [f"{' ' * (indent + 4)}{in_python(operand, arguments, indent + 4)}{comma}" for operand in operands]
+    return "\n".join([f"{_PYTHON[word]}(", *lines, f"{' ' * indent})"])
+
+
+def if_condition(condition: Condition, arguments: Mapping[str, str], indent: int) -> str:
+    """Return the value of the ``condition`` of a node; ``indent`` is the column of the word ``condition``."""
+    return in_python((_IF, condition), arguments, indent, len("condition="))
+
+
+def import_substitutions(conditions: Iterable[Condition], *more: str) -> str:
+    """Return the import of the names that conditions take from ``launch.substitutions``, and of ``more``."""
+    names, waiting = set(more), list(conditions)
+    while waiting:
+        word, *operands = waiting.pop()
+        names |= {_PYTHON[word]} if word in _PYTHON else set()
+        waiting += operands if word in _PYTHON else []
+    line = f"from launch.substitutions import {', '.join(sorted(names))}"
+    if len(line) <= _WIDTH:
+        return line
+    return "\n".join(["from launch.substitutions import (", *(f"    {name}," for name in sorted(names)), ")"])

@@ -1,19 +1,20 @@
-"""Templates: Jinja, where an undefined name is an error and XML is escaped.
+"""Templates: Jinja, where an undefined name is an error and XML is escaped; and the format ``template`` of own ones.
 
 The templates of the program and of plug-ins are rendered in this process. The templates of a description come from
 strangers: they are rendered in a child process with limits for CPU time, memory and output, in the sandbox of Jinja,
-where they reach plain values and a few functions.
+where they reach plain values and a few functions. ``docs/artifacts.md`` lists the names that they get.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
-from functools import cache, cached_property
+from functools import cache
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
@@ -25,24 +26,23 @@ from jinja2.bccache import Bucket
 from jinja2.exceptions import SecurityError
 from markupsafe import Markup, escape
 
+from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files, system
 from rosorin_compile.source.cache import cache_folder
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
+from rosorin_compile.source.numbers import exact, fixed, short, six, vector
 from rosorin_compile.source.project import data_folder, homes
 from rosorin_compile.source.rule_registry import TEMPLATES, Rule
 
+from .format import Format, describe
+
+_NAMES = "[Names in a template](artifacts.md#names-in-a-template)."
 RULES = (
-    Rule(
-        "template-missing", "There is no such template in the folder of the description.", "Check the name.", TEMPLATES
-    ),
+    Rule("template-missing", "The folder of the description has no such template.", "Check the name.", TEMPLATES),
     Rule("template-syntax", "A template is not legal Jinja.", "Correct the line that is shown.", TEMPLATES),
-    Rule(
-        "template-failed",
-        "A template asks for a name that does not exist, or fails in another way.",
-        "[Names in a template](artifacts.md#names-in-a-template).",
-        TEMPLATES,
-    ),
+    Rule("template-failed", "A template uses a name that does not exist, or fails otherwise.", _NAMES, TEMPLATES),
     Rule("template-unsafe", "A template tries to leave the sandbox.", "Templates reach values, no Python.", TEMPLATES),
+    Rule("template-not-named", "An output has no `template`.", "Name a file beside the description.", TEMPLATES),
 )
 
 MAX_TEMPLATE = 10_000_000  # bytes
@@ -55,17 +55,11 @@ _XML = (".urdf", ".xml", ".sdf", ".svg", ".html", ".launch", ".srdf", ".xacro")
 # Jinja's name for a value of the model: 'rosorin_compile.model.robot.Sensor object'.
 _INTERNAL = r"'rosorin_compile\.[\w.]*\.(\w+) object'"
 # Started by -c: -m would look for modules in the working folder first, which may belong to a stranger.
-_START_CHILD = (
-    "import sys, json; sys.path[:] = json.loads(sys.argv[1]);"
-    "from rosorin_compile.formats.templating import render_request; render_request()"
-)
-_OPTIONS: dict[str, Any] = {
-    "autoescape": lambda name: (name or "").removesuffix(".jinja").endswith(_XML),
-    "undefined": jinja2.StrictUndefined,
-    "trim_blocks": True,
-    "lstrip_blocks": True,
-    "keep_trailing_newline": True,
-}
+_START_CHILD = "import sys, json; sys.path[:] = json.loads(sys.argv[1]);"
+_START_CHILD += "from rosorin_compile.formats.templating import render_request; render_request()"
+_OPTIONS: dict[str, Any] = dict.fromkeys(("trim_blocks", "lstrip_blocks", "keep_trailing_newline"), True)
+_OPTIONS |= {"autoescape": lambda name: (name or "").removesuffix(".jinja").endswith(_XML)}
+_OPTIONS |= {"undefined": jinja2.StrictUndefined}
 
 
 class _BytecodeCache(jinja2.FileSystemBytecodeCache):
@@ -83,16 +77,14 @@ class _BytecodeCache(jinja2.FileSystemBytecodeCache):
 class TemplateProblem(Exception):
     """A template that is missing, wrong, or uses a name that does not exist; carries the diagnostic."""
 
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
+    def __init__(self, rule: str, message: str, span: Span | None = None, help: str = "") -> None:
+        super().__init__(message)
+        self.diagnostic = error(rule, message, span, help)
 
 
 def attributes(**values: str) -> Markup:
-    """Return the attributes of an XML element, each with a space before it; the values are escaped.
-
-    A large robot has tens of thousands of them, and each expression of a template costs time.
-    """
+    """Return the attributes of an XML element, each with a space before it; the values are escaped."""
+    # A large robot has tens of thousands of them, and each expression of a template costs time.
     text = "".join([f' {name}="{value}"' for name, value in values.items()])
     if text.count('"') != 2 * len(values) or "&" in text or "<" in text or ">" in text or "'" in text:
         text = "".join([f' {name}="{escape(value)}"' for name, value in values.items()])
@@ -111,7 +103,6 @@ def comment(text: str) -> str:
 
 @cache
 def _own(place: Path | None) -> jinja2.Environment:
-    """Return the environment of the program's templates, compiled to files in ``place``."""
     folder = data_folder("templates")
     loader = jinja2.FunctionLoader(lambda name: files.read_text(folder / name))
     cached = _BytecodeCache(str(place), f"{jinja2.__version__}-%s.cache") if place else None
@@ -119,84 +110,51 @@ def _own(place: Path | None) -> jinja2.Environment:
 
 
 class Templates:
-    """Renders the templates in ``folder``, the folder of a description, or those of the program.
-
-    ``first`` is the first file of the description: if it is a link, templates may also be where it leads to
-    (``project.homes``). Templates of plug-ins are ``trusted``.
-    """
+    """Renders the templates in ``folder``, the folder of a description, or those of the program."""
 
     comment = staticmethod(comment)
 
-    def __init__(
-        self,
-        folder: Path | None = None,
-        named: str = "the folder of the description",
-        first: Path | None = None,
-        trusted: bool = False,
-    ) -> None:
-        self.folder, self.named, self.first, self.trusted = folder, named, first, trusted
+    def __init__(self, folder: Path | None = None, first: Path | None = None, package: str = "") -> None:
+        # If the first file of the description is a link, templates may also be where it leads to.
+        self.folder, self.first, self.package_name = folder, first, package
         self.homes = homes(first) if first is not None else ()
         self.used: set[Path] = set()
 
-    @cached_property
-    def environment(self) -> jinja2.Environment:
-        """The environment of the templates; that of a description is a sandbox, for the child process only."""
-        loader = jinja2.FunctionLoader(self._load)
-        if self.trusted:
-            return jinja2.Environment(loader=loader, **_OPTIONS)  # noqa: S701 - XML is escaped
-        from jinja2.sandbox import ImmutableSandboxedEnvironment
-
-        sandbox = ImmutableSandboxedEnvironment(loader=loader, **_OPTIONS)
-        del sandbox.globals["lipsum"]  # any amount of text that no artifact needs
-        del sandbox.filters["random"]  # an artifact is the same each time
-        return sandbox
-
     def read(self) -> tuple[Path, ...]:
-        """Return the templates of the description that were used, sorted."""
         return tuple(sorted(file for file in self.used if any(map(file.is_relative_to, self.homes))))
 
     @staticmethod
     def own(name: str, values: Mapping[str, Any]) -> str:
-        """Return the text of a template of the program, such as "core/robot.urdf.jinja"."""
         return _own(cache_folder("templates")).get_template(name).render(values)
 
     def package(self, name: str) -> Templates:
-        """Return an object that renders the templates in the folder ``templates`` of a Python package."""
-        folder = Path(import_module(name).__path__[0], "templates")
-        return Templates(folder, f"the package {name}", trusted=True)
+        return Templates(Path(import_module(name).__path__[0], "templates"), package=name)
 
-    def render(self, name: str, values: Mapping[str, Any], asked: Span | None = None) -> str:
-        """Return the text of a template; ``asked`` is the place in the description that names it.
-
-        The values for a template of a description can be pickled: functions are those of a module. Raises
-        TemplateProblem with the place in the template that fails.
-        """
-        if self.trusted:
-            try:
-                return self.environment.get_template(name).render(values)
-            except Exception as problem:  # a filter of Jinja raises any exception
-                raise self._problem(_explain_failure(problem, name), asked) from None
-        rendered = _render_in_child(self.folder, self.first, name, values)
+    def render(self, name: str, values: Mapping[str, Any]) -> str:
+        """Return the text of a template. Raises TemplateProblem with the place that fails."""
+        if self.package_name:
+            environment = jinja2.Environment(loader=jinja2.FunctionLoader(self.load), **_OPTIONS)  # noqa: S701 - is XML
+            rendered = _rendered(environment, name, values)
+        else:
+            rendered = _render_in_child(self.folder, self.first, name, values)
         for file in map(Path, rendered.inputs):
             files.record(file, files.version(file))
             self.used |= {file} if files.version(file) else set()
-        if rendered.rule:
-            raise self._problem(rendered, asked)
+        rule, name, line = rendered.rule, rendered.template, rendered.line
+        loaded = self.load(name) if line else None
+        if rule == "template-missing":
+            place = f"the package {self.package_name}" if self.package_name else "the folder of the description"
+            raise TemplateProblem(rule, f"there is no template {name} in {place}", None, "check the name")
+        if rule and (loaded is None or self.folder is None):
+            raise TemplateProblem(rule, f"{name}: {rendered.message}")
+        if rule and loaded is not None and self.folder is not None:
+            source = Source(files.shown(self.folder / name), loaded[0])
+            text = source.line(line)
+            span = Span(source, line, len(text) - len(text.lstrip()) + 1, max(1, len(text.strip())))
+            raise TemplateProblem(rule, rendered.message, span)
         return rendered.text
 
-    def _problem(self, failed: _Rendered, asked: Span | None) -> TemplateProblem:
-        rule, name, line = failed.rule, failed.template, failed.line
-        if rule == "template-missing":
-            return TemplateProblem(error(rule, f"there is no template {name} in {self.named}", asked, "check the name"))
-        loaded = self._load(name) if line else None
-        if loaded is None:
-            return TemplateProblem(error(rule, f"{name}: {failed.message}", asked))
-        source = Source(name if self.folder is None else files.shown(self.folder / name), loaded[0])
-        text = source.line(line)
-        span = Span(source, line, len(text) - len(text.lstrip()) + 1, max(1, len(text.strip())))
-        return TemplateProblem(error(rule, failed.message, span))
-
-    def _load(self, name: str) -> tuple[str, None, Any] | None:
+    def load(self, name: str) -> tuple[str, None, Any] | None:
         if self.folder is None:
             return None
         try:
@@ -213,25 +171,32 @@ class Templates:
 
 
 class _Rendered(NamedTuple):
-    """The text of a template, or the rule, message, template and line (0 if unknown) of a failure.
-
-    ``inputs`` are the files that were read or looked for.
-    """
+    """The text of a template, or the rule, message, template and line (0 if unknown) of a failure."""
 
     text: str = ""
     rule: str = ""
     message: str = ""
     template: str = ""
     line: int = 0
-    inputs: tuple[str, ...] = ()
+    inputs: tuple[str, ...] = ()  # the files that were read or looked for
 
 
-def _explain_failure(problem: BaseException, name: str) -> _Rendered:
-    if isinstance(problem, jinja2.TemplateSyntaxError):
-        message = problem.message or "not a template"
-        return _Rendered("", "template-syntax", message, problem.name or name, problem.lineno)
-    if isinstance(problem, jinja2.TemplateNotFound):
-        return _Rendered("", "template-missing", "", str(problem.name))
+class _OutOfTime(BaseException):
+    """The soft limit of CPU time is reached; not an Exception, which Jinja may catch."""
+
+
+def _rendered(environment: jinja2.Environment, name: str, values: Mapping[str, Any]) -> _Rendered:
+    try:
+        text = environment.get_template(name).render(values)
+        if len(text) <= MAX_OUTPUT:
+            return _Rendered(text)
+        raise ValueError(f"its text has more than {MAX_OUTPUT:,} characters")
+    except jinja2.TemplateSyntaxError as wrong:
+        return _Rendered("", "template-syntax", wrong.message or "not a template", wrong.name or name, wrong.lineno)
+    except jinja2.TemplateNotFound as missing:
+        return _Rendered("", "template-missing", "", str(missing.name))
+    except (Exception, _OutOfTime) as failure:  # a filter of Jinja raises any exception
+        problem: BaseException = failure
     line, trace = 0, problem.__traceback__
     while trace is not None:
         if trace.tb_frame.f_code.co_filename == "<template>":  # Jinja's name for the code of templates
@@ -247,7 +212,6 @@ def _explain_failure(problem: BaseException, name: str) -> _Rendered:
 
 
 def _render_in_child(folder: Path | None, first: Path | None, name: str, values: Mapping[str, Any]) -> _Rendered:
-    """Render a template in a child process. Returns a failure if it exceeds a limit."""
     import pickle  # with subprocess they take as long to import as a small robot to compile
     import signal
     import subprocess
@@ -264,13 +228,13 @@ def _render_in_child(folder: Path | None, first: Path | None, name: str, values:
         done = subprocess.run(  # noqa: S603 - this Python, and arguments that no shell reads
             command, input=request.getvalue(), capture_output=True, timeout=_PATIENCE, env=environment, check=False
         )
+        if not done.returncode:
+            return _Rendered(*json.loads(done.stdout))
+        last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2] or f"exit code {done.returncode}"
+        killed = done.returncode in (-getattr(signal, "SIGXCPU", 0), -getattr(signal, "SIGKILL", 0))
+        message = _OUT_OF_TIME if killed else f"the process that renders it ended: {last}"
     except subprocess.TimeoutExpired:
-        return _Rendered(rule="template-failed", message=f"it did not end within {_PATIENCE} s", template=name)
-    if not done.returncode:
-        return _Rendered(*json.loads(done.stdout))
-    last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2] or f"exit code {done.returncode}"
-    killed = done.returncode in (-getattr(signal, "SIGXCPU", 0), -getattr(signal, "SIGKILL", 0))
-    message = _OUT_OF_TIME if killed else f"the process that renders it ended: {last}"
+        message = f"it did not end within {_PATIENCE} s"
     return _Rendered(rule="template-failed", message=message, template=name)
 
 
@@ -278,23 +242,19 @@ def render_request() -> None:
     """Render the template that standard input requests, in the child process; write the result to standard output."""
     import pickle
 
+    from jinja2.sandbox import ImmutableSandboxedEnvironment
+
     folder, first, name, values = pickle.load(sys.stdin.buffer)  # noqa: S301 - written by the parent
     with files.recording() as inputs:
         templates = Templates(folder, first=first)
-        try:
-            _limit_resources()
-            rendered = _Rendered(templates.environment.get_template(name).render(values))
-            if len(rendered.text) > MAX_OUTPUT:
-                raise ValueError(f"its text has more than {MAX_OUTPUT:,} characters")
-        except (Exception, _OutOfTime) as problem:  # a filter of Jinja raises any exception
-            rendered = _explain_failure(problem, name)
+        sandbox = ImmutableSandboxedEnvironment(loader=jinja2.FunctionLoader(templates.load), **_OPTIONS)
+        del sandbox.globals["lipsum"]  # any amount of text that no artifact needs
+        del sandbox.filters["random"]  # an artifact is the same each time
+        _limit_resources()
+        rendered = _rendered(sandbox, name, values)
     places = (*templates.homes, *([files.resolve(folder)] if folder else []))
     read = sorted(os.fspath(file) for file in inputs if any(map(file.is_relative_to, places)))
     sys.stdout.buffer.write(json.dumps(rendered._replace(inputs=tuple(read))).encode())
-
-
-class _OutOfTime(BaseException):
-    """The soft limit of CPU time is reached; not an Exception, which Jinja may catch."""
 
 
 def _limit_resources() -> None:
@@ -322,3 +282,32 @@ def _limit_resources() -> None:
         allowed = resource.getrlimit(kind)[1]
         most = hard if allowed == resource.RLIM_INFINITY else min(hard, allowed)
         resource.setrlimit(kind, (min(soft, most), most))
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return what the template of an output makes of a robot. Raises TemplateProblem."""
+    name = output.options.get("template")
+    if not name:
+        help = "add template: FILE, a Jinja template"
+        return "", [error("template-not-named", f'output "{output.name}" names no template', None, help)]
+    values = {"robot": robot, "output": output, "number": short, "exact": exact, "six": six, "fixed": fixed}
+    values |= {"degrees": math.degrees, "radians": math.radians, "source": describe, "vector": vector, "kind": _kind}
+    return templates.render(name, values), []
+
+
+def _kind(geometry: object) -> str:
+    return type(geometry).__name__
+
+
+_TEMPLATE = "A Jinja template in the folder of the description, for an artifact of your own."
+FORMAT = Format(
+    name="template",
+    word="artifact of a template",
+    article="an",
+    rank=900,
+    options={
+        "template": {"type": "string", "description": _TEMPLATE},
+        "options": {"type": "object", "description": "Values of your own, reached as output.options.options."},
+    },
+    write=write,
+)

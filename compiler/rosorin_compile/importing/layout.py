@@ -14,9 +14,9 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.imported import Comment
+from rosorin_compile.formats.imported import BESIDE, END, INSIDE, Comment
 from rosorin_compile.language.schema import fragment_at
-from rosorin_compile.source.diagnostics import Span, printable
+from rosorin_compile.source.diagnostics import MadeSpan, Span, printable
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Map, Path
 from rosorin_compile.source.units import Quantity
@@ -340,7 +340,7 @@ def _digits(value: float, span: Span | None) -> str:
     if span is None:
         return ""
     token = span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length]
-    token = (token if span.made is None else span.made).removeprefix("+")
+    token = (span.text if isinstance(span, MadeSpan) else token).removeprefix("+")
     if not token or len(token) != len(token.strip()):
         return ""
     read = Scalar(token).value
@@ -407,7 +407,7 @@ def placed(comments: Iterable[Comment], document: Mapping[str, Any], head: Seque
     inside: dict[Path, list[str]] = {}
     for comment in comments:
         if not comment.path or comment.path[0] in _OF_ROBOT:
-            place = inside if comment.where == Comment.END else before
+            place = inside if comment.where == END else before
             if root:
                 place.setdefault((), []).extend(cleaned(comment.text))
             continue
@@ -415,9 +415,9 @@ def placed(comments: Iterable[Comment], document: Mapping[str, Any], head: Seque
         if not path:
             continue  # its section is in another file
         lines = cleaned(comment.text)
-        if comment.where == Comment.INSIDE and _holds(document, path):
+        if comment.where == INSIDE and _holds(document, path):
             inside.setdefault(path, []).extend(lines)
-        elif comment.where == Comment.BESIDE and path == tuple(comment.path) and len(lines) == 1:
+        elif comment.where == BESIDE and path == tuple(comment.path) and len(lines) == 1:
             beside.setdefault(path, []).extend(lines)
         elif not _is_repeated(before.get(path, []), lines):
             before.setdefault(path, []).extend(lines)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from rosorin_compile.formats.schemas import schema_text
+from rosorin_compile.formats import schema_text
 from rosorin_compile.output import locked, staging_folder
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.load import plain_scalar

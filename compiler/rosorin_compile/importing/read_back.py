@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format
-from rosorin_compile.formats.gazebo_elements import context_of, element_differences
+from rosorin_compile.formats.gazebo_elements import element_differences, followers_of
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.model import Robot
@@ -49,7 +49,7 @@ def by_elements(source: Robot, again: Robot, made: Robot) -> list[str]:
     if output is not None and format.brings is not None:
         own += format.brings(replace(source, sensors=(), control=(), controllers=()), output)
     texts = without_collisions(own), without_collisions(again.urdf_elements)
-    return element_differences(*texts, context_of(source, made.asks_for_humble))
+    return element_differences(*texts, followers_of(source, made.asks_for_humble))
 
 
 def without_words(robot: Robot, source: Robot) -> Robot:

@@ -11,6 +11,7 @@ from rosorin_compile.compare.describe import Describer
 from rosorin_compile.compare.precision import NOISE, Precision
 from rosorin_compile.compare.walk import compare_leaves, leaves
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.format import lacks
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Ellipsoid, Joint, Link, Robot, Shape
 from rosorin_compile.model.joint import ROBOT_STATE_PUBLISHER, Dynamics, Publisher
@@ -49,7 +50,7 @@ def _of(tolerance: float) -> Precision:
 def _without_lacking(one: Robot, other: Robot) -> Robot:
     """Copy the values that a URDF cannot express from ``other`` to ``one``."""
     urdf, known = FORMATS.published(), {field.name for field in fields(one)}
-    skipped = [name for name, node in sections().items() if node.topic in urdf.lacks and name in known]
+    skipped = [name for name in sections() if name in known and lacks(urdf, name)]
     return replace(one, sections=other.sections, **{name: getattr(other, name) for name in skipped})
 
 

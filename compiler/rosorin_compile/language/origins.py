@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.source.diagnostics import Source, Span
 from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.numbers import exact
-from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, has, locate, maker
+from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, has, maker
 from rosorin_compile.source.units import NUMBER, Quantity, describe
 
 from .expand.expansion import Failed
@@ -158,7 +158,7 @@ class Origins:
                 return None
             spans.append(node.value_spans[step])
             node = node[step]
-        span, place = spans[-1], locate(self.tree, path)
+        span, place = spans[-1], self.tree.locate(path)
         piece = self.written.value(span)
         if isinstance(piece and piece.value, (Map, Seq)) and not isinstance(node, (Map, Seq)):
             return self._combined_pose(span, place)
@@ -174,7 +174,7 @@ class Origins:
 
     def at(self, path: Path) -> tuple[Where, tuple[Step, ...]]:
         """Return where the entry at a path begins, and the includes, parts and loops that lead to it."""
-        return self.where(locate(self.tree, path, key=True).span), self._stack(locate(self.tree, path))
+        return self.where(self.tree.locate(path, key=True).span), self._stack(self.tree.locate(path))
 
     def named(self, name: str) -> Meaning | None:
         """Return the meaning of an argument or a named value of the description, or None if there is none."""

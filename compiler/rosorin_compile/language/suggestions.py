@@ -19,10 +19,10 @@ from itertools import pairwise
 from types import NoneType
 from typing import Any
 
-from rosorin_compile.source.diagnostics import did_you_mean, nearest
+from rosorin_compile.source.diagnostics import Suggestion, did_you_mean, nearest
 from rosorin_compile.source.load import plain_scalar
 from rosorin_compile.source.project import data_folder
-from rosorin_compile.source.tree import Map, Path, Seq, Text, locate, prefix_at
+from rosorin_compile.source.tree import Map, Path, Seq, Text, prefix_at
 from rosorin_compile.source.units import UNITS, Dimension, Quantity, parse_unit
 
 from .expression import ExpressionError, compiled
@@ -445,23 +445,22 @@ def word_meant(word: str, known: Iterable[str], kind: str = "") -> str:
     return way_out(word, table) or (f'did you mean "{close}"?' if close else did_you_mean(word, known))
 
 
-def name_meant(tree: Map, path: Path, word: str, known: Iterable[str], more: Sequence[str] = ()) -> str:
-    """Return the help for a name at a path that is none of ``known``, as ``did_you_mean``.
+def suggest_name(
+    tree: Map, path: Path, word: str, known: Collection[str], otherwise: str = "", more: Sequence[str] = ()
+) -> Suggestion:
+    """Return the help for an unknown name at a path.
 
     In a part its own names are first, without the prefix; ``more`` are further names of its own.
     """
-    span = locate(tree, path).span
+    span = tree.locate(path).span
     text = span.source.line(span.line)[span.column - 1 :][: span.length]
     is_mount = text.strip("\"'") == MOUNT  # of the use, with names around the part
-    names, prefix = list(known), prefix_at(tree, path, outside=is_mount)
-    own = [name.removeprefix(prefix) for name in names if prefix and name.startswith(prefix)]
+    prefix = prefix_at(tree, path, outside=is_mount)
+    own = [name.removeprefix(prefix) for name in known if prefix and name.startswith(prefix)]
     if not own:
-        return did_you_mean(word, names)
-    guess = did_you_mean(word, [*own, *more])
-    if guess.startswith("did"):
-        return guess
-    of_others = did_you_mean(word, [name for name in names if not name.startswith(prefix)])
-    return of_others if of_others.startswith("did") else guess
+        return Suggestion(word, known, otherwise)
+    others = [name for name in known if not name.startswith(prefix)]
+    return Suggestion(word, [*own, *more], otherwise, others=others)
 
 
 def fallen_out(tree: Map, path: Sequence[str | int], fragment: Mapping[str, Any]) -> tuple[str, bool] | None:

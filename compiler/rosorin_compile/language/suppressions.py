@@ -7,9 +7,18 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, did_you_mean, error
+from rosorin_compile.source.diagnostics import (
+    ERROR,
+    NOTE,
+    WARNING,
+    Diagnostic,
+    Help,
+    Suggestion,
+    diagnostic,
+    error,
+)
 from rosorin_compile.source.rule_registry import OF_PLUGINS, OUTPUTS, PHYSICS, SIMULATION, Rule, find
-from rosorin_compile.source.tree import Map, Path, Seq, has, locate
+from rosorin_compile.source.tree import Map, Path, Seq, has
 from rosorin_compile.source.wording import MAX_LISTED, and_more, quoted
 
 from .annotations import Node, texts
@@ -79,7 +88,7 @@ def unknown(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
             diagnostics.append(not_allowed(tree, ["accept", index, "rule"], rule, list(acceptable)))
         elif rule in STAYS or not known.mild:
             why = STAYS.get(rule, "the robot could not be built, or would be built wrongly")
-            place = locate(tree, ("accept", index, "rule"))
+            place = tree.locate(("accept", index, "rule"))
             message = f"{rule} cannot be accepted: {why}"
             diagnostics.append(error("accept-refused", message, place.span, "remove the entry"))
     return diagnostics
@@ -91,18 +100,18 @@ def settled(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[st
     left: list[Diagnostic] = []
     groups: dict[str, list[Diagnostic]] = {}
     used: set[Entry] = set()
-    for diagnostic in diagnostics:
-        covering = _covering(entries, diagnostic, acceptable)
+    for found in diagnostics:
+        covering = _covering(entries, found, acceptable)
         used.update(covering)
-        is_acceptable_error = diagnostic.severity == ERROR and diagnostic.rule in acceptable
-        if covering and diagnostic.severity == ERROR:
-            groups.setdefault(diagnostic.rule, []).append(diagnostic)
-        elif not covering and is_acceptable_error and (diagnostic.rule, EVERYTHING) in entries and diagnostic.of:
-            way = f"an error is accepted by name: of: [{diagnostic.of[0]}]"
-            worded = diagnostic.worded()
+        is_acceptable_error = found.severity == ERROR and found.rule in acceptable
+        if covering and found.severity == ERROR:
+            groups.setdefault(found.rule, []).append(found)
+        elif not covering and is_acceptable_error and (found.rule, EVERYTHING) in entries and found.of:
+            way = f"an error is accepted by name: of: [{found.of[0]}]"
+            worded = found.worded()
             left.append(replace(worded, help="; ".join(filter(None, (worded.help, way)))))
         elif not covering:
-            left.append(diagnostic)
+            left.append(found)
     for group in groups.values():
         covering = [entry for one in group for entry in _covering(entries, one, acceptable)]
         reasons = dict.fromkeys(tree["accept"][index]["reason"] for index, _ in covering)
@@ -141,17 +150,18 @@ def unused(
         rule = entry["rule"]
         if not idle or _requested(rule, acceptable) not in asked:
             continue
-        place = locate(tree, ("accept", index, "rule"))
-        message, help = f"{rule} is accepted, but has nothing to report", "remove the entry"
+        place = tree.locate(("accept", index, "rule"))
+        message = f"{rule} is accepted, but has nothing to report"
+        help: Help = "remove the entry"
         if "of" in entry:
-            place = locate(tree, ("accept", index, "of", list(entry["of"]).index(idle[0])))
+            place = tree.locate(("accept", index, "of", list(entry["of"]).index(idle[0])))
             message = f"{rule} is accepted of {quoted(idle, MAX_LISTED)}, but has nothing to report about "
             message += "it" if len(idle) == 1 else "them"
             kind = acceptable[rule].accept if rule in acceptable else "part"
             names = SymbolTable(tree).names().among(THINGS)
-            guess = "" if idle[0] in names else did_you_mean(idle[0], sorted(names))
-            help = guess if guess.startswith("did") else f"remove the entry, or name a {kind} that the rule refuses"
-        diagnostics.append(Diagnostic("accept-unused", WARNING, message, place.span, place.stack(), help))
+            help = f"remove the entry, or name a {kind} that the rule refuses"
+            help = help if idle[0] in names else Suggestion(idle[0], names, instead=help)
+        diagnostics.append(diagnostic("accept-unused", WARNING, message, place.span, help, place.stack()))
     return diagnostics
 
 

@@ -8,11 +8,11 @@ from dataclasses import replace
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.source.diagnostics import Diagnostic, swaps
+from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.rule_registry import ARGUMENTS, SHAPE, Rule
-from rosorin_compile.source.tree import Map, Seq, at, locate
+from rosorin_compile.source.tree import Map, Seq, at
 from rosorin_compile.source.units import Dimension, Quantity, describe, parse_unit
-from rosorin_compile.source.wording import counted, in_words, unseen
+from rosorin_compile.source.wording import counted, in_words, swaps, unseen
 
 from . import suggestions
 from .expand.provenance import problem_at
@@ -276,7 +276,7 @@ class _Report:
     def _type_help(self, types: list[str], units: list[str]) -> str:
         value, key = self.value, next((str(step) for step in reversed(self.path) if isinstance(step, str)), "")
         if value is None:
-            span = locate(self.tree, self.path).span
+            span = self.tree.locate(self.path).span
             sign = span.source.line(span.line)[span.column - 1 :].lstrip()[:1]
             if sign in _SIGNS:
                 return f'"{sign}" begins {_SIGNS[sign]} here: put the text in quotes'

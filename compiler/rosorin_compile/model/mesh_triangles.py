@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, SourceError, Span, error
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Help, SourceError, Span, error
 from rosorin_compile.source.rule_registry import MESHES, Rule
 from rosorin_compile.source.system import pip_install
 from rosorin_compile.source.wording import counted
@@ -56,7 +56,7 @@ class ExtractProblem(SourceError):
     """A mesh cannot be used; carries the diagnostic that says why, and what to do."""
 
     @classmethod
-    def of(cls, rule: str, message: str, help: str = "", span: Span | None = None) -> ExtractProblem:
+    def of(cls, rule: str, message: str, help: Help = "", span: Span | None = None) -> ExtractProblem:
         return cls(error(rule, message, span, help))
 
 

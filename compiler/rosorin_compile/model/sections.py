@@ -28,8 +28,8 @@ SECTIONS = {
     "control": "rosorin_compile.ros.sections.control",
     "controllers": "rosorin_compile.ros.sections.controllers",
     "moveit": "rosorin_compile.ros.sections.moveit",
-    "actuators": "rosorin_compile.mujoco.sections.simulation",
-    "constraints": "rosorin_compile.mujoco.sections.simulation",
+    "actuators": "rosorin_compile.mujoco.sections",
+    "constraints": "rosorin_compile.mujoco.sections",
 }
 
 ENTRIES, ITEMS, ONE = "entries", "items", "one"

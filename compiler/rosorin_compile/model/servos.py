@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from numbers import Integral
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.diagnostics import UnknownName, did_you_mean
+from rosorin_compile.source.load import json_of
 
 from .link import NO_SOURCE, Source
 

@@ -25,20 +25,9 @@ from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 RULES = (
     Rule(
-        "mesh-converted",
-        "A note: a mesh is of a format that MuJoCo does not read; the MJCF names a copy in another one.",
-        "Nothing is to be done; colours and textures of such a file are not carried over.",
-        FORMATS,
-        asked="meshes",
+        "mesh-converted", "A note: a mesh is converted for MuJoCo.", "Nothing is to be done.", FORMATS, asked="meshes"
     ),
-    Rule(
-        "mesh-not-read",
-        "A warning: a mesh or a texture cannot be read, or not by MuJoCo; it is left out of the MJCF. An error of one "
-        "that an element of `mjcf` names.",
-        "As the message says.",
-        FORMATS,
-        asked="meshes",
-    ),
+    Rule("mesh-not-read", "MuJoCo cannot read a mesh or a texture.", "See the message.", FORMATS, asked="meshes"),
 )
 
 MAX_BYTES = 500_000_000
@@ -139,20 +128,16 @@ def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
     except OSError as problem:
         raise UnreadableMesh(problem.strerror or type(problem).__name__, "check the permissions") from None
     check_content(data)
-    places = [outputs / place for place in found.places]
-    if not places or any(path.exists() and path.samefile(found.file) for path in places):
+    paths = [outputs / place for place in found.places]
+    if not paths or any(path.exists() and path.samefile(found.file) for path in paths):
         check_for_mujoco(data, source_ending, found.named.collides)
         return dict.fromkeys(found.places, data), False
-    copies: dict[str, bytes] = {}
-    is_new = False
-    for place in found.places:
-        ending = Path(place).suffix.lower()
-        if ending == source_ending and not (ending == ".stl" and is_ascii_stl(data)):
-            copies[place] = data
-        else:
-            existing, mark = b"", f"{_MARK}{hashlib.sha256(data).hexdigest()[:40]}"
+    copies, is_new, mark = dict.fromkeys(found.places, data), False, f"{_MARK}{hashlib.sha256(data).hexdigest()[:40]}"
+    for place, path in zip(found.places, paths, strict=True):
+        ending, existing = path.suffix.lower(), b""
+        if ending != source_ending or (ending == ".stl" and is_ascii_stl(data)):
             with suppress(OSError, ValueError):
-                existing = (outputs / place).read_bytes()
+                existing = path.read_bytes()
             copies[place] = _binary_stl(data, mark) if ending == ".stl" else _obj(found.file, mark, existing)
             is_new = is_new or copies[place] != existing
         check_for_mujoco(copies[place], ending, found.named.collides)
@@ -160,7 +145,6 @@ def _copies(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
 
 
 def _binary_stl(data: bytes, mark: str) -> bytes:
-    """Convert an ASCII STL."""
     coordinates = read_vertices(data, ".stl")
     triangles = zip(*(coordinates[first::9] for first in range(9)), strict=True)
     try:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import reduce
-from typing import Any
 
 from rosorin_compile.model import Joint
 from rosorin_compile.model.bounds import Bounds, along
-from rosorin_compile.model.geometry import IDENTITY, Pose, Vector
+from rosorin_compile.model.geometry import IDENTITY, Pose
 from rosorin_compile.model.mesh_vertices import Clouds, no_clouds
 from rosorin_compile.model.robot import JointPose, Robot
 from rosorin_compile.model.shape import Mesh
@@ -87,17 +86,14 @@ def reach(
                 a, b, c = shape.geometry.scale
                 placed = [frame.apply((a * x, b * y, c * z)) for x, y, z in points or ()]
                 unknown += points is None
-                boxes += [Bounds(_each(min, placed), _each(max, placed))] if placed else []
-            else:
-                far = along(shape, there)
-                lower, upper = (
-                    (sign * far((sign, 0.0, 0.0)), sign * far((0.0, sign, 0.0)), sign * far((0.0, 0.0, sign)))
-                    for sign in (-1.0, 1.0)
-                )
-                boxes += [Bounds(lower, upper)] if lower[0] <= upper[0] else []
+                if placed:
+                    (x, y, z), (u, v, w) = (map(limit, zip(*placed, strict=True)) for limit in (min, max))
+                    boxes.append(Bounds((x, y, z), (u, v, w)))
+                continue
+            far = along(shape, there)
+            lower, upper = (
+                (sign * far((sign, 0.0, 0.0)), sign * far((0.0, sign, 0.0)), sign * far((0.0, 0.0, sign)))
+                for sign in (-1.0, 1.0)
+            )
+            boxes += [Bounds(lower, upper)] if lower[0] <= upper[0] else []
     return reduce(Bounds.join, boxes) if boxes else None, unknown
-
-
-def _each(function: Any, points: Sequence[Vector]) -> Vector:
-    x, y, z = map(function, zip(*points, strict=True))
-    return x, y, z

@@ -24,7 +24,7 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, error, listed
 from rosorin_compile.source.numbers import six, vector
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.templating import Templates
@@ -32,13 +32,7 @@ if TYPE_CHECKING:
     from rosorin_compile.model.geometry import Vector
 
 RULES = (
-    Rule(
-        "scene-without-robot",
-        "A scene does not define which MJCF is in it: the robot has none or several, or `of` names something else, or "
-        "it is in another folder.",
-        "Add an output `mjcf`, or name one with `of`; write both into one folder.",
-        Heading.FORMATS,
-    ),
+    Rule("scene-without-robot", "A scene does not define which MJCF is in it.", "Name an output with `of`.", FORMATS),
 )
 
 MJCF = "mjcf"

@@ -13,8 +13,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Mesh
 from rosorin_compile.output.committed import Comparison, compare, lines
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, error
-from rosorin_compile.source.rule_registry import WRITING, Rule
-from rosorin_compile.source.tree import locate
+from rosorin_compile.source.rule_registry import WRITING, declare
 from rosorin_compile.source.wording import listed
 
 if TYPE_CHECKING:
@@ -23,26 +22,17 @@ if TYPE_CHECKING:
     from rosorin_compile.formats.format import Refusal
     from rosorin_compile.rules.case import Case
 
-RULES = (
-    Rule(
-        "outputs-differ",
-        "The committed artifacts are not those of the description (in the forms for programs).",
+RULES = declare(
+    WRITING,
+    {
+        "outputs-differ": "The committed artifacts are not those of the description (in the forms for programs). Fix: "
         "`rosorin-compile all`, if that is what you meant.",
-        WRITING,
-    ),
-    Rule(
-        "engine-refuses",
-        "The engine that an artifact is for does not load it, or cannot find or read a mesh. `check` asks MuJoCo, "
-        "where it is installed; of one that is too old, it is a warning.",
-        "As the message says; a mesh is looked for from the folder of the artifact.",
-        WRITING,
-    ),
-    Rule(
-        "engine-missing",
-        "A note: the engine that an artifact is for is not installed, so that nobody tried to load the artifact.",
-        "Install the engine, such as `pip install mujoco`, where artifacts are checked.",
-        WRITING,
-    ),
+        "engine-refuses": "The engine that an artifact is for does not load it, or cannot find or read a mesh. `check` "
+        "asks MuJoCo, where it is installed; of one that is too old, it is a warning. Fix: As the message says; a mesh "
+        "is looked for from the folder of the artifact.",
+        "engine-missing": "A note: the engine that an artifact is for is not installed, so that nobody tried to load "
+        "the artifact. Fix: Install the engine, such as `pip install mujoco`, where artifacts are checked.",
+    },
 )
 
 
@@ -181,5 +171,5 @@ def _refusal(artifact: Artifact, found: Refusal, load: Callable[[], Case | None]
         for index, shape in enumerate(getattr(link, purpose))
         if isinstance(shape.geometry, Mesh) and PurePosixPath(shape.geometry.file).name in found.reason
     ]
-    output = locate(case.tree, ("outputs", artifact.output), key=True)
+    output = case.tree.locate(("outputs", artifact.output), key=True)
     return at_meshes or [error("engine-refuses", message, output.span, "correct what it names")]

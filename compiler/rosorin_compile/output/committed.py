@@ -1,11 +1,13 @@
-"""Compare committed artifacts with those just compiled, explained by meaning first.
+"""Compare committed artifacts with those just compiled: by meaning first, then as texts.
 
 Each committed artifact is read back by its format, and compared with what it is meant to contain.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
+from difflib import unified_diff
 from typing import NamedTuple
 
 from rosorin_compile.compare.changes import Change, find_changes
@@ -13,16 +15,90 @@ from rosorin_compile.compare.pairs import Pair, pair_of, with_new_names
 from rosorin_compile.formats import FORMATS, Artifact, Format
 from rosorin_compile.model import Robot
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.wording import printable
+from rosorin_compile.source.wording import counted, printable
 
-from .text_report import CHANGED, EXTRA, MISSING, NOT_TEXT, TextDifference, differing_values, report_lines, unified
-
+CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
+MAX_LINES = 40
+MAX_WIDTH = 160
+_MAX_CHANGES = 100
+# Above this number of lines, comparing line by line takes too long.
+_MAX_COMPARED = 20_000
+_NO_END = "\\ No newline at end of file"
+_IF_MEANT = "if this is what you meant, run rosorin-compile all and commit what it writes"
+_MOST_VALUES = 3
+_CUT = 60
+_TAG = re.compile(r"<([A-Za-z_]\w*)")
+_WORD = re.compile(r"[A-Za-z_]\w+")
 _MISSING = "missing; rosorin-compile all writes it"
 _EXTRA = "no artifact of this robot; remove it, or run rosorin-compile all --prune"
 _NOT_TEXT = "the committed file is no UTF-8 text; rosorin-compile all writes it again"
 _SAME_MEANING = "same meaning, different text"
 _NOTHING_COMPARED = "different text; nothing that is compared by meaning differs"
 _LARGEST_PICTURE = 200_000  # letters of a text that is not for people; the lines of a larger one are not shown at all
+
+
+class TextDifference(NamedTuple):
+    """How the text of a file differs: its kind, a remark, and for a changed file the lines of a unified diff.
+
+    ``shown``: whether these say anything to a person; of a picture they do not.
+    """
+
+    file: str
+    kind: str
+    remark: str = ""
+    lines: tuple[str, ...] = ()
+    shown: bool = True
+
+    @property
+    def is_text(self) -> bool:
+        """Whether the committed file is text at all."""
+        return self.kind != NOT_TEXT
+
+
+def unified(file: str, old: str, new: str) -> tuple[str, ...]:
+    """Return the unified diff from a committed to a compiled text, without line ends, control characters visible."""
+    before, after = old.splitlines(keepends=True), new.splitlines(keepends=True)
+    if max(len(before), len(after)) > _MAX_COMPARED:
+        return (f"{len(before)} lines committed, {len(after)} lines compiled: too many to show how they differ",)
+    shown: list[str] = []
+    for line in unified_diff(before, after, f"committed/{file}", f"compiled/{file}"):
+        shown.append(printable(line.removesuffix("\n"), keep="\t"))
+        if not line.endswith("\n"):
+            shown.append(_NO_END)
+    return tuple(shown)
+
+
+def shorten(lines: Sequence[str]) -> list[str]:
+    """Return the first lines of a diff, long ones cut, and how many there are more."""
+    shown = [line if len(line) <= MAX_WIDTH else f"{line[:MAX_WIDTH]}..." for line in lines[:MAX_LINES]]
+    if len(lines) > MAX_LINES:
+        shown.append(f"... {len(lines) - MAX_LINES} more lines (--full shows them)")
+    return shown
+
+
+def _with_values(remark: str, old: str, new: str) -> str:
+    """Return a remark with the first lines of two texts that differ, unless the texts are of different lengths."""
+    before, after = old.splitlines(), new.splitlines()
+    if len(before) != len(after):
+        return remark
+    pairs = enumerate(zip(before, after, strict=True), 1)
+    found = [_line_change(number, *both) for number, both in pairs if both[0].split() != both[1].split()]
+    more = [f"and {len(found) - _MOST_VALUES} more"] if len(found) > _MOST_VALUES else []
+    return f"{remark}: {', '.join([*found[:_MOST_VALUES], *more])}" if found else remark
+
+
+def _line_change(number: int, old: str, new: str) -> str:
+    """Return what changed in a line: the words that differ, behind the element, the key or the first word."""
+    before, after = old.split(), new.split()
+    same: list[str] = []
+    for at in (0, -1):  # what both begin and end with
+        while before and after and before[at] == after[at]:
+            same += after[:1] if at == 0 else []
+            del before[at], after[at]
+    tags = _TAG.findall(" ".join([*same, *after[:1]]))
+    words = tags[-1:] or _WORD.findall(same[-1] if same and len(new) > MAX_WIDTH else new)
+    texts = [printable(" ".join(some))[:_CUT] or "nothing" for some in (before, after)]
+    return " ".join([f"line {number}", *words[:1]]) + f": {' -> '.join(texts)}"
 
 
 class Comparison(NamedTuple):
@@ -44,12 +120,15 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
     pairs: list[Pair] = []
     for number, artifact in enumerate(arranged):
         Progress.step(f"comparing {artifact.file},", number, len(arranged))
-        old = _decoded(committed.get(artifact.file))
-        if old is None:
-            is_missing = artifact.file not in committed
-            kind, remark = (MISSING, _MISSING) if is_missing else (NOT_TEXT, _NOT_TEXT)
-            texts.append((TextDifference(artifact.file, kind, remark), None, ""))
-        elif old != artifact.text:
+        if artifact.file not in committed:
+            texts.append((TextDifference(artifact.file, MISSING, _MISSING), None, ""))
+            continue
+        try:
+            old = committed[artifact.file].decode("utf-8")
+        except UnicodeDecodeError:
+            texts.append((TextDifference(artifact.file, NOT_TEXT, _NOT_TEXT), None, ""))
+            continue
+        if old != artifact.text:
             remark = ""
             try:
                 pair = pair_of(robot, artifact, old)
@@ -71,16 +150,18 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
 
 
 def lines(comparison: Comparison, full: bool = False) -> list[str]:
-    """Return a comparison as lines of plain text; diffs are shortened unless ``full``."""
-    return report_lines([change.line() for change in comparison.changes], comparison.texts, full)
+    """Return a comparison as lines of plain text: changes of meaning, remarks and what to do, then the text diffs.
 
-
-def _decoded(data: bytes | None) -> str | None:
-    """Return committed bytes as text; None if there are none, or if they are no UTF-8."""
-    try:
-        return None if data is None else data.decode("utf-8")
-    except UnicodeDecodeError:
-        return None
+    Diffs are shortened unless ``full``.
+    """
+    lines, texts = [change.line() for change in comparison.changes], comparison.texts
+    if not full and len(lines) > _MAX_CHANGES:
+        lines[_MAX_CHANGES:] = [f"... {counted(len(lines) - _MAX_CHANGES, 'more difference')} (--full shows them)"]
+    lines += [f"{printable(text.file)}: {text.remark}" for text in texts if text.remark]
+    for text in texts:
+        if text.lines and (full or text.shown):
+            lines += ["", *(text.lines if full else shorten(text.lines))]
+    return [*lines, "", _IF_MEANT] if any(text.kind == CHANGED for text in texts) else lines
 
 
 def _remarked(text: TextDifference, artifact: Artifact | None, old: str, explained: set[str]) -> TextDifference:
@@ -93,11 +174,6 @@ def _remarked(text: TextDifference, artifact: Artifact | None, old: str, explain
         same = _same_syntax(format, old, artifact.text)
         remark = _SAME_MEANING if same else _with_values(_NOTHING_COMPARED, old, artifact.text)
     return text._replace(remark=remark)
-
-
-def _with_values(remark: str, old: str, new: str) -> str:
-    values = differing_values(old, new)
-    return f"{remark}: {values}" if values else remark
 
 
 def _same_syntax(format: Format, old: str, new: str) -> bool:

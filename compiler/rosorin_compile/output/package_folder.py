@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-from rosorin_compile.source.bounded import json_of
+from rosorin_compile.source.load import json_of
 
 from .artifact_set import is_inside, obstacle
 from .single_file import OutputError, digest

@@ -14,8 +14,8 @@ from hashlib import blake2b
 from pathlib import Path
 
 from rosorin_compile.source import system
-from rosorin_compile.source.bounded import json_of
 from rosorin_compile.source.cache import top_folder
+from rosorin_compile.source.load import json_of
 
 
 def remember(path: Path, files: Collection[str] = (), complete: bool = True) -> None:

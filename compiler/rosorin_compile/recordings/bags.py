@@ -16,7 +16,7 @@ from rosorin_compile.source.system import pip_install
 
 from .findings import YEAR, problem, seconds
 from .recording import EdgeKey, Recording, Rows
-from .timing import APART, SECOND, Gap, Times
+from .series import APART, SECOND, Gap, Times
 
 SUFFIXES = (".mcap", ".db3")
 _FAR = 2**62  # ns; beyond the range of any clock
@@ -31,14 +31,6 @@ class Unreadable(Exception):
     def __init__(self, message: str, help: str = "") -> None:
         super().__init__(message)
         self.help = help
-
-
-def _damaged(path: Path, cause: Exception, where: str = "") -> Unreadable:
-    """Return the error for anything that rosbags raises: damaged files make it fail in many ways."""
-    reason = " ".join(str(cause).split())[:300].rstrip(".") or type(cause).__name__
-    repair = "mcap recover FILE" if path.suffix == ".mcap" or any(path.glob("*.mcap")) else "ros2 bag reindex FOLDER"
-    help = f"if the recorder was killed or a copy is incomplete, {repair} may help; else record again"
-    return Unreadable(f"{path} cannot be read: {where}{reason}", help)
 
 
 class Topic(NamedTuple):
@@ -62,6 +54,11 @@ _NOT_PLACED |= {"sensor_msgs/msg/JointState", "diagnostic_msgs/msg/DiagnosticArr
 
 def read(paths: Sequence[Path], recording: Recording, progress: Progress) -> None:
     """Read a rosbag2 folder, or the files of one that has no metadata.yaml, into a recording. Raises Unreadable."""
+    try:
+        from rosbags.rosbag2 import Reader  # noqa: F401
+    except ImportError:
+        message = "reading a recording needs the package rosbags, which is not installed"
+        raise Unreadable(message, pip_install("verify")) from None
     with ExitStack() as stack:
         bags = sorted((_Bag(path, stack) for path in paths), key=lambda bag: bag.start)
         reader = _Reader(recording)
@@ -74,12 +71,10 @@ class _Bag:
     """An open rosbag2 folder or file: number of messages, and time of the first and the last (ns)."""
 
     def __init__(self, path: Path, stack: ExitStack) -> None:
-        try:
-            from rosbags.rosbag2 import Reader
-        except ImportError:
-            message = "reading a recording needs the package rosbags, which is not installed"
-            raise Unreadable(message, pip_install("verify")) from None
-        self.path = path
+        from rosbags.rosbag2 import Reader
+        from rosbags.typesys import Stores, get_typestore
+
+        self.path, self.types = path, get_typestore(Stores.ROS2_HUMBLE)
         try:
             self.reader: Any = stack.enter_context(Reader(path))
             files = getattr(self.reader.storage, "storages", None) or [self.reader.storage]
@@ -98,18 +93,24 @@ class _Bag:
             for inner in sorted(path.iterdir()) if is_folder(path) else ():  # rosbags does not name the damaged file
                 if inner.suffix in SUFFIXES and is_file(inner):
                     _Bag(inner, stack)
-            raise _damaged(path, cause) from None
+            raise self._damaged(cause) from None
+
+    def _damaged(self, cause: Exception, where: str = "") -> Unreadable:
+        """Return the error for anything that rosbags raises: damaged files make it fail in many ways."""
+        path, reason = self.path, " ".join(str(cause).split())[:300].rstrip(".") or type(cause).__name__
+        is_mcap = path.suffix == ".mcap" or any(path.glob("*.mcap"))
+        repair = "mcap recover FILE" if is_mcap else "ros2 bag reindex FOLDER"
+        help = f"if the recorder was killed or a copy is incomplete, {repair} may help; else record again"
+        return Unreadable(f"{path} cannot be read: {where}{reason}", help)
 
     def messages(
         self, topics: dict[int, Topic], start: int | None, stop: int | None
     ) -> Iterator[tuple[Topic, int, Any]]:
         """Yield topic, time of arrival (ns) and content of messages; of sensors only the header. Raises Unreadable."""
-        from rosbags.typesys import Stores, get_typestore
-
         connections = [connection for connection in self.reader.connections if connection.id in topics]
         if not connections:  # rosbags would read all
             return
-        deserialize, where = get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr, ""
+        deserialize, where = self.types.deserialize_cdr, ""
         try:
             for connection, received, raw in self.reader.messages(connections, start=start, stop=stop):
                 topic = topics[connection.id]
@@ -122,7 +123,7 @@ class _Bag:
                 yield topic, received, deserialize(raw, _TYPES[topic.kind])
                 where = ""
         except Exception as cause:
-            raise _damaged(self.path, cause, where) from None
+            raise self._damaged(cause, where) from None
 
     def topics(self, recording: Recording) -> dict[int, Topic]:
         """Return the topics to read by the id of their connection."""
@@ -137,65 +138,62 @@ class _Bag:
             if kind != _HEADER and message_type != _TYPES[kind]:
                 text = f"{topic} is of type {message_type}, not {_TYPES[kind]}"
                 recording.troubles.append(problem("recording-type", topic, text))
-            elif kind != _HEADER or _has_header(connection):
+            elif kind != _HEADER or self._has_header(connection):
                 topics[connection.id] = Topic(kind, topic, message_type)
         return topics
 
-
-def _has_header(connection: Any) -> bool:
-    """Return True if the messages of a connection begin with a std_msgs/Header that names a place."""
-    from rosbags.typesys import Stores, get_typestore
-
-    known = get_typestore(Stores.ROS2_HUMBLE).fielddefs
-    if connection.msgtype in known:
-        fields = known[connection.msgtype][1]
-        header = bool(fields) and str(fields[0][1][1]) == _TYPES[_HEADER]
-        return header and connection.msgtype not in _NOT_PLACED
-    lines = (line.split("#")[0].split() for line in str(connection.msgdef.data).splitlines() if "=" not in line)
-    first = next((words[0] for words in lines if len(words) > 1), "")
-    return first in ("std_msgs/Header", "std_msgs/msg/Header", "Header")
+    def _has_header(self, connection: Any) -> bool:
+        """Return True if the messages of a connection begin with a std_msgs/Header that names a place."""
+        if connection.msgtype in self.types.fielddefs:
+            fields = self.types.fielddefs[connection.msgtype][1]
+            header = bool(fields) and str(fields[0][1][1]) == _TYPES[_HEADER]
+            return header and connection.msgtype not in _NOT_PLACED
+        lines = (line.split("#")[0].split() for line in str(connection.msgdef.data).splitlines() if "=" not in line)
+        first = next((words[0] for words in lines if len(words) > 1), "")
+        return first in ("std_msgs/Header", "std_msgs/msg/Header", "Header")
 
 
 class _Reader:
     """Reads messages into a recording, and detects whether the recorder had another clock than the stamps."""
 
     def __init__(self, recording: Recording) -> None:
-        self.recording = recording
-        self.arrivals = array("q")
-        self.ticks = Rows()
+        self.recording, self.arrivals, self.ticks = recording, array("q"), Rows()
         self._edges: dict[tuple[bool, str, str], Rows] = {}  # by frames as they were recorded
 
     def read(self, bags: Sequence[_Bag], progress: Progress) -> None:
         """Read all bags between the two requested times; of latched topics also what came before."""
-        options, first, end = self.recording.description.options, bags[0].start, max(bag.end for bag in bags)
+        recording, options = self.recording, self.recording.description.options
+        first, end, count = bags[0].start, max(bag.end for bag in bags), sum(bag.count for bag in bags)
         start = first if options.since is None else first + int(options.since * SECOND)
         stop = None if options.until is None else first + int(options.until * SECOND)
         if start > end > first:
             long = f"{(end - first) / SECOND:.1f} s long"
             raise Unreadable(f"--since {options.since:g} is behind the end of the recording, which is {long}")
-        self.recording.start = start
-        count, every = sum(bag.count for bag in bags), [(bag, bag.topics(self.recording)) for bag in bags]
+        recording.start = start
+        every = [(bag, bag.topics(recording)) for bag in bags]
         for bag, topics in every if start > first else ():
             latched = {id: topic for id, topic in topics.items() if topic.kind in (_TF_STATIC, _ROBOT)}
-            for topic, received, content in bag.messages(latched, None, start):
-                self._add(topic, received, content)
+            for message in bag.messages(latched, None, start):
+                self._add(*message)
         for bag, topics in every:
             for topic, received, content in bag.messages(topics, start if start > first else None, stop):
                 self._add(topic, received, content)
                 self.arrivals.append(received)
-                if self.recording.messages % _STEP == 0:
-                    progress(self.recording.messages, count)
-        progress(self.recording.messages, count)
+                if recording.messages % _STEP == 0:
+                    progress(recording.messages, count)
+        progress(recording.messages, count)
 
     def _add(self, topic: Topic, received: int, content: Any) -> None:
         recording, kind = self.recording, topic.kind
         recording.messages += 1
         if kind in (_TF, _TF_STATIC):
             for one in content.transforms:
-                header = one.header
-                rows = self._edges.get((kind == _TF_STATIC, header.frame_id, one.child_frame_id))
-                if rows is None:
-                    rows = self._rows(kind == _TF_STATIC, header.frame_id, one.child_frame_id)
+                header, static = one.header, kind == _TF_STATIC
+                rows = self._edges.get((static, header.frame_id, one.child_frame_id))
+                if rows is None:  # the first transform with these names of its frames
+                    parent, child = recording.tree_frame(header.frame_id), recording.tree_frame(one.child_frame_id)
+                    rows = recording.edges.setdefault(EdgeKey(static, parent, child), Rows())
+                    self._edges[static, header.frame_id, one.child_frame_id] = rows
                 at, turn = one.transform.translation, one.transform.rotation
                 rows.add(received, _ns(header.stamp), (at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w))
         elif kind == _ROBOT:
@@ -206,13 +204,6 @@ class _Reader:
             recording.add_state(received, _ns(content.header.stamp), content.name, content.position.tolist())
         else:
             recording.add_header(received, _ns(content.stamp), topic.name, topic.type, content.frame_id)
-
-    def _rows(self, static: bool, parent: str, child: str) -> Rows:
-        """Return the rows of an edge that occurs for the first time with these names of its frames."""
-        key = EdgeKey(static, self.recording.tree_frame(parent), self.recording.tree_frame(child))
-        rows = self.recording.edges.setdefault(key, Rows())
-        self._edges[static, parent, child] = rows
-        return rows
 
     def finish(self) -> None:
         """Finish the recording, in the clock of the stamps if the recorder had another one."""
@@ -243,7 +234,10 @@ class _Reader:
         }
         for (topic, _, _), rows in self.recording.headers.items():
             by_topic.setdefault(topic, []).append(rows)
-        topics = {topic: _stamped(every) for topic, every in by_topic.items()}
+        topics: dict[str, Times] = {}
+        for topic, several in by_topic.items():
+            times = np.concatenate([np.empty((2, 0), np.int64), *(rows.times for rows in several)], axis=1)
+            topics[topic] = times[:, times[1] != 0]
         medians = {topic: float(np.median(t[0] - t[1])) for topic, t in topics.items() if t.shape[1]}
         far = [topic for topic, median in medians.items() if abs(median) > APART * SECOND]
         others = [topic for topic in medians if topic != "/clock"]
@@ -265,12 +259,6 @@ class _Reader:
             times[1] = np.maximum.accumulate(times[1])
             times = times[:, np.concatenate(([True], np.diff(times[1]) > 0))]
         return times
-
-
-def _stamped(rows: Sequence[Rows]) -> Times:
-    """Return the arrivals and stamps (2, n) of messages that have a stamp."""
-    times = np.concatenate([np.empty((2, 0), np.int64), *(each.times for each in rows)], axis=1)
-    return np.asarray(times[:, times[1] != 0], np.int64)
 
 
 def _ns(stamp: Any) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -54,15 +55,18 @@ class Expected:
 
     @property
     def name(self) -> str:
-        """Parent and child as text."""
         return f"{self.parent} -> {self.child}"
+
+    @property
+    def value(self) -> tuple[str, bool, Transform | None]:
+        """All that is compared."""
+        return self.parent, self.moving, self.transform
 
     @property
     def owner(self) -> str:
         """The node that should publish it."""
-        if self.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-            return f"{self.publisher.name} (static_transform_publisher)"
-        return self.publisher.name
+        is_static = self.publisher.kind == STATIC_TRANSFORM_PUBLISHER
+        return f"{self.publisher.name} (static_transform_publisher)" if is_static else self.publisher.name
 
     @property
     def advice(self) -> str:
@@ -84,7 +88,7 @@ class Description:
         by_child: dict[str, list[Expected]] = {}
         combinations = list(self._combinations())
         for edge in self.edges:
-            if not edge.when or any(_holds(edge.when, modes) for modes in combinations):
+            if any(_holds(edge.when, modes) for modes in combinations):
                 by_child.setdefault(edge.child, []).append(edge)
         return {child: tuple(edges) for child, edges in by_child.items()}
 
@@ -92,6 +96,20 @@ class Description:
     def frames(self) -> frozenset[str]:
         """The frames of the running tree."""
         return frozenset(name for edge in self.edges for name in (edge.parent, edge.child))
+
+    def edge_like(
+        self, parent: str, child: str, static: bool | None = None, first: Transform | None = None
+    ) -> Expected | None:
+        """Return the described edge that is most like a recorded one; modes may give several for one frame."""
+
+        def unlikeness(edge: Expected) -> tuple[bool, bool, float]:
+            far = 1.0
+            if first is not None and edge.transform is not None and not edge.moving:
+                metres, radians = math.dist(first.xyz, edge.transform.xyz), edge.transform.angle_to(first)
+                far = 0.0 if metres <= EXACT and radians <= edge.radians else 2.0 + metres + radians
+            return edge.parent != parent, edge.moving is static, far
+
+        return min(self.by_child.get(child, ()), key=unlikeness, default=None)
 
     def top(self, frame: str) -> str:
         """Return the topmost frame that published joints lead to from a frame."""
@@ -119,8 +137,10 @@ class Description:
 
     def ways(self) -> Iterator[tuple[Mapping[str, bool], list[Expected]]]:
         """Yield each possible combination of modes with the edges that should be published in it."""
+        without = self.options.without
+        running = [edge for edge in self.edges if not {edge.publisher.name, edge.publisher.kind} & without]
         for modes in self._combinations():
-            yield modes, [edge for edge in self.edges if self._is_published(edge, modes)]
+            yield modes, [edge for edge in running if _holds(edge.when, modes)]
 
     def _combinations(self) -> Iterator[Mapping[str, bool]]:
         named = [set(edge.when.replace("(", " ").replace(")", " ").split()) for edge in self.edges]
@@ -129,15 +149,10 @@ class Description:
         for states in product((False, True), repeat=len(free)):
             yield {**dict.fromkeys(modes, False), **self.options.modes, **dict(zip(free, states, strict=True))}
 
-    def _is_published(self, edge: Expected, modes: Mapping[str, bool]) -> bool:
-        if {edge.publisher.name, edge.publisher.kind} & self.options.without:
-            return False
-        return not edge.when or _holds(edge.when, modes)
-
 
 def _holds(when: str, modes: Mapping[str, bool]) -> bool:
     try:
-        return bool(evaluate(when, modes.__getitem__))
+        return not when or bool(evaluate(when, modes.__getitem__))
     except ExpressionError:  # a rule rejects such a condition before
         return False
 

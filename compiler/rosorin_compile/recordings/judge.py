@@ -1,4 +1,4 @@
-"""Judge a recording: all findings, the most serious first."""
+"""Judge a recording: all findings, the most serious first. Edges are judged in ``judge_edges``."""
 
 from __future__ import annotations
 
@@ -8,22 +8,44 @@ from dataclasses import replace
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Transform
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Sensor, Transform
 from rosorin_compile.model.kinematics import NoWay
 from rosorin_compile.output.committed import compare
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Suggestion, and_more, counted, did_you_mean, first_of
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.wording import and_more, counted, first_of, listed, nearest
 
-from .findings import difference, ordered, pose_text, problem, share, value_rule
-from .judge_clocks import clocks, row_clocks
-from .judge_edges import dropped, edges, leaps_text, row
-from .judge_sensors import sensors
-from .judge_tree import late, missing, other_modes, prefixed, stale
-from .recording import Answer, Reading, Recording
+from .findings import YEAR, difference, ordered, pose_text, problem, rate_text, seconds, share, value_rule
+from .judge_edges import dropped, edges, late, leaps_text, missing, other_modes, prefixed, row, stale
+from .recording import Answer, FrameUse, Lookups, Reading, Recording
+from .series import AHEAD, SECOND, SIMULATED, Pace
 
 _SHOWN, _FEW = 8, 3
 _STATES, _ROBOT = "/joint_states", "/robot_description"
+# AMCL dates map -> odom 1 s ahead (transform_tolerance), slam_toolbox 0.5 s; more than this (s) is reported.
+_FAR_AHEAD = 1.2
+# Clocks that differ by less (a share, or s) are the same.
+_SIMILAR, _NEAR = 0.1, 0.1
+_FAILS = 0.05  # share of failed lookups from which on they are reported; a few messages are overtaken
+# Messages of these packages are about a place; the header of others may be only a stamp.
+_PLACED = ("sensor_msgs", "geometry_msgs", "nav_msgs", "visualization_msgs", "vision_msgs", "stereo_msgs")
+_IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo")
+# The messages of the sensor types that ship with the tool (parts/sensors.yaml).
+_MESSAGES = {
+    "lidar_2d": ("sensor_msgs/msg/LaserScan", "sensor_msgs/msg/MultiEchoLaserScan"),
+    "lidar_3d": ("sensor_msgs/msg/PointCloud2",),
+    "camera": _IMAGES,
+    "depth_camera": (*_IMAGES, "sensor_msgs/msg/PointCloud2"),
+    "imu": ("sensor_msgs/msg/Imu",),
+    "range_finder": ("sensor_msgs/msg/Range",),
+    "gnss": ("sensor_msgs/msg/NavSatFix",),
+    "magnetometer": ("sensor_msgs/msg/MagneticField",),
+    "force_torque": ("geometry_msgs/msg/WrenchStamped",),
+}
+_OF_SENSORS = {each for types in _MESSAGES.values() for each in types}
+
+Leads = Sequence[tuple[str, float]]  # name of a stream, and how far it is dated ahead (s)
 
 
 def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
@@ -32,37 +54,37 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
     findings = list(recording.troubles)
     prefix = prefixed(recording)
     if prefix is not None:  # nothing else is known about frames with other names
-        findings += [prefix, *clocks(recording), *_joints(recording)]
+        findings += [prefix, *_clocks(recording), *_joints(recording)]
         return ordered([*findings, *_robot_description(recording, artifacts)])
     findings += dropped(recording)
     tree = recording.series or recording.rows or recording.answers or recording.refused
     stamped = recording.uses and not recording.timed
     if tree or stamped or recording.joints.pace.count or recording.descriptions:
-        for rule in (edges, other_modes, missing, stale, late, clocks, _joints):
+        for rule in (edges, other_modes, missing, stale, late, _clocks, _joints):
             findings += rule(recording)
         findings += _robot_description(recording, artifacts)
-        findings += sensors(recording)
+        findings += _sensors(recording)
         findings += [finding for frame in recording.rows for finding in row(recording, frame)]
-        findings += row_clocks(recording)
+        findings += _row_clocks(recording)
         findings += _answers(recording)
     if not any(finding.severity == ERROR for finding in findings):
-        findings += _no_edge(recording) if tree else [_no_transform(recording)]
+        findings += _nothing_compared(recording, bool(tree))
     return ordered(findings)
 
 
-def _no_transform(recording: Recording) -> Diagnostic:
+def _nothing_compared(recording: Recording, has_tree: bool) -> Iterator[Diagnostic]:
+    """Yield the finding for a recording without transforms, or of which no edge is described."""
     topics = sorted(recording.topics)
-    if recording.messages == 0 and not topics:
-        return problem("recording-empty", "the recording", "the recording has no messages")
-    help, shown = "", f": it has {first_of(topics, 6)}" if topics else ""
-    namespaced = [topic for topic in topics if topic.endswith("/tf")]
-    if namespaced and not recording.description.options.namespace:
-        help = f"--namespace {namespaced[0].removesuffix('/tf')} reads {namespaced[0]}"
-    return problem("recording-foreign", "the recording", f"the recording has no transforms{shown}", help)
-
-
-def _no_edge(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the finding for a recording of which no edge is described."""
+    if not has_tree and recording.messages == 0 and not topics:
+        yield problem("recording-empty", "the recording", "the recording has no messages")
+        return
+    if not has_tree:
+        help, shown = "", f": it has {first_of(topics, 6)}" if topics else ""
+        namespaced = [topic for topic in topics if topic.endswith("/tf")]
+        if namespaced and not recording.description.options.namespace:
+            help = f"--namespace {namespaced[0].removesuffix('/tf')} reads {namespaced[0]}"
+        yield problem("recording-foreign", "the recording", f"the recording has no transforms{shown}", help)
+        return
     recorded = [(one.parent, one.child) for one in recording.series.values()]
     recorded += [(row.parent, row.child) for row in recording.rows]
     described = {(edge.parent, child) for child, edges in recording.description.by_child.items() for edge in edges}
@@ -99,8 +121,26 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
     if states.too_short:
         message = f"{share(states.too_short, states.pace.count)} messages of {_STATES} have fewer positions than names"
         yield problem("joint-state-short", _STATES, message)
-    for name in states.ranges:
-        yield from _joint(recording, name)
+    for name, seen in states.ranges.items():
+        joint = robot.joint.get(name)
+        unit = "m" if joint is not None and joint.type == "prismatic" else "rad"
+        if seen.not_numbers:
+            message = f"{name} is no number in {share(seen.not_numbers, seen.seen)} messages of {_STATES}"
+            yield problem("joint-not-a-number", _STATES, message)
+        if seen.beyond:
+            limits = states.limits(name)
+            excess = amount(max(limits[0] - seen.lowest, seen.highest - limits[1]), unit)
+            message = f"{name} is beyond its limits in {share(seen.beyond, seen.seen)} messages, by {excess} at most"
+            lower, upper = (f"{value:.6g}" if math.isfinite(value) else "any" for value in limits)
+            evidence = f"seen {seen.lowest:.6g} to {seen.highest:.6g} {unit}, described {lower} to {upper} {unit}"
+            yield problem("joint-beyond-limit", name, message, evidence=[evidence])
+        follower = states.followers.get(name)
+        if follower and follower.off and joint is not None and joint.mimic is not None:
+            ratio = f"{joint.mimic.multiplier:.6g} times {joint.mimic.joint}"
+            ratio += f" {joint.mimic.offset:+.6g} {unit}" if joint.mimic.offset else ""
+            many, most = share(follower.off, follower.seen), amount(follower.farthest, unit)
+            message = f"{name} is not {ratio} in {many} messages of {_STATES}, by {most} at most"
+            yield problem("joint-off-its-leader", name, message)
     unmatched = [series.name for series in moving if series.compared and not series.by_state]
     if unmatched and len(unmatched) < len(moving):
         message = f"{first_of(unmatched, _FEW)} never had the stamp of a message of {_STATES} that names its joint: "
@@ -109,29 +149,6 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
         message = f"no transform has the stamp of a message of {_STATES}: compared only with what the joints can do"
         help = "robot_state_publisher with ignore_timestamp, or another clock, does that"
         yield problem("not-compared", _STATES, message, help)
-
-
-def _joint(recording: Recording, name: str) -> Iterator[Diagnostic]:
-    """Yield the faults of the positions of one joint."""
-    seen, joint = recording.joints.ranges[name], recording.description.robot.joint.get(name)
-    unit = "m" if joint is not None and joint.type == "prismatic" else "rad"
-    if seen.not_numbers:
-        message = f"{name} is no number in {share(seen.not_numbers, seen.seen)} messages of {_STATES}"
-        yield problem("joint-not-a-number", _STATES, message)
-    if seen.beyond:
-        limits = recording.joints.limits(name)
-        excess = amount(max(limits[0] - seen.lowest, seen.highest - limits[1]), unit)
-        message = f"{name} is beyond its limits in {share(seen.beyond, seen.seen)} messages, by {excess} at most"
-        lower, upper = (f"{value:.6g}" if math.isfinite(value) else "any" for value in limits)
-        evidence = f"seen {seen.lowest:.6g} to {seen.highest:.6g} {unit}, described {lower} to {upper} {unit}"
-        yield problem("joint-beyond-limit", name, message, evidence=[evidence])
-    follower = recording.joints.followers.get(name)
-    if follower and follower.off and joint is not None and joint.mimic is not None:
-        ratio = f"{joint.mimic.multiplier:.6g} times {joint.mimic.joint}"
-        ratio += f" {joint.mimic.offset:+.6g} {unit}" if joint.mimic.offset else ""
-        many, most = share(follower.off, follower.seen), amount(follower.farthest, unit)
-        message = f"{name} is not {ratio} in {many} messages of {_STATES}, by {most} at most"
-        yield problem("joint-off-its-leader", name, message)
 
 
 def _robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> Iterator[Diagnostic]:
@@ -170,7 +187,7 @@ def _answers(recording: Recording) -> Iterator[Diagnostic]:
     for question in {one.name: one for one in recording.refused if one.name not in answered}.values():
         frames = [frame for frame in (question.source, question.target) if f'"{frame}"' in question.why]
         owners = [edge for frame in frames for edge in recording.description.by_child.get(frame, ())]
-        help = owners[0].advice if owners else did_you_mean(question.target, recording.description.frames)
+        help = owners[0].advice if owners else Suggestion(question.target, recording.description.frames)
         message = f"tf2_echo got no answer for {question.name}: {question.why}"
         yield problem("edge-missing", question.name, message, help, [f"line {question.line}"])
 
@@ -223,3 +240,206 @@ def _reading(recording: Recording, answer: Answer, reading: Reading, expected: T
     help = f"{edge.owner} publishes it: deploy what is compiled, or correct the description" if edge else ""
     message = f"{answer.name} is {difference(expected, recorded)[2]} against the description"
     return problem(value_rule(expected, recorded), answer.name, message, help, evidence)
+
+
+def _clocks(recording: Recording) -> Iterator[Diagnostic]:
+    """Yield the faults of the clocks that stamp."""
+    moving = [one for one in recording.series.values() if not one.static and not one.has_two_sources]
+    streams: list[tuple[str, Pace]] = [(f"{one.name}{one.by_owner}", one.pace) for one in moving]
+    streams += [("/joint_states", recording.joints.pace)] if recording.joints.pace.count else []
+    streams += [(use.topic, use.pace) for use in recording.uses]
+    if zero := [name for name, pace in streams if pace.unstamped]:
+        yield problem("stamp-zero", zero[0], f"{_are(zero)} stamped with time zero")
+    if back := [(name, pace.farthest_jump) for name, pace in streams if pace.jumps]:
+        name, (far, at) = max(back, key=lambda one: one[1].seconds)
+        where = f", {recording.since_start(at):.1f} s into the recording" if recording.timed else ""
+        message = (
+            f"the stamps of {first_of([name for name, _ in back], _FEW)} jump back, by {seconds(far)} at most{where}"
+        )
+        yield problem("stamp-jumps-back", name, message)
+    if recording.timed:
+        streams = [(name, pace) for name, pace in streams if not pace.unstamped]
+        yield from _other(recording, [(name, pace.most_ahead) for name, pace in streams if pace.other_clock])
+        streams = [(name, pace) for name, pace in streams if not pace.other_clock]
+        steps = [(name, pace.step) for name, pace in streams if pace.step is not None and not pace.jumps]
+        waiting = sorted(steps, key=lambda one: -one[1].size)
+        while waiting:
+            first = waiting[0][1]
+            near = max(_NEAR, _SIMILAR * first.size)
+            same = [w for w in waiting if abs(w[1].before - first.before) + abs(w[1].after - first.after) <= near]
+            waiting = [one for one in waiting if one not in same]
+            names, since = [name for name, _ in same], recording.since_start(first.time)
+            whose = first_of(names, _FEW) if len(names) < max(len(streams), 2) else "the recorder"
+            leads = (first.before, first.after)
+            before, after = (f"{seconds(abs(lead))} {'ahead' if lead > 0 else 'behind'}" for lead in leads)
+            when = f"from {since:.1f} s into the recording on" if since > 0 else "in the end"
+            message = f"the clock of {whose} was set: stamps are {before} at first, {after} {when}"
+            yield problem("stamp-clock-set", names[0], message)
+        yield from _ahead([(name, pace.most_ahead) for name, pace in streams])
+
+
+def _row_clocks(recording: Recording) -> Iterator[Diagnostic]:
+    """Yield the faults of the clocks of the edges that view_frames saw."""
+    leads = [(row.name, -row.age) for row in recording.rows if not row.static and row.age is not None]
+    yield from _other(recording, [(name, lead) for name, lead in leads if abs(lead) > YEAR])
+    yield from _ahead([(name, lead) for name, lead in leads if lead <= YEAR])
+
+
+def _are(names: Sequence[str]) -> str:
+    return f"{first_of(names, _FEW)} {'is' if len(names) == 1 else 'are'}"
+
+
+def _other(recording: Recording, leads: Leads) -> Iterator[Diagnostic]:
+    """Yield the findings for streams with other clocks: those behind, and those ahead."""
+    for ahead in (False, True):
+        group = [(name, abs(lead)) for name, lead in leads if (lead > 0) == ahead]
+        if not group:
+            continue
+        names, far, help = [name for name, _ in group], min(lead for _, lead in group), ""
+        if ahead and (recording.start or 0) < SIMULATED:
+            help = "the wall clock among times of a simulation: use_sim_time for all nodes or for none"
+        elif far > YEAR:
+            help = "simulation time (use_sim_time for all nodes or for none), or a computer that begins in 1970"
+        message = f"{_are(names)} stamped by another clock, {seconds(far)} {'ahead' if ahead else 'behind'}"
+        yield problem("stamp-other-clock", names[0], message, help)
+
+
+def _ahead(leads: Leads) -> Iterator[Diagnostic]:
+    """Yield the findings for streams that are dated ahead; each clock once."""
+    waiting = sorted((one for one in leads if one[1] > _FAR_AHEAD), key=lambda one: -one[1])
+    while waiting:
+        most = waiting[0][1]
+        names = [name for name, lead in waiting if most - lead <= max(_NEAR, _SIMILAR * most)]
+        waiting = waiting[len(names) :]
+        was = "it was" if len(names) == 1 else "they were"
+        message = f"{_are(names)} dated {seconds(most)} ahead of the time when {was} recorded"
+        help = "all streams are: the clock of the recorder is behind" if len(names) == len(leads) > 1 else ""
+        yield problem("stamp-ahead", names[0], message, help)
+
+
+def _sensors(recording: Recording) -> Iterator[Diagnostic]:
+    """Yield the faults of the frames of stamped messages."""
+    failing: dict[str, list[tuple[FrameUse, Lookups]]] = {}
+    late: dict[str, list[FrameUse]] = {}
+    for use in recording.uses:
+        if finding := _unknown(recording, use) or _slashed(recording, use):
+            yield finding
+            continue
+        if use.early and use.ready is not None:
+            late.setdefault(use.frame, []).append(use)
+        lookups = use.lookups.get(recording.description.top(use.frame))
+        if lookups is None or lookups.slowest is None or lookups.failed <= max(2, _FAILS * lookups.asked):
+            continue
+        if not use.pace.other_clock and not lookups.slowest.pace.other_clock:
+            failing.setdefault(use.frame, []).append((use, lookups))
+    yield from _not_as_declared(recording)
+    start = recording.start or 0
+    for uses in late.values():
+        worst = max(uses, key=lambda use: use.early)
+        ready = worst.ready or 0
+        message = f'the frame "{worst.frame}" did not exist when the first message of {worst.topic} came: '
+        message += f"{seconds((ready - worst.pace.first) / SECOND)} later it did"
+        first = f"first message {(worst.pace.first - start) / SECOND:.2f} s into the recording"
+        evidence = [
+            f"{first}, {worst.waited_for} at {(ready - start) / SECOND:.2f} s",
+            f"{share(worst.early, worst.pace.count)} messages could not be placed",
+        ]
+        evidence += [f"also {use.topic}: {share(use.early, use.pace.count)}" for use in uses if use is not worst]
+        yield problem("frame-late", worst.topic, message, evidence=evidence)
+    for group in failing.values():
+        use, lookups = max(group, key=lambda entry: entry[1].failed / entry[1].asked)
+        message = f"{use.topic}: {use.frame} in {lookups.target} could not be looked up at the exact stamp for "
+        message += f"{share(lookups.failed, lookups.asked)} messages; the tree was {seconds(lookups.mean_lag)} behind, "
+        evidence = []
+        if (slowest := lookups.slowest) is not None:
+            follows = f", which follows /joint_states at {rate_text(recording.joints.pace.rate)}"
+            why = f"slowest is {slowest.name}{slowest.by_owner} at {rate_text(slowest.pace.rate)}"
+            evidence = [f"{why}{follows if slowest.by_state else ''}"]
+        if use.pace.most_ahead > AHEAD:
+            evidence.append(f"its own stamps are up to {seconds(use.pace.most_ahead)} ahead of the time when they came")
+        evidence += [f"also {other.topic}: {share(its.failed, its.asked)}" for other, its in group if other is not use]
+        message += f"{seconds(lookups.largest_lag)} at most"
+        yield problem("lookup-fails", use.topic, message, evidence=evidence)
+
+
+def _severity(use: FrameUse) -> str:
+    """Return the severity of a wrong frame: an error if the message is about a place. Text does not name types."""
+    return ERROR if not use.type or use.type.split("/")[0] in _PLACED else WARNING
+
+
+def _unknown(recording: Recording, use: FrameUse) -> Diagnostic | None:
+    known = recording.description.frames
+    if use.frame in known or use.frame in recording.parents or use.frame in recording.parents.values():
+        return None
+    if not use.frame:
+        if use.type and not use.type.startswith("sensor_msgs/"):
+            return None
+        message = f"{use.topic} is stamped with no frame"
+        return problem("frame-unknown", use.topic, message, severity=WARNING)
+    many = counted(use.pace.count, "message")
+    message = f'{use.topic} is stamped "{use.frame}" ({many}), a frame that is neither described nor published'
+    help: Help = ""
+    if use.frame in recording.description.robot.link:
+        help = "the description has this frame, but says that nobody publishes it"
+    elif nearest(use.frame, known):
+        help = Suggestion(use.frame, known)
+    return problem("frame-unknown", use.topic, message, help, severity=_severity(use))
+
+
+def _slashed(recording: Recording, use: FrameUse) -> Diagnostic | None:
+    if not use.slashed:
+        return None
+    name = recording.description.options.prefix + use.frame
+    many = share(use.slashed, use.pace.count) if use.slashed < use.pace.count else f"{use.slashed:,}"
+    message = f'{use.topic} is stamped "/{name}" ({many} messages): tf2 refuses to look up a frame that begins with "/"'
+    help = f'set frame_id to "{name}" in the driver: tf2 strips the "/" of a transform, not of a message'
+    return problem("frame-with-slash", use.topic, message, help, severity=_severity(use))
+
+
+def _not_as_declared(recording: Recording) -> Iterator[Diagnostic]:
+    """Yield the sensors whose frame no message has while all messages of their types have another one."""
+    topics: dict[str, list[FrameUse]] = {}
+    for use in recording.uses:
+        topics.setdefault(use.topic, []).append(use)
+    suspects: dict[tuple[str, ...], list[Sensor]] = {}
+    for sensor in recording.description.robot.sensors:
+        types = _MESSAGES.get(sensor.type, ())
+        used = {use.frame for use in recording.uses if use.type in types or use.type not in _OF_SENSORS}
+        if sensor.stamps and not used & set(sensor.stamps):
+            candidates = [topic for topic, uses in topics.items() if uses[0].type in types]
+            fit = tuple(topic for topic in candidates if not _is_explained(recording, topics[topic], sensor))
+            if fit:
+                suspects.setdefault(fit, []).append(sensor)
+    for names, group in suspects.items():
+        uses = [use for topic in names for use in topics[topic]]
+        frames = list(dict.fromkeys(use.frame for use in uses))
+        stamped = listed(f'"{frame}"' for frame in frames)
+        stamps = [listed(f'"{frame}"' for frame in sensor.stamps) for sensor in group]
+        declared = listed((f"{text} ({one.name})" for text, one in zip(stamps, group, strict=True)), most=4)
+        message = f"{listed(names, most=4)} {'is' if len(names) == 1 else 'are'} stamped {stamped} "
+        message += f"({counted(sum(use.pace.count for use in uses), 'message')}), "
+        message += f"and no message with what is declared: {declared}"
+        help = f"set frame_id in the driver, or say what it stamps: stamps: [{', '.join(frames)}]"
+        severity = ERROR if recording.description.frames >= set(frames) else WARNING
+        yield problem("frame-not-as-declared", names[0], message, help, severity=severity)
+
+
+def _is_explained(recording: Recording, uses: Sequence[FrameUse], sensor: Sensor) -> bool:
+    """Return True if the frames of a topic are of other nodes, have a finding, or are below the sensor's frame."""
+    robot, message_type, frames = recording.description.robot, uses[0].type, {use.frame for use in uses}
+    declared = [one.stamps for one in robot.publishers]
+    declared += [one.stamps for one in robot.sensors if message_type in _MESSAGES.get(one.type, (message_type,))]
+    names = tuple(frame for stamps in declared for frame in stamps)
+    for frame in frames:
+        above = [frame]
+        while (parent := recording.parents.get(above[-1], "")) and parent not in above:
+            above.append(parent)
+        if frame in names or set(above) & set(sensor.stamps):
+            return True
+    if any(_unknown(recording, use) for use in uses):
+        return True
+    # A frame that contains the name of a declared one is a matter of prefixes.
+    strange = frames - recording.description.frames
+    return any(
+        frame.endswith(names) or frame.startswith(tuple(f"{name} without " for name in names)) for frame in strange
+    )

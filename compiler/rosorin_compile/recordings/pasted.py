@@ -13,12 +13,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from rosorin_compile.model import Pose, Transform, Vector
-from rosorin_compile.source.bounded import python_of, yaml_of
+from rosorin_compile.source.load import python_of, yaml_of
 
 from .expected import EXACT, SIX_ANGLE
 from .findings import problem
 from .recording import Answer, EdgeKey, FrameRow, Reading, Recording, Rows
-from .timing import SECOND
+from .series import SECOND
 
 # Colours and other controls of a terminal, and window titles (ECMA-48, 5.4 and 8.3.89).
 _CONTROL = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|\][^\x07\x1b]*(?:\x07|\x1b\\)|[@-Z\\^_=>()][0-9A-B]?)")
@@ -176,7 +176,7 @@ class _TextReader:
         try:
             if kind == "literal":  # the line that view_frames logs: the YAML is a Python string
                 text = str(ast.literal_eval(python_of(item["literal_text"] or "''", expression=True)))
-            rows = list(_dot_rows(text) if kind == "dot" else _yaml_rows(text))
+            rows = list(_rows(kind, text))
         except (ValueError, SyntaxError, TypeError, KeyError, AttributeError):
             pass
         if not rows:
@@ -190,17 +190,15 @@ class _TextReader:
 
     def _document(self, text: str, line: int) -> None:
         """Read one message of ros2 topic echo."""
-        reason = ""
+        reason = "a value is missing or of another kind"
         try:
-            message = yaml_of(text)
-        except ValueError as cause:
-            reason = str(cause)
-        else:
             try:
-                self._message(message)
-            except (TypeError, ValueError, KeyError, AttributeError, OverflowError):
-                reason = "a value is missing or of another kind"
-        if reason:
+                message = yaml_of(text)
+            except ValueError as cause:
+                reason = str(cause)
+                raise
+            self._message(message)
+        except (TypeError, ValueError, KeyError, AttributeError, OverflowError):
             message = f"line {line} begins a message, but it cannot be read: {reason}"
             self._trouble("text-not-understood", line, message, "paste whole messages, from --- to ---")
 
@@ -227,7 +225,7 @@ class _TextReader:
         parent, child = self._frame(str(entry["header"]["frame_id"])), self._frame(str(entry["child_frame_id"]))
         moved, turned = entry["transform"]["translation"], entry["transform"]["rotation"]
         values = [*(float(moved[axis]) for axis in "xyz"), *(float(turned[axis]) for axis in "xyzw")]
-        edge = recording.expected(parent, child)
+        edge = recording.description.edge_like(parent, child)
         static = self.topic.endswith("tf_static") if self.topic else edge is not None and not edge.moving
         recording.edges.setdefault(EdgeKey(static, parent, child), Rows()).add(stamp, stamp, values)
         recording.start = stamp if recording.start is None else min(recording.start, stamp)
@@ -246,13 +244,16 @@ def _readings(forms: dict[str, list[str]]) -> Iterator[Reading]:
 
     All solutions that are printed as roll, pitch, yaw are the same rotation.
     """
+    counts = {"xyz": 3, "matrix": 16, "quaternion": 4, "degree": 3, "radian": 3}
+    printed = {form: (list(map(float, texts)), _half_digit(texts)) for form, texts in forms.items()}
+    whole = {f: one for f, one in printed.items() if len(one[0]) == counts[f] and all(map(math.isfinite, one[0]))}
     xyz, metres, complete = None, math.inf, False
-    if _is_complete(texts := forms.get("xyz", ()), 3):
-        xyz, metres = _vector(list(map(float, texts))), _half_digit(texts) + EXACT
-    for form, count, errors in (("matrix", 16, 6.0), ("quaternion", 4, 4.2), ("degree", 3, 3.0), ("radian", 3, 3.0)):
-        if not _is_complete(texts := forms.get(form, ()), count):
+    if "xyz" in whole:
+        xyz, metres = _vector(whole["xyz"][0]), whole["xyz"][1] + EXACT
+    for form, errors in (("matrix", 6.0), ("quaternion", 4.2), ("degree", 3.0), ("radian", 3.0)):
+        if form not in whole:
             continue
-        values, half, at, far = list(map(float, texts)), _half_digit(texts), xyz, metres
+        (values, half), at, far = whole[form], xyz, metres
         if form == "matrix":
             at, far = _vector(values[3:12:4]), half + EXACT
             w, x, y, z = Transform((_vector(values[0:3]), _vector(values[4:7]), _vector(values[8:11]))).quaternion()
@@ -272,10 +273,6 @@ def _readings(forms: dict[str, list[str]]) -> Iterator[Reading]:
         yield Reading(xyz, None, metres, math.inf)
 
 
-def _is_complete(texts: Sequence[str], count: int) -> bool:
-    return len(texts) == count and all(math.isfinite(float(text)) for text in texts)
-
-
 def _vector(values: Sequence[float]) -> Vector:
     x, y, z = values
     return (x, y, z)
@@ -287,24 +284,21 @@ def _half_digit(texts: Sequence[str]) -> float:
     return 0.5 * 10.0 ** -max(digits, default=3)
 
 
-def _dot_rows(text: str) -> Iterator[FrameRow]:
-    """Yield the frames of a dot file of view_frames."""
-    recorded = _DOT_TIME.search(text)
-    for parent, child, label in _DOT_EDGE.findall(text):
-        fields = {name: float(value) for name, value in _DOT_FIELD.findall(label)}
-        newest = fields.get("Most recent transform", 0.0)
-        age = float(recorded[1]) - newest if recorded and newest > 0 else math.nan
-        if "Average rate" in fields:
-            yield _row(parent, child, fields["Average rate"], fields.get("Buffer length", math.nan), age)
-
-
-def _yaml_rows(text: str) -> Iterator[FrameRow]:
-    """Yield the frames of the YAML of a listener."""
-    for child, entry in yaml_of(text).items():
-        rate, length, age = (float(entry.get(key, "nan")) for key in ("rate", "buffer_length", "transform_delay"))
-        yield _row(str(entry["parent"]), str(child), rate, length, age)
-
-
-def _row(parent: str, child: str, rate: float, length: float, age: float) -> FrameRow:
-    """Return a frame of view_frames; tf2 prints a rate of 10000 for the single sample of a static transform."""
-    return FrameRow(parent, child, rate >= 9999.0 and length == 0.0, rate, None if math.isnan(age) else age)
+def _rows(kind: str, text: str) -> Iterator[FrameRow]:
+    """Yield the frames of view_frames, from its dot file or from the YAML of a listener."""
+    frames: list[tuple[str, str, float, float, float]] = []  # parent, child, rate, length of the buffer, age
+    if kind == "dot":
+        recorded = _DOT_TIME.search(text)
+        for parent, child, label in _DOT_EDGE.findall(text):
+            fields = {name: float(value) for name, value in _DOT_FIELD.findall(label)}
+            newest = fields.get("Most recent transform", 0.0)
+            age = float(recorded[1]) - newest if recorded and newest > 0 else math.nan
+            if "Average rate" in fields:
+                frames.append((parent, child, fields["Average rate"], fields.get("Buffer length", math.nan), age))
+    else:
+        for child, entry in yaml_of(text).items():
+            rate, length, age = (float(entry.get(key, "nan")) for key in ("rate", "buffer_length", "transform_delay"))
+            frames.append((str(entry["parent"]), str(child), rate, length, age))
+    for parent, child, rate, length, age in frames:
+        static = rate >= 9999.0 and length == 0.0  # tf2 prints 10000 for the single sample of a static transform
+        yield FrameRow(parent, child, static, rate, None if math.isnan(age) else age)

@@ -7,11 +7,11 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from rosorin_compile.source.diagnostics import masked
+from rosorin_compile.source.wording import masked
 
 from .findings import rate_text, seconds
 from .recording import Recording
-from .timing import SECOND, SLICES, Pace, Times, slice_width
+from .series import SECOND, SLICES, Pace, Times, slice_width
 
 _MAX_ROWS = 80
 _SHORT = SECOND // 2  # shorter pauses are not drawn as gaps

@@ -13,10 +13,8 @@ import numpy as np
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.source.diagnostics import Diagnostic
 
-from .expected import Description, Expected
-from .joints import JointStates, States
-from .series import Samples, Series, best_edge
-from .timing import SECOND, Floats, Gap, Pace, Times
+from .expected import Description
+from .series import SECOND, Floats, Gap, JointStates, Pace, Samples, Series, States, Times
 
 
 class EdgeKey(NamedTuple):
@@ -77,7 +75,6 @@ class Answer(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The two frames as text."""
         return f"{self.source} -> {self.target}"
 
 
@@ -92,12 +89,10 @@ class FrameRow(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Parent and child as text."""
         return f"{self.parent} -> {self.child}"
 
     @property
     def topic(self) -> str:
-        """The topic it was published on."""
         return "/tf_static" if self.static else "/tf"
 
 
@@ -141,19 +136,15 @@ class Recording:
     def __init__(self, description: Description, form: str, complete: bool = False, timed: bool = False) -> None:
         self.description, self.form, self.complete, self.timed = description, form, complete, timed
         self.start: int | None = None
-        self.end = 0
-        self.messages = 0
+        self.end = self.messages = 0
         self.silence = Gap()  # the longest time without any message
         self.topics: dict[str, str] = {}
         self.edges: dict[EdgeKey, Rows] = {}
         self.states: dict[tuple[tuple[str, ...], int], Rows] = {}  # names, number of positions
         self.headers: dict[tuple[str, str, str], Rows] = {}  # topic, type, frame
         self.slashed: dict[tuple[str, str], int] = {}  # topic, frame
-        self.descriptions: list[bytes] = []
-        self.answers: list[Answer] = []
-        self.refused: list[Answer] = []
-        self.rows: list[FrameRow] = []
-        self.troubles: list[Diagnostic] = []
+        self.descriptions, self.troubles = list[bytes](), list[Diagnostic]()
+        self.answers, self.refused, self.rows = list[Answer](), list[Answer](), list[FrameRow]()
         self.dropped: dict[EdgeKey, int] = {}  # transforms that tf2 drops: of a frame to itself, or without a name
         self.tree_frames: set[str] = set()  # with their prefix
         self.series: dict[EdgeKey, Series] = {}
@@ -203,8 +194,7 @@ class Recording:
         """
 
         def converted(times: Times) -> tuple[Times, Times]:
-            received, stamps = times
-            return (received if clock is None else np.interp(received, *clock).astype(np.int64)), stamps
+            return (times[0] if clock is None else np.interp(times[0], *clock).astype(np.int64)), times[1]
 
         start = self.start or 0
         states = {key: States(*converted(rows.times), rows.values) for key, rows in self.states.items()}
@@ -219,7 +209,14 @@ class Recording:
             if key.parent == key.child or not key.parent or not key.child:
                 self.dropped[key] = len(rows)
             elif not self._is_of_other_robot(key.child):
-                self._add_series(key, Samples(*converted(rows.times), rows.values[:, :3], rows.values[:, 3:]), start)
+                samples = Samples(*converted(rows.times), rows.values[:, :3], rows.values[:, 3:])
+                series = Series(*key[1:], key.static, samples, Pace(*samples[:2], start, self.timed))
+                first = series.samples.transform(0) if len(series.samples.stamps) else None
+                edge = self.description.edge_like(key.parent, key.child, key.static, first)
+                series.compare(edge, self.description.owners(key.child), self.joints)
+                self.series[key] = series
+                if key.child not in self.parents or (edge is not None and edge.parent == key.parent):
+                    self.parents[key.child] = key.parent
         for (topic, message_type, frame), rows in self.headers.items():
             if not self._is_of_other_robot(frame):
                 use = FrameUse(topic, message_type, frame, Pace(*converted(rows.times), start, self.timed))
@@ -232,21 +229,6 @@ class Recording:
         name = frame.rpartition("/")[2]
         foreign = bool(self.description.options.prefix) and "/" in frame and " " not in frame
         return foreign and (name in self.description.frames or name in self.description.robot.link)
-
-    def _add_series(self, key: EdgeKey, samples: Samples, start: int) -> None:
-        series = Series(*key[1:], key.static, samples, Pace(*samples[:2], start, self.timed))
-        first = series.samples.transform(0) if len(series.samples.stamps) else None
-        edge = self.expected(key.parent, key.child, key.static, first)
-        series.compare(edge, self.description.owners(key.child), self.joints)
-        self.series[key] = series
-        if key.child not in self.parents or (edge is not None and edge.parent == key.parent):
-            self.parents[key.child] = key.parent
-
-    def expected(
-        self, parent: str, child: str, static: bool | None = None, first: Transform | None = None
-    ) -> Expected | None:
-        """Return the described edge that is most like a recorded one."""
-        return best_edge(self.description.by_child.get(child, ()), parent, static, first)
 
     def since_start(self, time: int) -> float:
         """Return a time (ns) in seconds from the start of the recording."""
@@ -280,31 +262,21 @@ class Recording:
         if chain is None:
             use.early = use.pace.count
         else:
-            use.ready, use.waited_for = _ready_at(chain, start)
+            use.ready = start
+            for series in chain:
+                came = series.pace.first
+                if series.static and series.pace.first_stamp > 0:  # a recorder that joins later gets it late
+                    came = min(came, series.pace.first_stamp)
+                elif not series.static and came - start <= SECOND:  # it was available before
+                    came = start
+                if came > use.ready:
+                    use.ready, use.waited_for = came, series.name
             use.early = int(np.count_nonzero(use.pace.received < use.ready))
             if chain or use.frame == base:
                 use.lookups[base] = _look_up(use, chain, base)
         above = self.parents.get(base, "")
         if above and (chain := self.chain(use.frame, above)):
             use.lookups[above] = _look_up(use, chain, above)
-
-
-def _ready_at(chain: Sequence[Series], start: int) -> tuple[int, str]:
-    """Return the time (ns) from which all edges of a chain were available, and the edge that came last.
-
-    A static edge was available since its stamp: a recorder that joins later gets it late. A moving one that arrives
-    within the first second was available before.
-    """
-    ready, last = start, ""
-    for series in chain:
-        came = series.pace.first
-        if series.static and series.pace.first_stamp > 0:
-            came = min(came, series.pace.first_stamp)
-        elif not series.static and came - start <= SECOND:
-            came = start
-        if came > ready:
-            ready, last = came, series.name
-    return ready, last
 
 
 def _look_up(use: FrameUse, chain: Sequence[Series], target: str) -> Lookups:
@@ -324,12 +296,8 @@ def _look_up(use: FrameUse, chain: Sequence[Series], target: str) -> Lookups:
         at = np.searchsorted(series.pace.received, received, side="right") - 1
         newest = np.where(at >= 0, series.newest[np.maximum(at, 0)], np.iinfo(np.int64).min // 2)
         lags.append(stamps - newest)
-    every = np.stack(lags)
-    worst = every.argmax(axis=0)
-    lag = every.max(axis=0)
-    failed = lag > 0
-    if failed.any():
-        late = lag[failed] / SECOND
+    lag, worst = np.max(lags, axis=0), np.argmax(lags, axis=0)
+    if (late := lag[lag > 0] / SECOND).size:
         lookups.failed, lookups.mean_lag, lookups.largest_lag = len(late), float(late.mean()), float(late.max())
-        lookups.slowest = moving[int(np.bincount(worst[failed]).argmax())]
+        lookups.slowest = moving[int(np.bincount(worst[lag > 0]).argmax())]
     return lookups

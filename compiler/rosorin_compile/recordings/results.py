@@ -1,13 +1,18 @@
-"""The result of verify as plain values (schemas/recording.schema.json)."""
+"""The result of verify: plain values (schemas/recording.schema.json), tables for people, and JUnit XML for CI."""
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from xml.sax.saxutils import escape, quoteattr
 
 from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.wording import and_more, counted, masked, printable
+
+from .findings import rate_text, seconds
 
 if TYPE_CHECKING:
     from .expected import Expected
@@ -15,6 +20,14 @@ if TYPE_CHECKING:
     from .series import Series
 
 _Record = TypeVar("_Record")
+
+_EDGE_HEAD = ("edge", "by", "topic", "seen", "rate", "largest gap", "age, oldest", "value")
+_SENSOR_HEAD = ("topic", "frame", "seen", "rate", "placed in", "at its stamp", "tree behind, most")
+_MAX_ROWS = 200
+_NO_TIME = 0.5e-3  # s; stamps ahead by less are within the accuracy of reading a clock
+# Errors that tell nothing about the robot: there was too little to compare.
+_TOO_LITTLE = {"recording-empty", "recording-foreign", "recording-type", "recording-no-static", "frames-prefixed"}
+_TOO_LITTLE |= {"text-not-understood", "text-frames", "not-compared"}
 
 
 @dataclass(frozen=True)
@@ -132,9 +145,9 @@ class Verified:
 def result_of(recording: Recording, findings: Sequence[Diagnostic], source: str) -> Verified:
     """Return a recording and its findings as a result of plain values."""
     from .judge import answer_outcome
-    from .judge_tree import best_way
+    from .judge_edges import best_way
 
-    has_times = recording.timed and recording.start is not None
+    way, has_times = best_way(recording), recording.timed and recording.start is not None
     joints, states = recording.joints.ranges.items(), recording.joints.pace
     kind = "sensor_msgs/msg/JointState"
     sensors = [_copy(RecordedSensor, states, topic="/joint_states", type=kind, frame="-", early=0, lookups=[])]
@@ -144,18 +157,25 @@ def result_of(recording: Recording, findings: Sequence[Diagnostic], source: str)
         for use in recording.uses
     ]
     answers = [EchoAnswer(one.name, one.line, answer_outcome(recording, one)) for one in recording.answers]
+    plain = []
+    for one in findings:
+        place = next((related.span for related in one.related if related.span is not None), None)
+        evidence = [related.message for related in one.related if related.span is None]
+        file, line = (place.source.path, place.line) if place else (None, None)
+        finding = (one.rule, one.severity, one.of[0], one.message, one.worded().help, evidence, file, line)
+        plain.append(Finding(*finding))
     return Verified(
         robot=recording.description.robot.name,
         source=source,
         form=recording.form,
         messages=recording.messages,
         seconds=(recording.end - (recording.start or 0)) / 1e9 if has_times else None,
-        modes=dict(best_way(recording).modes),
-        edges=tuple(_edges(recording, {edge.child: edge for edge in best_way(recording).edges})),
+        modes=dict(way.modes),
+        edges=tuple(_edges(recording, {edge.child: edge for edge in way.edges})),
         joints=tuple(_copy(RecordedJoint, seen, name=name) for name, seen in joints),
         sensors=tuple(sensors),
         answers=tuple(answers),
-        findings=tuple(map(_finding, findings)),
+        findings=tuple(plain),
         as_described=not any(finding.severity == "error" for finding in findings),
         diagnostics=tuple(findings),
         data=recording,
@@ -174,8 +194,10 @@ def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[
     """Yield the edges, those of the description first."""
     rows = {row.child: row for row in recording.rows}
     for child in dict.fromkeys([*described, *recording.into, *rows]):
-        edge = described.get(child)
-        owner = _publishers(recording, edge)
+        edge, owner = described.get(child), ""
+        if edge is not None:  # a recording does not tell which of several nodes it was
+            known = [edge] if recording.description.options.modes else recording.description.by_child[child]
+            owner = " or ".join(dict.fromkeys(one.publisher.name for one in known))
         for series in recording.into.get(child, ()):
             oldest = series.pace.oldest_until(recording.end).seconds if recording.timed and not series.static else None
             yield _copy(RecordedEdge, series, series.pace, publisher=owner, value=_value(series), oldest=oldest)
@@ -186,13 +208,6 @@ def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[
             yield _copy(RecordedEdge, row, publisher=owner, value=value, count=None, mean_age=row.age)
         elif edge is not None and child not in recording.into and recording.complete:
             yield RecordedEdge(edge.parent, child, "", edge.publisher.name, "missing", 0)
-
-
-def _publishers(recording: Recording, edge: Expected | None) -> str:
-    """Return the nodes that may publish an edge: a recording does not tell which of several it was."""
-    if edge is None or recording.description.options.modes:
-        return edge.publisher.name if edge is not None else ""
-    return " or ".join(dict.fromkeys(one.publisher.name for one in recording.description.by_child[edge.child]))
 
 
 def _value(series: Series) -> str:
@@ -212,9 +227,84 @@ def _value(series: Series) -> str:
     return "known to its publisher alone"
 
 
-def _finding(finding: Diagnostic) -> Finding:
-    place = next((related.span for related in finding.related if related.span is not None), None)
-    evidence = [related.message for related in finding.related if related.span is None]
-    file, line = (place.source.path, place.line) if place else (None, None)
-    help = finding.worded().help
-    return Finding(finding.rule, finding.severity, finding.of[0], finding.message, help, evidence, file, line)
+def table(result: Verified) -> list[str]:
+    """Return the edges, the stamped messages and the answers of tf2_echo as tables."""
+    lines: list[str] = []
+    edges, sensors = list[Sequence[str]](), list[Sequence[str]]()
+    for edge in result.edges:
+        count = "yes" if edge.count is None else f"{edge.count:,}" if edge.count else "never"
+        gap = "-" if edge.largest_gap is None or (edge.count or 0) < 2 else seconds(edge.largest_gap)
+        pace = ("-", "-", "-") if edge.topic == "/tf_static" else (rate_text(edge.rate), gap, _age(edge))
+        edges.append((edge.name, edge.publisher or "?", edge.topic or "-", count, *pace, edge.value))
+    for use in result.sensors:
+        start = (use.topic, use.frame or '""', f"{use.count:,}", rate_text(use.rate))
+        lookups = [one for one in use.lookups if one.asked and one.target != use.frame]
+        sensors += [] if lookups else [(*start, "-", "-", "-")]
+        for one in lookups:
+            lag = f"{seconds(one.mean_lag)}, {seconds(one.largest_lag)}" if one.failed else "-"
+            sensors.append((*start, one.target, f"{one.asked - one.failed:,} of {one.asked:,}", lag))
+    answers = [(answer.name, str(answer.line), answer.value) for answer in result.answers]
+    for head, rows in ((_EDGE_HEAD, edges), (_SENSOR_HEAD, sensors), (("tf2_echo", "line", "value"), answers)):
+        if rows:
+            lines += ([""] if lines else []) + _columns([head, *rows[:_MAX_ROWS]])
+            if len(rows) > _MAX_ROWS:
+                lines.append(f"...{and_more(len(rows) - _MAX_ROWS)}; --format json has them all")
+    return lines
+
+
+def summary(result: Verified, name: str, strict: bool) -> str:
+    """Return the last line: the size of the recording, and the outcome."""
+    edges = len({edge.child for edge in result.edges if edge.topic})
+    parts = [counted(result.messages, "message")] if result.messages else []
+    parts += [f"{result.seconds:.1f} s"] if result.seconds else []
+    parts += [counted(edges, "edge")] if edges else []
+    parts += [f"{counted(len(result.answers), 'answer')} of tf2_echo"] if result.answers else []
+    size = f" ({', '.join(parts)})" if parts else ""
+    counts = Counter(finding.severity for finding in result.findings)
+    problems = ", ".join(counted(counts[word], word) for word in ("error", "warning", "note") if counts[word])
+    errors = {finding.rule for finding in result.findings if finding.severity == "error"}
+    if errors and errors <= _TOO_LITTLE:
+        return f"{name}: could not be compared: {problems}{size}"
+    if result.fails(strict):
+        return f"{name}: the robot that ran is not the one that is described: {problems}{size}"
+    return f"{name}: as described{f', {problems}' if problems else ''}{size}"
+
+
+def _age(edge: RecordedEdge) -> str:
+    """Return the mean age of an edge, or how far it is dated ahead, and the largest age of its newest stamp."""
+    if edge.mean_age is None:
+        return "-" if edge.oldest is None else "no stamp"
+    if edge.other_clock:
+        return f"{seconds(abs(edge.mean_age))} {'behind' if edge.mean_age > 0 else 'ahead'}: another clock"
+    ahead = edge.mean_age < -_NO_TIME
+    mean = f"{seconds(-edge.mean_age)} ahead" if ahead else seconds(max(0.0, edge.mean_age))
+    return mean if edge.oldest is None else f"{mean}, {seconds(max(0.0, edge.oldest))}"
+
+
+def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
+    rows = [[printable(cell, keep="\t") for cell in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def as_junit(result: Verified, strict: bool = False) -> str:
+    """Return a result as JUnit XML: a test case for each edge, topic and joint that fails if it has an error."""
+    names = [*(edge.name for edge in result.edges), *(answer.name for answer in result.answers)]
+    cases: dict[str, list[Finding]] = {name: [] for name in [*names, *(use.topic for use in result.sensors)]}
+    for finding in result.findings:
+        cases.setdefault(finding.subject, []).append(finding)
+    failing, robot = ("error", "warning") if strict else ("error",), quoteattr(result.robot)
+    failed = sum(any(finding.severity in failing for finding in findings) for findings in cases.values())
+    counts = f'tests="{len(cases)}" failures="{failed}"'
+    lines = ['<?xml version="1.0" encoding="UTF-8"?>', f"<testsuites {counts}>", f"  <testsuite name={robot} {counts}>"]
+    for name, findings in cases.items():
+        lines.append(f"    <testcase classname={robot} name={quoteattr(masked(name))}>")
+        for finding in findings:
+            text = escape(masked("\n".join([finding.message, *finding.evidence, finding.help]), keep="\n"))
+            if finding.severity in failing:
+                message = quoteattr(masked(finding.message))
+                lines.append(f'      <failure message={message} type="{finding.rule}">{text}</failure>')
+            else:
+                lines.append(f"      <system-out>{finding.severity}[{finding.rule}]: {text}</system-out>")
+        lines.append("    </testcase>")
+    return "\n".join([*lines, "  </testsuite>", "</testsuites>", ""])

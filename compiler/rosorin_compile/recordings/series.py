@@ -1,22 +1,312 @@
-"""The transforms of one edge on one topic, compared with the description. Quaternions are (x, y, z, w) as in ROS."""
+"""Streams of messages: rates, gaps, clocks, second sources; joint states, and the transforms of one edge.
+
+Quaternions are (x, y, z, w) as in ROS.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from rosorin_compile.model import Transform
+from rosorin_compile.model import Joint, Robot, Transform
 
 from .expected import EXACT, SIX_ANGLE, Expected
-from .joints import JointStates
-from .timing import Flags, Floats, Leaps, Pace, Times
+from .findings import YEAR
 
+Floats = NDArray[np.float64]
+Times = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+SECOND = 1_000_000_000
+SLICES = 240  # time slices in which a recording is divided
+JUMP = SECOND // 10  # a stamp further behind the previous one jumped back; messages may overtake each other by less
+SIMULATED = 10**8 * SECOND  # wall clocks show more (1973); simulations begin at zero
+APART = 60.0  # stamps and arrivals that are always further apart than this (s) are from two clocks
+
+# A step of the clock is searched in slices of at least 0.8 s, with three slices on each side of it.
+_SLICE, _SIDE = 8 * SECOND // 10, 3
+# The smallest step (s). If both sides are in the past, a smaller change than DELAY may be a transmission delay.
+_STEP, _DELAY = 0.25, 5.0
+AHEAD = 0.1  # stamps ahead of their arrival by less (s) are within the accuracy of reading two clocks
 # tf2 drops transforms whose squared quaternion deviates more from 1 (tf2/src/buffer_core.cpp).
 _NORM_TOLERANCE = 10e-3
 _MAX_VALUES = 4
+TREMBLING = 0.02  # a servo that holds its position moves by up to this (rad or m)
+_SLIDING = 1e-3  # tolerance of the position of a sliding follower (m)
+_BEYOND = 1e-6
+
+
+class Gap(NamedTuple):
+    """A duration in s, and the time in ns when it began or was observed."""
+
+    seconds: float = 0.0
+    at: int = 0
+
+
+class Step(NamedTuple):
+    """A step of the clock that stamps: when (ns), and how far ahead of arrival (s) it stamped before and after."""
+
+    time: int
+    before: float
+    after: float
+    size: float
+
+
+class Pace:
+    """Rates, gaps and ages of one stream of messages in order of arrival. Times are ns, ages and gaps s.
+
+    ``start`` is the start of the recording; ``timed`` tells whether arrival times are known.
+    """
+
+    def __init__(self, received: Times, stamps: Times, start: int, timed: bool) -> None:
+        self.received, self.stamps, self.start, self.timed = received, stamps, start, timed
+        self.count = len(received)
+        stamped = stamps != 0  # zero means that there is no stamp
+        self.zeros = self.count - int(np.count_nonzero(stamped))
+        self.first, self.last = (int(received[0]), int(received[-1])) if self.count else (0, 0)
+        self.first_stamp = int(stamps[0]) if self.count else 0
+        self.newest = int(stamps.max(initial=0))
+        span = self.last - self.first
+        self.rate = (self.count - 1) * SECOND / span if self.count > 1 and span > 0 else math.nan  # messages a second
+        ahead = (stamps - received)[stamped] / SECOND
+        self.most_ahead, self.least_ahead = float(ahead.max(initial=-math.inf)), float(ahead.min(initial=math.inf))
+        self.mean_age = -float(ahead.mean()) if timed and len(ahead) else math.nan
+        self.gap = _longest(np.diff(received), received)
+        self.largest_gap = self.gap.seconds if timed else None
+        falls = np.where(stamps[1:] != 0, -np.diff(stamps), 0)
+        self.jumps = int(np.count_nonzero(falls > JUMP))
+        self.farthest_jump = _longest(falls, received[1:])
+        self.repeated = int(np.count_nonzero((np.diff(stamps) == 0) & (stamps[1:] != 0)))
+        # The age of the newest stamp just before each arrival.
+        newest, came = np.maximum.accumulate(stamps[stamped]), received[stamped]
+        self.oldest = _longest(came - np.concatenate((newest[:1], newest[:-1])), came)
+        # The first messages of a simulation may have its time zero.
+        begins = self.first_stamp == 0 and self.newest < SIMULATED and self.zeros <= max(1, self.count // 20)
+        self.unstamped = self.zeros > 0 and not begins
+        # Of another clock, all stamps are far from their arrival and advance as time does.
+        limit = APART if self.newest - self.first_stamp > span / 2 > 0 else YEAR
+        self.other_clock = timed and len(ahead) > 0 and (self.least_ahead > APART or self.most_ahead < -limit)
+
+    @property
+    def alternates(self) -> bool:
+        """Return True if short and long steps alternate while every second message is regular: two sources.
+
+        The jitter of one source spreads over two steps as over one; of two sources, two steps are one period.
+        """
+        one, two = np.diff(self.stamps) / SECOND, (self.stamps[2:] - self.stamps[:-2]) / SECOND
+        if len(one) < 20 or one.sum() <= 0:
+            return False
+        return bool(one.var() > (0.15 * one.mean()) ** 2 and two.var() < 0.1 * one.var())
+
+    def oldest_until(self, end: int) -> Gap:
+        """Return the largest age of the newest stamp up to the end (ns) of the recording."""
+        rest = (end - self.newest) / SECOND
+        return Gap(rest, end) if rest > self.oldest.seconds else self.oldest
+
+    def slices(self, width: int) -> Times:
+        """Return the time slice (n,) in which each message arrived; slices are ``width`` ns wide."""
+        return np.asarray(np.clip((self.received - self.start) // width, 0, SLICES - 1), np.int64)
+
+    @cached_property
+    def step(self) -> Step | None:
+        """The largest step of the clock that stamps, or from where to where it drifted; None for neither.
+
+        The lead of a slice is the most that a stamp was ahead of its arrival; no message arrives before it is sent.
+        Growing delays are not a step: the leads on both sides of it have to be steady.
+        """
+        width = slice_width(int(self.received.max(initial=self.start)) - self.start, _SLICE)
+        leads = np.full(SLICES, -np.inf)
+        stamped = self.stamps != 0
+        np.maximum.at(leads, self.slices(width)[stamped], (self.stamps - self.received)[stamped] / SECOND)
+        places = np.flatnonzero(np.isfinite(leads))
+        best = _drift(leads[places], self.start)
+        values = leads[places].tolist()
+        for at in range(_SIDE, len(values) - _SIDE + 1):
+            before, after = sorted(values[at - _SIDE : at]), sorted(values[at : at + _SIDE])
+            low, high = before[_SIDE // 2], after[_SIDE // 2]
+            step = Step(self.start + int(places[at]) * width, low, high, abs(high - low))
+            steady = max(before[-1] - before[0], after[-1] - after[0]) < step.size / 4
+            large = step.size > (_STEP if max(before[-1], after[-1]) > AHEAD else _DELAY)
+            if steady and large and (best is None or step.size > best.size):
+                best = step
+        return best
+
+
+def slice_width(span: int, width: int = SECOND // 10) -> int:
+    """Return the width (ns) of the slices of a recording that is ``span`` ns long: at least ``width``."""
+    while span // width >= SLICES:
+        width *= 2
+    return width
+
+
+def _longest(spans: Times, times: Times) -> Gap:
+    """Return the longest of some time spans (ns) if it is positive, and the time at the same index."""
+    at = int(spans.argmax()) if len(spans) else 0
+    return Gap(float(spans[at] / SECOND), int(times[at])) if len(spans) and spans[at] > 0 else Gap()
+
+
+def _drift(leads: Floats, start: int) -> Step | None:
+    """Return the first and last lead of a clock that runs too fast or too slow; growing delays are not a drift."""
+    if len(leads) < 2 * _SIDE:
+        return None
+    at = np.arange(len(leads))
+    line = np.polyval(np.polyfit(at, leads, 1), at)
+    step = Step(start, float(line[0]), float(line[-1]), float(abs(line[-1] - line[0])))
+    even = np.abs(leads - line).max() < step.size / 8
+    return step if even and step.size > _STEP and min(step.before, step.after) > -AHEAD else None
+
+
+_LOOK_BACK = 6
+LEAP = 5e-3  # a value that leaps by this (m or rad) and returns to an earlier one came from another source
+# A stream has two sources if at least this share of steps, and of leaps, and this number lead back.
+_SHARE, _RETURNING, _FEWEST = 0.2, 0.45, 4
+_FEWEST_REPEATED = 3
+
+Distance = Callable[[Floats, Floats], Floats]
+
+
+def largest_difference(one: Floats, other: Floats) -> Floats:
+    """Return the largest difference (n,) between the numbers of rows (n, k)."""
+    return np.asarray(np.abs(one - other).max(axis=1), np.float64)
+
+
+class Leaps:
+    """Leaps of a stream back to where it was shortly before, and different values with the same stamp.
+
+    ``values`` (n, k) are in order of arrival; ``distance`` compares two rows, ``leap`` is the smallest leap.
+    """
+
+    def __init__(
+        self, stamps: Times, values: Floats, distance: Distance = largest_difference, leap: float = LEAP
+    ) -> None:
+        self.steps = max(1, len(stamps) - 1)
+        self.pair: tuple[Floats, Floats] | None = None
+        self.leaps = self.returns = self.contradictions = 0
+        self.contradict, self.two, self.largest = False, False, 0.0
+        if len(stamps) < 2:
+            return
+        far = distance(values[1:], values[:-1])
+        again = np.flatnonzero((np.diff(stamps) == 0) & (stamps[1:] != 0) & (far > 2 * SIX_ANGLE)) + 1
+        leaping = np.flatnonzero(far > leap) + 1
+        back = np.full(len(leaping), np.inf)
+        for lag in range(2, _LOOK_BACK + 1):
+            lands = distance(values[leaping], values[np.maximum(leaping - lag, 0)])
+            back = np.minimum(back, np.where(leaping >= lag, lands, np.inf))
+        returned = leaping[back < 0.1 * far[leaping - 1]]
+        self.contradictions, self.leaps, self.returns = len(again), len(leaping), len(returned)
+        self.largest = float(far[returned - 1].max(initial=0.0))
+        if len(again) or len(returned):
+            first = int(min([*again[:1], *returned[:1]]))
+            self.pair = (values[first - 1], values[first])
+        self.contradict = self.contradictions >= _FEWEST_REPEATED  # stamps often occur with two values
+        returns = self.returns >= _FEWEST and self.returns > max(_SHARE * self.steps, _RETURNING * self.leaps)
+        self.two = self.contradict or returns  # the stream seems to have two sources with different values
+
+
+class States(NamedTuple):
+    """Joint states that name the same joints: times in ns (n,), positions (n, number of names) in rad or m."""
+
+    received: Times
+    stamps: Times
+    positions: Floats
+
+
+class Range(NamedTuple):
+    """The positions of a joint: lowest and highest, and how many were reported, beyond limits, and not numbers."""
+
+    lowest: float
+    highest: float
+    seen: int
+    beyond: int
+    not_numbers: int
+
+
+class Follower(NamedTuple):
+    """How often a follower was reported, how often not where its leader puts it, and by how much at most."""
+
+    seen: int
+    off: int
+    farthest: float
+
+
+class JointStates:
+    """All messages of /joint_states; ``groups`` has them by the names of the joints, in order of arrival.
+
+    ``ranges`` and ``followers`` have what was reported of each joint, and of those that follow another one.
+    """
+
+    def __init__(self, robot: Robot, groups: Mapping[tuple[str, ...], States], pace: Pace) -> None:
+        self.robot, self.pace, self.too_short = robot, pace, 0
+        self.leaps = Leaps(np.empty(0, np.int64), np.empty((0, 0)))
+        states: dict[str, list[States]] = {}
+        off: dict[str, list[Floats]] = {}
+        for names, group in groups.items():
+            if 0 < group.positions.shape[1] < len(names):
+                self.too_short += len(group.stamps)
+            named = dict(zip(names, group.positions.T, strict=False))  # empty if only velocities or efforts came
+            if named and not states:
+                self.leaps = Leaps(group.stamps, group.positions, leap=TREMBLING)
+            for name, positions in named.items():
+                states.setdefault(name, []).append(States(group.received, group.stamps, positions))
+                mimic = robot.joint[name].mimic if name in robot.joint else None
+                if mimic is not None and mimic.joint in named:
+                    followed = mimic.multiplier * named[mimic.joint] + mimic.offset
+                    off.setdefault(name, []).append(positions - followed)
+        self._states: dict[str, States] = {}  # by joint, ordered by stamp
+        self.ranges: dict[str, Range] = {}
+        for name, several in states.items():
+            received, stamps, positions = map(np.concatenate, zip(*several, strict=True))
+            order = np.lexsort((received, stamps))
+            self._states[name] = States(received[order], stamps[order], positions[order])
+            good, (lower, upper) = positions[np.isfinite(positions)], self.limits(name)
+            beyond = int(np.count_nonzero((good < lower - _BEYOND) | (good > upper + _BEYOND)))
+            lowest, highest = float(good.min(initial=np.inf)), float(good.max(initial=-np.inf))
+            self.ranges[name] = Range(lowest, highest, len(positions), beyond, len(positions) - len(good))
+        followers = ((robot.joint[name], np.concatenate(several)) for name, several in off.items())
+        self.followers = {joint.name: found for joint, apart in followers if (found := self._follower(joint, apart))}
+
+    def limits(self, name: str) -> tuple[float, float]:
+        """Return the limits of a joint (rad or m), infinite where there are none."""
+        joint = self.robot.joint.get(name)
+        if joint is None or joint.limit is None or joint.type == "continuous":
+            return -np.inf, np.inf
+        lower, upper = joint.limit.lower, joint.limit.upper
+        return (-np.inf if lower is None else lower), (np.inf if upper is None else upper)
+
+    def position(self, joint: Joint, stamps: Times, received: Times) -> tuple[Floats, Flags]:
+        """Return the positions (n,) that robot_state_publisher used for a joint at stamps (n,), and which are known.
+
+        Of several messages with a stamp it is the one received at about that time. A reported position of a follower
+        takes precedence over that of its leader (``callbackJointState`` of robot_state_publisher).
+        """
+        positions, known = np.zeros(len(stamps)), np.zeros(len(stamps), bool)
+        if (states := self._states.get(joint.name)) is not None:
+            first = np.minimum(np.searchsorted(states.stamps, stamps, side="left"), len(states.stamps) - 1)
+            last = np.maximum(np.searchsorted(states.stamps, stamps, side="right") - 1, 0)
+            is_later = np.abs(states.received[last] - received) < np.abs(states.received[first] - received)
+            positions = states.positions[np.where(is_later, last, first)]
+            known = (states.stamps[first] == stamps) & (stamps != 0) & np.isfinite(positions)
+        if joint.mimic is None or known.all():
+            return positions, known
+        leader, there = self.position(self.robot.joint[joint.mimic.joint], stamps, received)
+        return np.where(known, positions, joint.mimic.multiplier * leader + joint.mimic.offset), known | there
+
+    def _follower(self, joint: Joint, apart: Floats) -> Follower | None:
+        """Return how far (n,) a follower was from its leader, or None if turns of the leader are ambiguous."""
+        turns = joint.mimic is not None and self.robot.joint[joint.mimic.joint].type == "continuous"
+        if joint.mimic is None or (turns and not float(joint.mimic.multiplier).is_integer()):
+            return None
+        slides, apart = joint.type == "prismatic", apart[np.isfinite(apart)]
+        if (turns or joint.type == "continuous") and not slides:
+            apart = np.remainder(apart + np.pi, 2 * np.pi) - np.pi
+        apart = np.abs(apart)
+        off = np.count_nonzero(apart > (_SLIDING if slides else TREMBLING))
+        return Follower(len(apart), int(off), float(apart.max(initial=0.0)))
 
 
 class Samples(NamedTuple):
@@ -27,21 +317,9 @@ class Samples(NamedTuple):
     xyz: Floats
     quaternions: Floats
 
-    def where(self, chosen: Any) -> Samples:
-        """Return some of the samples, by mask, index or slice."""
-        return Samples(*(values[chosen] for values in self))
-
     def transform(self, at: int) -> Transform:
         """Return one of the samples."""
         return transform_from(self.xyz[at], self.quaternions[at])
-
-
-class Wrong(NamedTuple):
-    """The first wrong sample of an edge: its value, the described value and the time of arrival (ns)."""
-
-    recorded: Transform
-    described: Transform
-    received: int
 
 
 class Series:
@@ -49,41 +327,19 @@ class Series:
 
     def __init__(self, parent: str, child: str, static: bool, samples: Samples, pace: Pace) -> None:
         self.parent, self.child, self.static, self.pace = parent, child, static, pace
+        self.name, self.topic = f"{parent} -> {child}", "/tf_static" if static else "/tf"
         self.edge: Expected | None = None
-        self.owner = ""
-        self.constant = static
-        good = _are_transforms(samples)
+        self.owner = self.by_owner = ""  # the node that should publish it, if known, and in brackets
+        self.constant, self.has_parent, self.comparable = static, False, False  # by what the description says of it
+        square = np.einsum("ij,ij->i", samples.quaternions, samples.quaternions)
+        good = np.isfinite(samples.xyz).all(axis=1) & (np.abs(square - 1.0) <= _NORM_TOLERANCE)  # as tf2 accepts them
         self.bad = int(np.count_nonzero(~good))
         self.first_bad = int(samples.received[~good][0]) if self.bad else 0
-        self.samples = samples if not self.bad else samples.where(good)
+        self.samples = samples if not self.bad else Samples(*(values[good] for values in samples))
         self.compared = self.by_state = self.wrong = 0
-        self.farthest = (0.0, 0.0)  # m and rad
-        self.first_wrong: Wrong | None = None
+        self.first_wrong: tuple[Transform, Transform, int] | None = None  # recorded, described, time of arrival (ns)
         self.values: list[tuple[Transform, int]] = []  # of a constant edge, with the number of samples
         self.other_values = self.switches = 0
-
-    @property
-    def name(self) -> str:
-        """Parent and child as text."""
-        return f"{self.parent} -> {self.child}"
-
-    @property
-    def topic(self) -> str:
-        """The topic of the edge."""
-        return "/tf_static" if self.static else "/tf"
-
-    @property
-    def by_owner(self) -> str:
-        """The node that should publish it, in brackets, if it is known."""
-        return f" ({self.owner})" if self.owner else ""
-
-    @property
-    def comparable(self) -> bool:
-        """Return True if the description determines the value of this edge."""
-        edge = self.edge
-        if edge is None or edge.transform is None or edge.parent != self.parent:
-            return False
-        return not edge.moving or (edge.joint is not None and edge.joint.moves)
 
     @cached_property
     def newest(self) -> Times:
@@ -103,30 +359,11 @@ class Series:
 
     def compare(self, edge: Expected | None, owner: str, joints: JointStates) -> None:
         """Compare all samples with the described edge."""
-        self.edge, self.owner = edge, owner
+        self.edge, self.owner, self.by_owner = edge, owner, f" ({owner})" if owner else ""
         self.constant = self.static or (edge is not None and not edge.moving)
-        samples = self.samples
-        if self.constant:
-            self._find_values()
-        if edge is None or edge.transform is None or not self.comparable or not len(samples.stamps):
-            return
-        xyz, quaternions, by_state = _expected_values(edge, edge.transform, samples, joints)
-        metres = np.linalg.norm(samples.xyz - xyz, axis=1)
-        radians = _angles(_normalised(samples.quaternions), quaternions)
-        wrong = (metres > EXACT) | (radians > edge.radians)
-        self.compared, self.by_state = len(wrong), by_state
-        self.wrong = int(np.count_nonzero(wrong))
-        if self.wrong:
-            at = int(wrong.argmax())
-            self.farthest = (float(metres.max()), float(radians.max()))
-            described = transform_from(xyz[at], quaternions[at])
-            self.first_wrong = Wrong(samples.transform(at), described, int(samples.received[at]))
-
-    def _find_values(self) -> None:
-        """Find the different values of an edge that should be constant."""
         samples, turns = self.samples, _normalised(self.samples.quaternions)
         kinds = np.full(len(turns), -1)
-        for number in range(_MAX_VALUES):
+        for number in range(_MAX_VALUES if self.constant else 0):  # which values an edge has that should be constant
             rest = np.flatnonzero(kinds < 0)
             if not len(rest):
                 break
@@ -135,22 +372,25 @@ class Series:
             same &= _angles(turns, turns[like]) <= SIX_ANGLE
             kinds[same] = number
             self.values.append((samples.transform(like), int(np.count_nonzero(same))))
-        self.other_values = int(np.count_nonzero(kinds < 0))
-        self.switches = int(np.count_nonzero(np.diff(kinds)))
-
-
-def best_edge(edges: Sequence[Expected], parent: str, static: bool | None, first: Transform | None) -> Expected | None:
-    """Return the described edge that is most like a recorded one; modes may give several for one frame."""
-
-    def unlikeness(edge: Expected) -> tuple[bool, bool, float]:
-        far = 1.0
-        if first is not None and edge.transform is not None and not edge.moving:
-            metres = float(np.linalg.norm(np.subtract(first.xyz, edge.transform.xyz)))
-            radians = edge.transform.angle_to(first)
-            far = 0.0 if metres <= EXACT and radians <= edge.radians else 2.0 + metres + radians
-        return edge.parent != parent, edge.moving is static, far
-
-    return min(edges, key=unlikeness) if len(edges) > 1 else next(iter(edges), None)
+        if self.constant:
+            self.other_values = int(np.count_nonzero(kinds < 0))
+            self.switches = int(np.count_nonzero(np.diff(kinds)))
+        self.has_parent = edge is not None and edge.parent == self.parent  # as it is described
+        if edge is None or edge.transform is None or not self.has_parent:
+            return
+        self.comparable = not edge.moving or (edge.joint is not None and edge.joint.moves)
+        if not self.comparable or not len(samples.stamps):
+            return
+        xyz, quaternions, by_state = _expected_values(edge, edge.transform, samples, joints)
+        metres = np.linalg.norm(samples.xyz - xyz, axis=1)
+        radians = _angles(turns, quaternions)
+        wrong = (metres > EXACT) | (radians > edge.radians)
+        self.compared, self.by_state = len(wrong), by_state
+        self.wrong = int(np.count_nonzero(wrong))
+        if self.wrong:
+            at = int(wrong.argmax())
+            described = transform_from(xyz[at], quaternions[at])
+            self.first_wrong = (samples.transform(at), described, int(samples.received[at]))
 
 
 def _expected_values(
@@ -161,29 +401,21 @@ def _expected_values(
     Without the joint state of its stamp, a sample is compared with the position at which the joint is nearest to it:
     a transform that no position produces is wrong whatever the joint states were.
     """
-    count = len(samples.stamps)
+    count, joint = len(samples.stamps), edge.joint
     w, x, y, z = origin.quaternion()
-    xyz, turn = np.array(origin.xyz, np.float64), np.array((x, y, z, w), np.float64)
-    if not edge.moving or edge.joint is None:
-        return np.tile(xyz, (count, 1)), np.tile(turn, (count, 1)), 0
-    joint = edge.joint
+    xyz, turns = np.tile(np.array(origin.xyz, np.float64), (count, 1)), np.tile(np.array((x, y, z, w)), (count, 1))
+    if not edge.moving or joint is None:
+        return xyz, turns, 0
     axis = np.array(joint.axis, np.float64) / np.linalg.norm(joint.axis)
-    slides = joint.type == "prismatic"
     positions, known = joints.position(joint, samples.stamps, samples.received)
-    along = _rotated(turn, axis)
-    if not known.all():
-        if slides:
-            nearest = (samples.xyz - xyz) @ along
-        else:
-            rest = _product(turn * (-1.0, -1.0, -1.0, 1.0), _normalised(samples.quaternions))
-            nearest = 2.0 * np.arctan2(rest[:, :3] @ axis, rest[:, 3])
-        positions = np.where(known, positions, nearest)
     by_state = int(np.count_nonzero(known))
-    if slides:
-        return xyz + positions[:, None] * along, np.tile(turn, (count, 1)), by_state
-    half = 0.5 * positions[:, None]
-    turns = _product(turn, np.concatenate((np.sin(half) * axis, np.cos(half)), axis=1))
-    return np.tile(xyz, (count, 1)), turns, by_state
+    if joint.type == "prismatic":
+        along = np.array(origin.rotate(tuple(axis.tolist())), np.float64)
+        positions = np.where(known, positions, (samples.xyz - xyz) @ along)
+        return xyz + positions[:, None] * along, turns, by_state
+    rest = _product(turns * (-1.0, -1.0, -1.0, 1.0), _normalised(samples.quaternions))
+    half = 0.5 * np.where(known, positions, 2.0 * np.arctan2(rest[:, :3] @ axis, rest[:, 3]))[:, None]
+    return xyz, _product(turns, np.concatenate((np.sin(half) * axis, np.cos(half)), axis=1)), by_state
 
 
 def transform_from(xyz: Floats, quaternion: Floats) -> Transform:
@@ -191,12 +423,6 @@ def transform_from(xyz: Floats, quaternion: Floats) -> Transform:
     px, py, pz = map(float, xyz)
     x, y, z, w = map(float, quaternion)
     return Transform.of_quaternion((px, py, pz), (w, x, y, z))
-
-
-def _are_transforms(samples: Samples) -> Flags:
-    """Return which samples (n,) tf2 accepts: finite, with quaternions of length one."""
-    square = np.einsum("ij,ij->i", samples.quaternions, samples.quaternions)
-    return np.asarray(np.isfinite(samples.xyz).all(axis=1) & (np.abs(square - 1.0) <= _NORM_TOLERANCE), np.bool_)
 
 
 def _distance(one: Floats, other: Floats) -> Floats:
@@ -221,9 +447,3 @@ def _angles(a: Floats, b: Floats) -> Floats:
     """Return the angles (n,) in rad from 0 to pi between rotations (n, 4) and (n, 4) or (4,)."""
     turn = _product(a * (-1.0, -1.0, -1.0, 1.0), b)
     return np.asarray(2.0 * np.arctan2(np.linalg.norm(turn[..., :3], axis=-1), np.abs(turn[..., 3])), np.float64)
-
-
-def _rotated(quaternion: Floats, vector: Floats) -> Floats:
-    """Return a vector (3,) rotated by a quaternion (4,)."""
-    t = 2.0 * np.cross(quaternion[:3], vector)
-    return np.asarray(vector + quaternion[3] * t + np.cross(quaternion[:3], t), np.float64)

@@ -18,7 +18,7 @@ from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, Related, RequestError, did_you_mean, error, has_errors
+from rosorin_compile.source.diagnostics import Related, RequestError, did_you_mean, error, has_errors
 from rosorin_compile.source.progress import Progress
 
 from .bags import SUFFIXES, Unreadable
@@ -56,17 +56,24 @@ def verify_recording(
     name, understood = request.description.name, request.understand()
     case, path = understood.case, request.description.path
     if case is None:
-        return Verified(name, source, diagnostics=_errors(understood.diagnostics))
+        return Verified(name, source, diagnostics=tuple(d for d in understood.diagnostics if d.severity == "error"))
     compiled = emit_published(understood, path) if request.is_foreign else emit(understood, path)
     if has_errors(compiled.diagnostics):
-        return Verified(name, source, diagnostics=_errors(compiled.diagnostics))
+        return Verified(name, source, diagnostics=tuple(d for d in compiled.diagnostics if d.severity == "error"))
     for option, value in (("since", since), ("until", until), ("stale", stale)):
         if value is not None and not 0 <= value < 1e9:
             raise RequestError(f"{option}: {value:g} is no time in seconds")
     if since is not None and until is not None and since >= until:
         raise RequestError("since is not before until")
     robot, prefix = case.robot, prefix.removeprefix("/")
-    known, nodes, positions = dict(check_modes(robot, modes)), _nodes(robot, without), _positions(robot, pose)
+    publishers = {joint.publisher.name for joint in robot.joints} | {edge.publisher.name for edge in robot.edges}
+    poses = {one.name: one.positions for one in robot.poses}
+    for node in without:
+        if node not in publishers:
+            raise RequestError(f'{robot.name} has no publisher "{node}"; {did_you_mean(node, publishers - {""})}')
+    if pose and pose not in poses:
+        raise RequestError(f'{robot.name} has no pose "{pose}"; {did_you_mean(pose, poses) or "it has none"}')
+    known, nodes, positions = dict(check_modes(robot, modes)), frozenset(without), poses[pose] if pose else None
     options = Options(known, nodes, positions, frames, since, until, namespace, prefix, stale)
     progress = partial(Progress.step, "reading messages")
     try:
@@ -94,8 +101,13 @@ def verify(
             recording = _read_text(description, standard_input(), "standard input")
         else:
             recording = _read_path(description, Path(source), progress)
-        findings = judge(recording, artifacts)
-        return result_of(recording, _with_places(findings, description, case) if case else findings, source)
+        findings, edges = judge(recording, artifacts), {edge.name: edge for edge in description.edges}
+        for number, finding in enumerate(findings):
+            if case is not None and (edge := edges.get(finding.of[0])):  # about an edge, also to where it is defined
+                path = edge.place if edge.joint is None else case.places.get(("joint", edge.joint.name), ())
+                place = Related("described here", case.tree.locate(path, key=True).span)
+                findings[number] = replace(finding, related=(*finding.related, place))
+        return result_of(recording, findings, source)
 
 
 def _read_path(description: Description, path: Path, progress: Report) -> Recording:
@@ -141,37 +153,3 @@ def _read_text(description: Description, data: bytes, name: str) -> Recording:
     recording = Recording(description, f"text in {name}")
     read_text(data.decode("utf-8", "replace"), recording)
     return recording
-
-
-def _errors(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
-    return tuple(one for one in diagnostics if one.severity == "error")
-
-
-def _nodes(robot: Robot, names: Sequence[str]) -> frozenset[str]:
-    publishers = {joint.publisher.name for joint in robot.joints} | {edge.publisher.name for edge in robot.edges}
-    for name in names:
-        if name not in publishers:
-            raise RequestError(f'{robot.name} has no publisher "{name}"; {did_you_mean(name, publishers - {""})}')
-    return frozenset(names)
-
-
-def _positions(robot: Robot, name: str) -> Mapping[str, float] | None:
-    if not name:
-        return None
-    poses = {pose.name: pose.positions for pose in robot.poses}
-    if name not in poses:
-        raise RequestError(f'{robot.name} has no pose "{name}"; {did_you_mean(name, poses) or "it has none"}')
-    return poses[name]
-
-
-def _with_places(findings: Sequence[Diagnostic], description: Description, case: Case) -> list[Diagnostic]:
-    """Return the findings; those about an edge also point to the place that defines it."""
-    edges = {edge.name: edge for edge in description.edges}
-    placed = []
-    for finding in findings:
-        if edge := edges.get(finding.of[0]):
-            path = edge.place if edge.joint is None else case.places.get(("joint", edge.joint.name), ())
-            place = Related("described here", case.tree.locate(path, key=True).span)
-            finding = replace(finding, related=(*finding.related, place))
-        placed.append(finding)
-    return placed

@@ -17,9 +17,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from rosorin_compile.source.bounded import python_of
 from rosorin_compile.source.diagnostics import Source, Span
-from rosorin_compile.source.load import LoadError, parse_yaml
+from rosorin_compile.source.load import LoadError, parse_yaml, python_of
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import MarkupError, parse
 

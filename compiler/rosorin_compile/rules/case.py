@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.language.expand.provenance import mistake_place
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.language.schema import TEMPLATE
-from rosorin_compile.language.suggestions import name_meant
+from rosorin_compile.language.suggestions import suggest_name
 from rosorin_compile.language.suppressions import names_at
 from rosorin_compile.language.symbols import Reference, SymbolTable
 from rosorin_compile.model import Joint, Link, Output, Robot, Shape
-from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Span, diagnostic
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Span, Suggestion, diagnostic
 from rosorin_compile.source.rule_registry import DECLARED, Rule
 from rosorin_compile.source.tree import Map, Path, at, exists, follow
-from rosorin_compile.source.wording import or_else
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
@@ -138,7 +137,7 @@ class Case:
         """Return a second place: a value, or the key of one with ``key`` and of a mapping."""
         return Related(message, self._place(path, key or isinstance(at(self.tree, path), Map)))
 
-    def unknown(self, rule: str, message: str, uses: Sequence[Reference], help: str) -> Iterator[Diagnostic]:
+    def unknown(self, rule: str, message: str, uses: Sequence[Reference], help: Help) -> Iterator[Diagnostic]:
         """Yield a problem at the first use of a name, with the other places; again for each use at the same place.
 
         All uses of a part share the places of its text: each use is reported.
@@ -155,12 +154,11 @@ class Case:
     def _place(self, path: Path, key: bool = False) -> Span:
         return mistake_place(self.scope, self.tree, path, "", key)[0].span
 
-    def suggest(self, path: Path, word: str, known: Iterable[str], otherwise: str, more: Sequence[str] = ()) -> str:
-        """Return 'did you mean "x"?' for an unknown name at a path, else the fix and the known names.
-
-        In a part its own names go first, as it calls them, and ``more``.
-        """
-        return or_else(name_meant(self.tree, path, word, known, more), otherwise)
+    def suggest(
+        self, path: Path, word: str, known: Collection[str], otherwise: str, more: Sequence[str] = ()
+    ) -> Suggestion:
+        """Return the help for an unknown name at a path, as ``suggest_name``."""
+        return suggest_name(self.tree, path, word, known, otherwise, more)
 
     def stands_in(self, path: Path) -> str:
         """Return " (a stand-in)" if the nearest source around a value marks it as one, else an empty text."""

@@ -23,7 +23,7 @@ from rosorin_compile.source.messages import UNNAMED, Offer, merge_by_name, offer
 from rosorin_compile.source.plugins import Plugin, aside, broken, diagnostic_of, failed, load
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, Rule, checks_of, find
-from rosorin_compile.source.tree import Map, Place, Seq, exists, locate, nearer
+from rosorin_compile.source.tree import Map, Place, Seq, exists, nearer
 from rosorin_compile.source.tree import Path as TreePath
 
 from .case import Case
@@ -218,7 +218,7 @@ def merge_misspelt(
         path = next(_definitions(tree, places, found.meant), None) if found else None
         if found and path:
             is_key = path[-1] == found.meant
-            home = _home(locate(tree, path, key=is_key), found)
+            home = _home(tree.locate(path, key=is_key), found)
             if all(_home(use, found) == home for where, use in uses[found.meant] if where[: len(path)] != path):
                 note = Related(f'"{found.meant}" {UNNAMED}', home)
                 moved[-1] = replace(moved[-1], related=(*moved[-1].related, note))

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from rosorin_compile.language.schema import sections
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span, swaps
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span
 from rosorin_compile.source.messages import Offer, placed
 from rosorin_compile.source.rule_registry import ARGUMENTS, FRAMES, rule
 from rosorin_compile.source.tree import Path
-from rosorin_compile.source.wording import difference, foreign, in_words, look, unseen
+from rosorin_compile.source.wording import difference, foreign, in_words, look, swaps, unseen
 
 from .case import Case
 from .magnitudes import NOT_XML

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.language.suggestions import word_meant
 from rosorin_compile.model import Output
-from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, swaps
+from rosorin_compile.source.diagnostics import Diagnostic, Suggestion
 from rosorin_compile.source.rule_registry import OUTPUTS, rule
 from rosorin_compile.source.tree import Path, exists
+from rosorin_compile.source.wording import swaps
 
 from .case import Case
 

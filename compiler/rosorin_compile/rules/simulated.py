@@ -145,7 +145,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
         kind = _KINDS.get(one.kind, one.kind)
         if defined and one.among == DESCRIPTION and not defined.gives(one.kind, one.name):
             message = f'there is no {one.kind} "{one.name}", {one.what}'
-            help = case.suggest(one.path, one.name, defined.among((one.kind,)), f"name a {one.kind} of the robot")
+            help: Help = case.suggest(one.path, one.name, defined.among((one.kind,)), f"name a {one.kind} of the robot")
             yield case.problem("unknown-name", message, one.path, help, key=one.key)
         if names and one.among == SIMULATION and not names.has(kind, one.name):
             wrong.setdefault((kind, one.name), []).append(one)

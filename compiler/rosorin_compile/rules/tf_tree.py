@@ -7,10 +7,10 @@ from collections.abc import Collection, Iterable, Iterator
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.model.joint import UNPUBLISHED
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, nearest, swaps
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, nearest
 from rosorin_compile.source.rule_registry import FRAMES, Check, rule
 from rosorin_compile.source.tree import Path, exists
-from rosorin_compile.source.wording import quoted
+from rosorin_compile.source.wording import quoted, swaps
 
 from .case import Case
 from .joints import WORLD_FRAMES, pieces

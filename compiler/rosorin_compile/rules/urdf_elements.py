@@ -20,7 +20,7 @@ from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Source, Suggestion, nearest
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import NUMBERS, rule
-from rosorin_compile.source.tree import Map, Path, locate
+from rosorin_compile.source.tree import Map, Path
 from rosorin_compile.source.wording import listed, quoted
 from rosorin_compile.source.xml.elements import canonical, damage, found_in, tree_of
 
@@ -147,7 +147,7 @@ def _unknown(case: Case, mentions: _Mentions, materials: Set[str]) -> Iterator[D
             real = {*robot.link} if kind in (LINK, FRAME) else names[kind]
             # Without its prefix, as in a part.
             longer = sorted(one for one in real if one.endswith(name) and not one[: -len(name)][-1:].isalnum())
-            help = f"did you mean {quoted(longer[:_MAX_RELATED])}?"
+            help: Help = f"did you mean {quoted(longer[:_MAX_RELATED])}?"
             help = help if longer else case.suggest(path, name, real, f"name a {kind} of the robot")
         elif kind != "material" and carried and sure and name not in inside and name in {*robot.link, *robot.joint}:
             what = "link" if name in robot.link and kind != JOINT else "joint"
@@ -179,7 +179,7 @@ def duplicates(case: Case) -> Iterator[Diagnostic]:
                 message = f'an output has a {what} "{name}" for Gazebo without it'
                 yield case.problem("duplicate-xml", message, path, "remove it, or write gazebo: [] in the sensor")
             elif before is not path:
-                one, two = locate(case.tree, before), locate(case.tree, path)
+                one, two = case.tree.locate(before), case.tree.locate(path)
                 is_same = one.via is not None and one.span == two.span  # one text, which a part brings twice
                 related = [Related("the other one", one.via.span if is_same and one.via else one.span)]
                 message = f'two {what} of the robot are called "{name}"'

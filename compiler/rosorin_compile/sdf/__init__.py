@@ -14,13 +14,16 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.formats.format import (
     BOXES_OF_HEIGHT_MAPS,
     FORMS_OF_BOXES,
+    MODEL_KEYS,
     NUMBER_FORMAT,
+    OF_MUJOCO,
+    OF_PUBLISHERS,
     Asked,
     Format,
+    Unsupported,
     xml_syntax,
 )
-from rosorin_compile.formats.gazebo_drives import unsupported_drives
-from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_MUJOCO, OF_PUBLISHERS, Unsupported
+from rosorin_compile.formats.gazebo_elements import unsupported_drives
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Output
@@ -94,10 +97,6 @@ FORMAT = Format(
     partial=True,
     read=partial(_call, "read", "read"),
     asked=_asked,
-    lacks=frozenset(
-        {"armature", "calibration", "safety", "simulation", "actuator", "pose", "servo", "sensor", "contact"}
-        | {"publisher", "edge", "drive", "fixed joint name", "urdf_elements"}
-    ),
     meshes=True,
     syntax=xml_syntax,
     folder="sdf",

@@ -19,8 +19,17 @@ from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.files import exists, is_file, is_folder, resolve
 from rosorin_compile.source.packages import OF_GAZEBO, Packages
 from rosorin_compile.source.units import Quantity
-from rosorin_compile.source.xml.files import read_source
-from rosorin_compile.source.xml.markup import Document, Element, MarkupError, correction, named, parse, place, words
+from rosorin_compile.source.xml.markup import (
+    Document,
+    Element,
+    MarkupError,
+    correction,
+    named,
+    parse,
+    place,
+    read_source,
+    words,
+)
 
 from .content import UNLIMITED
 

@@ -12,8 +12,7 @@ from dataclasses import astuple, replace
 
 from markupsafe import escape
 
-from rosorin_compile.formats.gazebo_drives import drive_blocks, no_plugin
-from rosorin_compile.formats.gazebo_elements import DISTRIBUTIONS, distribution, sensor_lines, with_noise
+from rosorin_compile.formats.gazebo_elements import DISTRIBUTIONS, distribution, drive_blocks, sensor_lines, with_noise
 from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model import Joint, Mesh, Output, Pose, Robot, Sensor, Shape, Transform
 from rosorin_compile.model.geometry import IDENTITY
@@ -80,7 +79,8 @@ class _Writer:
         self.shapes = {purpose: self._named(purpose) for purpose in ("visual", "collision")}
         self.joints = {joint.name: self.names[joint.name] for joint in robot.joints if self.content.has_joint(joint)}
         others = [text for text in robot.urdf_elements if "<ros2_control" not in text]  # which no SDF has
-        drives, self.idle = drive_blocks(robot, self.joints, distribution(self.gazebo), self.number, others)
+        gazebo = distribution(self.gazebo)
+        drives, self.idle = drive_blocks(robot, self.joints, "sdf-cannot-say", gazebo, self.number, others)
         self.kept = contents.kept(replace(robot, urdf_elements=(*robot.urdf_elements, *drives)), carrier, self.joints)
         self.loops = [one for one in robot.constraints if one.tag in _LOOPS and one.values.get("active") is not False]
         self.open: list[str] = []  # loops that are not written
@@ -333,7 +333,7 @@ class _Writer:
         for why, names in self.unseen.items():
             help = "or leave the sensor out: gazebo: []"
             lost(f"not seen by Gazebo, because {why}", names, help, "gazebo-cannot-see")
-        found += no_plugin("sdf-cannot-say", distribution(self.gazebo), self.idle)
+        found += self.idle
         couplings = [one.name for one in robot.constraints if one.tag not in _LOOPS]
         lost("SDF has no constraints between joints but mimic", couplings, "use mimic")
         lost("constraints are not in the SDF", self.open, "both ends have to be links of the SDF")

@@ -1,7 +1,6 @@
-"""The user's cache folder, for compiled templates and the names of written artifacts.
+"""The user's cache folder (XDG), for compiled templates and names of written artifacts; everything works without it.
 
-It follows the XDG base directory specification; ``ROSORIN_COMPILE_CACHE`` names another folder, or disables it if it
-is ``off``. Everything works without it.
+``ROSORIN_COMPILE_CACHE`` names another folder, or disables the cache if it is ``off``.
 """
 
 from __future__ import annotations
@@ -18,12 +17,8 @@ _refused: list[tuple[str, str]] = []
 
 
 def cache_folder(name: str) -> Path | None:
-    """Return a folder of the user's cache, or None if it is disabled or another user (except root) could change it.
-
-    Compiled templates are run. ``cache_refused`` returns why a folder is not used.
-    """
-    top = top_folder()
-    if top is None:
+    """Return a folder of the user's cache, or None if it is disabled or others could change it: templates are run."""
+    if (top := top_folder()) is None:
         return None
     folder = top / name
     try:
@@ -43,10 +38,7 @@ def cache_refused() -> tuple[str, str] | None:
 
 
 def _open_to_others(folder: Path) -> tuple[str, str] | None:
-    """Return who else could change a folder of the cache, and the fix, or None.
-
-    In a folder above the cache others may write if it is sticky, as /tmp is. Raises OSError.
-    """
+    """Return who else could change a folder of the cache, and the fix, or None. Raises OSError."""
     real = folder.resolve(strict=True)
     links = [place for place in (folder, *folder.parents) if place.is_symlink()]
     folders = (real, *real.parents)
@@ -54,7 +46,7 @@ def _open_to_others(folder: Path) -> tuple[str, str] | None:
         status = place.lstat()
         if status.st_uid not in (0, os.geteuid()):
             return f"{shown(place)} belongs to another user", _ELSEWHERE
-        is_sticky = bool(status.st_mode & stat.S_ISVTX) and place not in folders[:2]
+        is_sticky = bool(status.st_mode & stat.S_ISVTX) and place not in folders[:2]  # as /tmp is, above the cache
         if place not in links and status.st_mode & 0o022 and not is_sticky:
             return f"{shown(place)} can be written by others", f"chmod go-w {shown(place)}; or {_ELSEWHERE}"
     return None

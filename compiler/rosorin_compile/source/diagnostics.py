@@ -1,34 +1,20 @@
-"""Diagnostics: errors, warnings and notes about a description, with the place in a file.
-
-A stage neither prints nor raises for a problem in the user's files: it returns diagnostics. ``messages`` merges and
-words them after the last stage.
-"""
+"""Diagnostics: the errors, warnings and notes that stages return, with places in files, and how they are printed."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from typing import Any, NamedTuple
 
-from . import report
-from .wording import MAX_LISTED as MAX_LISTED
-from .wording import and_more as and_more
-from .wording import counted as counted
-from .wording import did_you_mean as did_you_mean
-from .wording import first_of as first_of
-from .wording import listed as listed
-from .wording import masked as masked
-from .wording import nearest as nearest
-from .wording import printable as printable
-from .wording import quoted as quoted
-from .wording import split_lines
-from .wording import swaps as swaps
+from .wording import and_more, counted, did_you_mean, first_of, listed, nearest, printable, quoted, split_lines
+
+__all__ = ["and_more", "counted", "did_you_mean", "first_of", "listed", "nearest", "printable", "quoted"]  # of wording
 
 ERROR, WARNING, NOTE = "error", "warning", "note"
-
-# The ``numbers`` of a warning before trusted code is run: it is counted, and not shown.
-TRUSTED = (("trusted", True),)
+TRUSTED = (("trusted", True),)  # the ``numbers`` of a warning before trusted code is run: it is counted, and not shown
+_COLOURS = {ERROR: "\033[31m", WARNING: "\033[33m", NOTE: "\033[34m"}
+_BOLD, _PLAIN = "\033[1m", "\033[0m"
+MAX_SHOWN = 160  # letters of a line of a file
 
 
 class Source(NamedTuple):
@@ -37,21 +23,15 @@ class Source(NamedTuple):
     path: str
     text: str
 
-    def __repr__(self) -> str:
-        return f"Source({self.path!r}, ...)"
-
     def line(self, number: int) -> str:
         """Return line ``number`` (1-based) without its line end; empty beyond the end of the file."""
-        lines = _lines(self.text)
+        lines = split_lines(self.text)
         return lines[number - 1] if 0 < number <= len(lines) else ""
 
     def span(self, offset: int = 0, length: int = 1) -> Span:
         """Return the place of the characters from an offset on."""
         lines = split_lines(self.text[:offset])
         return Span(self, len(lines), len(lines[-1]) + 1, max(1, length))
-
-
-_lines = lru_cache(maxsize=16)(split_lines)
 
 
 class Span(NamedTuple):
@@ -62,11 +42,6 @@ class Span(NamedTuple):
     column: int
     length: int = 1
 
-    @property
-    def made(self) -> str | None:
-        """The text that a program made of something at this place; None for text of the file itself."""
-        return None
-
 
 @dataclass(frozen=True)
 class Related:
@@ -75,11 +50,18 @@ class Related:
     message: str
     span: Span | None
 
+    def __str__(self) -> str:
+        return f"{_place(self.span)}{printable(self.message)}"
+
 
 class Use(Related):
     """A second place that repeats what is wrong: the use of a part, the round of a loop."""
 
     __slots__ = ()
+
+
+def _place(span: Span | None) -> str:
+    return f"{printable(span.source.path)}:{span.line}:{span.column}: " if span else ""
 
 
 class MadeSpan(Span):
@@ -88,17 +70,14 @@ class MadeSpan(Span):
     text: str = ""
     via: tuple[Related, ...] = ()
 
-    @property
-    def made(self) -> str:
-        return self.text
-
 
 @dataclass(frozen=True)
 class Suggestion:
-    """The help for a name that does not exist: the name, and those that exist.
+    """The help for an unknown name (``word``), computed for the diagnostics that are shown.
 
-    ``otherwise`` is before the list of names if none is similar; ``instead`` is in the place of the list, and ``none``
-    is the help if there are no names. ``places`` are where the names are defined.
+    ``others`` are compared with it if no candidate is similar; if they are not either, ``otherwise`` is before the list
+    of candidates, or ``instead`` in its place. ``none`` is the help if there are no candidates. ``places`` are where
+    they are defined.
     """
 
     word: str
@@ -107,10 +86,11 @@ class Suggestion:
     instead: str = ""
     none: str = ""
     places: Mapping[str, Span] = field(default_factory=dict)
+    others: Collection[str] = ()
 
     def __call__(self) -> str:
-        """Return the help; ``messages`` calls it for the diagnostics that are shown."""
-        help = did_you_mean(self.word, self.candidates, self.otherwise) or self.none
+        is_other = self.others and nearest(self.word, self.candidates) is None and nearest(self.word, self.others)
+        help = did_you_mean(self.word, self.others if is_other else self.candidates, self.otherwise) or self.none
         return self.instead if self.instead and not help.startswith("did") else help
 
     def related(self) -> tuple[Related, ...]:
@@ -125,11 +105,10 @@ Help = str | Callable[[], str]
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One problem or remark: ``rule`` is its kebab-case id, and ``help`` suggests a fix.
+    """One problem or remark: ``rule`` is its kebab-case id, and ``help`` suggests a fix, or ``suggest`` computes it.
 
     ``of`` names its subject: the link or joint under which a description may accept it, or the edge, topic or line of a
-    recording. ``numbers``, in SI units, are for programs. ``suggest`` makes the help; ``messages`` calls it after the
-    last stage.
+    recording. ``numbers``, in SI units, are for programs.
     """
 
     rule: str
@@ -152,12 +131,38 @@ class Diagnostic:
     def __str__(self) -> str:
         return self.as_text().partition("\n")[0]
 
-    def as_text(self) -> str:
+    def as_text(self, colour: bool = False) -> str:
         """Return the diagnostic as the command line prints it: place, message, the line of the file, help."""
-        return report.text([self])
+        this, span = self.worded(), self.span
+        head, message, help = f"{self.severity}[{self.rule}]", printable(this.message), printable(this.help)
+        if colour:
+            head, message = _COLOURS[self.severity] + head + _PLAIN, _BOLD + message + _PLAIN
+        lines = [f"{_place(span)}{head}: {message}"]
+        if span and self.severity != NOTE:
+            # A row of carets under the place; a long line is shown around the place.
+            line = span.source.line(span.line)
+            first = max(0, span.column - 1 - MAX_SHOWN // 2) if len(line) > MAX_SHOWN else 0
+            shown = printable(line[first : first + MAX_SHOWN].replace("\t", " "))
+            column = min(span.column - 1 - first, len(shown))
+            carets = "^" * max(1, min(span.length, len(shown) - column))
+            lines += [f"{span.line:5} | {shown}".rstrip(), f"{'':5} | {' ' * column}{carets} {help}".rstrip()]
+        elif help:
+            lines.append(f"    {help}")
+        return "\n".join([*lines, *(f"      {related}" for related in this.related)]) + "\n"
 
     def as_object(self) -> dict[str, object]:
-        return report.as_object(self)
+        def where(span: Span | None) -> dict[str, object]:
+            return {"file": span.source.path, **dict(zip(span._fields[1:], span[1:], strict=True))} if span else {}
+
+        this = self.worded()
+        head = {"rule": self.rule, "severity": self.severity, "message": this.message, **where(self.span)}
+        related = [{"message": related.message, **where(related.span)} for related in this.related]
+        return {**head, "help": this.help, "related": related}
+
+
+def text(diagnostics: Iterable[Diagnostic], colour: bool = False) -> str:
+    """Return diagnostics for people: place, message, the line of the file, the help."""
+    return "".join(diagnostic.as_text(colour) for diagnostic in diagnostics)
 
 
 def error(rule: str, message: str, span: Span | None, help: Help = "", related: Iterable[Related] = ()) -> Diagnostic:
@@ -178,12 +183,16 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
     return any(d.severity == ERROR for d in diagnostics)
 
 
-class SourceError(Exception):
-    """A file that cannot be read or parsed; carries the diagnostic."""
+class DiagnosticError(Exception):
+    """The processing cannot continue; carries the diagnostic."""
 
     def __init__(self, diagnostic: Diagnostic) -> None:
         super().__init__(diagnostic.message)
         self.diagnostic = diagnostic
+
+
+class SourceError(DiagnosticError):
+    """A file cannot be read or parsed."""
 
 
 class RequestError(ValueError):

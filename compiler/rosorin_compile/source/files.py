@@ -1,7 +1,4 @@
-"""Read files, and record what was read or looked for and not found: the dependencies of a compiled robot.
-
-A path that no file can have (too long, with a NUL) is a path without a file. Missing permissions raise OSError.
-"""
+"""Read files, and record what was read or looked for and not found: the dependencies of a compiled robot."""
 
 from __future__ import annotations
 
@@ -17,9 +14,7 @@ from typing import BinaryIO
 from . import system
 
 AnyPath = str | os.PathLike[str]
-# Inode, size and times (ns) of a file; the inode of a folder; empty without a file.
-Version = tuple[int, ...]
-
+Version = tuple[int, ...]  # inode, size and times (ns) of a file; the inode of a folder; empty without a file
 _ABSENT = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG, errno.ELOOP)
 _recorders: ContextVar[tuple[dict[Path, Version], ...]] = ContextVar("recorders", default=())
 
@@ -76,9 +71,8 @@ def open_binary(path: AnyPath) -> BinaryIO:
     if stat.S_ISREG(mode):
         return os.fdopen(handle, "rb")
     os.close(handle)
-    is_folder = stat.S_ISDIR(mode)
-    reason = "Is a directory" if is_folder else "No regular file"
-    raise OSError(errno.EISDIR if is_folder else errno.EINVAL, reason, os.fspath(path))
+    reason = (errno.EISDIR, "Is a directory") if stat.S_ISDIR(mode) else (errno.EINVAL, "No regular file")
+    raise OSError(*reason, os.fspath(path))
 
 
 def exists(path: AnyPath) -> bool:
@@ -87,7 +81,7 @@ def exists(path: AnyPath) -> bool:
 
 
 def is_file(path: AnyPath) -> bool:
-    """Return True for a regular file, following links."""
+    """Return True for a regular file, following links. Raises OSError if it cannot be accessed."""
     return stat.S_ISREG(_mode(path))
 
 
@@ -98,11 +92,12 @@ def is_folder(path: AnyPath) -> bool:
 
 def is_special(path: AnyPath) -> bool:
     """Return True for a pipe, a device or the like. Raises OSError if it cannot be accessed."""
-    return exists(path) and not is_file(path) and not is_folder(path)
+    mode = _mode(path)
+    return mode != 0 and not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
 
 
 def _mode(path: AnyPath) -> int:
-    """Return the mode of what is at a path, 0 if there is nothing, which is recorded. Raises OSError."""
+    """Return the mode of a path; 0 if it does not exist, which is recorded. Raises OSError."""
     try:
         return Path(path).stat().st_mode
     except ValueError:  # a NUL in the name

@@ -1,4 +1,4 @@
-"""Read YAML: text in, a plain tree with spans out.
+"""Read YAML as a tree with spans; and JSON, Python and YAML of other programs, up to a depth that code can process.
 
 Scalars have the meaning of the YAML 1.2 core schema (https://yaml.org/spec/1.2.2/#103-core-schema), not that of 1.1:
 ``1e-3`` is a number, ``on`` and ``12:30`` are text. One form is added: a plain scalar that is a number and a known
@@ -7,26 +7,29 @@ unit, such as ``12.5 mm``, is a quantity. Quotes make text of anything.
 
 from __future__ import annotations
 
+import json
 import math
-import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import yaml
 from yaml import MappingEndEvent, ScalarEvent, SequenceEndEvent
 
 from . import files
-from .diagnostics import Diagnostic, Help, Related, Source, SourceError, Span, Suggestion, error
+from .diagnostics import Help, Related, Source, SourceError, Span, Suggestion, error
 from .project import stdin_of
 from .rule_registry import FILES, Rule
 from .tree import Instance, Map, Seq, Text
 from .units import Quantity
 from .wording import in_words
 from .yaml_mistakes import MAX_DEPTH, explained, quoted_tokens
+
+if TYPE_CHECKING:
+    import ast
 
 RULES = (
     Rule("file-unreadable", "A file does not exist or may not be read.", "Check the name and the permissions.", FILES),
@@ -47,20 +50,14 @@ RULES = (
     Rule("duplicate-key", "A key is repeated in a mapping, by a loop or in two files.", "Rename or remove one.", FILES),
 )
 
-_new = tuple.__new__
-MAX_BYTES = 20_000_000
-MAX_NODES = 1_000_000
-
+MAX_BYTES, MAX_NODES = 20_000_000, 1_000_000
 _INT = re.compile(r"[-+]?[0-9]+\Z")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z")
 _BASED = re.compile(r"0x[0-9a-fA-F]{1,15}\Z|0o[0-7]{1,20}\Z")
 _WORDS: dict[str, Any] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
-_WORDS |= dict.fromkeys(("true", "True", "TRUE"), True)
-_WORDS |= dict.fromkeys(("false", "False", "FALSE"), False)
+_WORDS |= {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 _WORDS |= {sign + word: float(sign + "inf") for sign in ("", "+", "-") for word in (".inf", ".Inf", ".INF")}
 _WORDS |= {word: float("nan") for word in (".nan", ".NaN", ".NAN")}
-
-
 # The unit tags of xacro's YAML, which published tables of robots use (https://github.com/ros/xacro/wiki).
 _UNIT_TAGS = {"!degrees": "deg", "!radians": "rad", "!meters": "m"}
 _UNIT_TAGS |= {"!millimeters": "mm", "!foot": "ft", "!inches": "inch"}
@@ -69,12 +66,6 @@ _FUNCTIONS = ("pi", "e", "tau", "sin", "cos", "tan", "asin", "acos", "atan", "at
 _CALCULATION = re.compile(rf"(?:[-+/(), \d.]|\*(?!\*)|(?<=\d)e(?=[-+\d])|\b(?:{'|'.join(_FUNCTIONS)})\b)+")
 
 LoadError = SourceError
-
-
-def unreadable(problem: OSError) -> Diagnostic:
-    """Return the error about a file or folder that cannot be accessed."""
-    message = f"cannot read {files.shown(os.fsdecode(problem.filename))}: {problem.strerror}"
-    return error("file-unreadable", message, None, "check the permissions")
 
 
 def read_input(path: Path, shown: str, asked: Span | None, most: int, help: str) -> bytes:
@@ -113,22 +104,19 @@ def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instanc
     tree = parse_yaml(source, via)
     if isinstance(tree, Map):
         return tree
+    kind = "empty" if tree is None else "a list" if isinstance(tree, Seq) else "not a mapping"
+    message = f'{source.path} is {kind}; a description is a mapping such as "robot: my_robot"'
+    help = "start from docs/tutorial.md"
+    if tree is None and stdin_of(path) is not None:
+        help = "the program before the pipe printed nothing"
     if source.text.lstrip().startswith("<"):
         marks = {"<sdf": "SDF", "<mujoco": "MJCF", "xmlns:xacro": "xacro", "<robot": "URDF", "": "XML"}
         kind = next(kind for mark, kind in marks.items() if mark in source.text[:2_000])
         message, help = f"{source.path} is {kind}, not a description", "`rosorin-compile import` converts robots in XML"
-    else:
-        kind = "empty" if tree is None else "a list" if isinstance(tree, Seq) else "not a mapping"
-        message = f'{source.path} is {kind}; a description is a mapping such as "robot: my_robot"'
-        is_piped = tree is None and stdin_of(path) is not None
-        help = "the program before the pipe printed nothing" if is_piped else "start from docs/tutorial.md"
     raise LoadError(error("not-a-mapping", message, source.span(), help))
 
 
-@cache
-def load_own(path: Path, shown: str) -> Map:
-    """Read a file that ships with the tool, once a process; nobody may change the tree. Raises LoadError."""
-    return load_mapping(path, shown)
+load_own = cache(load_mapping)  # for a file that ships with the tool, once a process; nobody may change the tree
 
 
 def parse_yaml(source: Source, via: Instance | None = None, max_nodes: int = MAX_NODES) -> Any:
@@ -170,109 +158,85 @@ class _Composer:
     """Builds the tree from parser events."""
 
     def __init__(self, source: Source, via: Instance | None, max_nodes: int) -> None:
-        self.source = source
-        self.via = via
-        self.max_nodes = max_nodes
+        self.source, self.via = source, via
         self.anchors: dict[str, tuple[Any, int, Span]] = {}
-        self.nodes = 0
+        self.nodes, self.max_nodes = 0, max_nodes
         # libyaml counts columns in code points of the text that it was given; NUL and the like raise ReaderError.
-        self.parser = getattr(yaml, "CLoader", yaml.Loader)(source.text)
+        self.events: Iterator[Any] = iter(getattr(yaml, "CLoader", yaml.Loader)(source.text).get_event, None)
 
     def document(self) -> Any:
         """Return the value of the one document of the source; None if it is empty."""
-        events = iter(self.parser.get_event, None)
-        tree: Any = None
-        is_begun = False
-        for event in events:
-            if isinstance(event, yaml.DocumentStartEvent):
-                if is_begun:
-                    raise self.fail("yaml-documents", "a description is one YAML document", event, 'remove the "---"')
-                is_begun = True
-            elif isinstance(event, (yaml.NodeEvent, yaml.AliasEvent)):
-                tree = self.value(event, events, 0)
+        tree, is_begun = None, False
+        for event in self.events:
+            if isinstance(event, yaml.DocumentStartEvent) and is_begun:
+                raise self.fail("yaml-documents", "a description is one YAML document", event, 'remove the "---"')
+            is_begun = is_begun or isinstance(event, yaml.DocumentStartEvent)
+            if isinstance(event, yaml.NodeEvent):
+                tree = self.value(event, 0)
         return tree
 
     def span(self, event: Any) -> Span:
         start, end = event.start_mark, event.end_mark
-        line, column = start.line, start.column
-        length = end.column - column if end.line == line else 1
-        # As Span(...) does, without a call of Python: of every key and value there is one.
-        return _new(Span, (self.source, line + 1, column + 1, length if length > 1 else 1))
+        length = end.column - start.column if end.line == start.line else 1
+        return Span(self.source, start.line + 1, start.column + 1, max(1, length))
 
     def fail(self, rule: str, message: str, event: Any, help: Help) -> LoadError:
         return LoadError(error(rule, message, self.span(event), help))
 
-    def value(self, event: Any, events: Iterator[Any], depth: int) -> Any:
-        """Return the value that begins with ``event``; reads on in ``events`` to its end."""
-        self.count(1, event)
+    def value(self, event: Any, depth: int) -> Any:
+        """Return the value that begins with ``event``; reads the following events to its end."""
+        is_alias, before = isinstance(event, yaml.AliasEvent), self.nodes
+        alias = self.anchors.get(event.anchor) if is_alias else None
+        self.nodes += 1 + (alias[1] if alias else 0)
+        if self.nodes > self.max_nodes:
+            message = f"the file, or its aliases, have more than {self.max_nodes:,} values"
+            raise self.fail("yaml-too-large", message, event, "split it, or use a loop")
         if depth > MAX_DEPTH:
             raise self.fail("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", event, "flatten the file")
         if type(event) is ScalarEvent and event.tag is None and not event.anchor:  # as nearly all are
             return Text(event.value) if event.style else plain_scalar(event.value)
-        if isinstance(event, yaml.AliasEvent):
-            return self.alias(event)
-        tag, is_scalar, before = event.tag, isinstance(event, yaml.ScalarEvent), self.nodes
-        if tag not in (None, "!", "tag:yaml.org,2002:str") and not (is_scalar and tag in _UNIT_TAGS):
-            help = "list the file under include" if "include" in tag else "write the value without it"
-            raise self.fail("yaml-tag", f"the tag {tag} has no meaning here", event, help)
-        if is_scalar:
-            text = Text(event.value) if event.style or tag is not None else plain_scalar(event.value)
-            made: Any = self.tagged(event) if tag in _UNIT_TAGS else text
-        else:
-            made = (self.mapping if isinstance(event, yaml.MappingStartEvent) else self.sequence)(event, events, depth)
-        if event.anchor:
-            self.anchors[event.anchor] = (made, self.nodes - before + 1, self.span(event))
-        return made
-
-    def count(self, nodes: int, event: Any) -> None:
-        self.nodes += nodes
-        if self.nodes > self.max_nodes:
-            message = f"the file, or its aliases, have more than {self.max_nodes:,} values"
-            raise self.fail("yaml-too-large", message, event, "split it, or use a loop")
-
-    def alias(self, event: Any) -> Any:
-        if event.anchor not in self.anchors:
+        if is_alias:
+            if alias is not None:
+                return alias[0]
             spans = {anchor: span for anchor, (_, _, span) in self.anchors.items()}
             help = Suggestion(event.anchor, spans, none="define it above, or put the text in quotes", places=spans)
             message = f'no anchor "&{event.anchor}" is defined before this alias'
             raise self.fail("yaml-alias", message, event, help)
-        value, size, _ = self.anchors[event.anchor]
-        self.count(size, event)
-        return value
-
-    def mapping(self, event: Any, events: Iterator[Any], depth: int) -> Map:
-        made = Map(self.span(event), self.via)
-        key_spans, value_spans = made.key_spans, made.value_spans
-        for key_event in events:
-            if type(key_event) is MappingEndEvent:
-                return made
-            key = self.key(key_event)
-            key_span = self.span(key_event)
-            if key in made:
-                related = [Related("first defined here", key_spans[key])]
-                message = f'the key "{key}" is defined twice in one mapping'
-                raise LoadError(error("duplicate-key", message, key_span, "rename or remove one", related))
-            value_event = next(events)
-            made[key] = self.value(value_event, events, depth + 1)
-            key_spans[key] = key_span
-            value_spans[key] = self.span(value_event)
+        tag, is_scalar = event.tag, isinstance(event, yaml.ScalarEvent)
+        if tag not in (None, "!", "tag:yaml.org,2002:str") and not (is_scalar and tag in _UNIT_TAGS):
+            advice = "list the file under include" if "include" in tag else "write the value without it"
+            raise self.fail("yaml-tag", f"the tag {tag} has no meaning here", event, advice)
+        made: Any
+        if tag in _UNIT_TAGS:
+            made = self.tagged(event)
+        elif is_scalar:
+            made = Text(event.value) if event.style or tag is not None else plain_scalar(event.value)
+        elif isinstance(event, yaml.MappingStartEvent):
+            made = self.mapping(event, depth)
+        else:
+            made = Seq(self.span(event), self.via)
+            while type(item := next(self.events)) is not SequenceEndEvent:
+                made.put(self.value(item, depth + 1), self.span(item))
+        if event.anchor:
+            self.anchors[event.anchor] = (made, self.nodes - before, self.span(event))
         return made
 
-    def key(self, event: Any) -> str:
-        if type(event) is not ScalarEvent:
-            raise self.fail("yaml-key", "a key must be plain text", event, "an expression is written ${...}, in quotes")
-        if event.value == "<<" and not event.style:
-            help = "repeat the keys, or name a value in let"
-            raise self.fail("yaml-merge", '"<<" is not part of YAML 1.2', event, help)
-        return str(event.value)
-
-    def sequence(self, event: Any, events: Iterator[Any], depth: int) -> Seq:
-        made = Seq(self.span(event), self.via)
-        for item in events:
-            if type(item) is SequenceEndEvent:
-                break
-            made.append(self.value(item, events, depth + 1))
-            made.value_spans.append(self.span(item))
+    def mapping(self, event: Any, depth: int) -> Map:
+        made = Map(self.span(event), self.via)
+        while type(key_event := next(self.events)) is not MappingEndEvent:
+            if type(key_event) is not ScalarEvent:
+                help = "an expression is written ${...}, in quotes"
+                raise self.fail("yaml-key", "a key must be plain text", key_event, help)
+            key, key_span = str(key_event.value), self.span(key_event)
+            if key == "<<" and not key_event.style:
+                help = "repeat the keys, or name a value in let"
+                raise self.fail("yaml-merge", '"<<" is not part of YAML 1.2', key_event, help)
+            if key in made:
+                related = [Related("first defined here", made.key_spans[key])]
+                message = f'the key "{key}" is defined twice in one mapping'
+                raise LoadError(error("duplicate-key", message, key_span, "rename or remove one", related))
+            value_event = next(self.events)
+            made.put(key, self.value(value_event, depth + 1), key_span, self.span(value_event))
         return made
 
     def tagged(self, event: Any) -> float:
@@ -281,19 +245,14 @@ class _Composer:
         with suppress(Exception):
             if _CALCULATION.fullmatch(text):
                 text = repr(float(eval(text, {"__builtins__": {}}, names)))  # noqa: S307 - no other syntax or names
-        quantity = Quantity.parse(f"{text} {_UNIT_TAGS[event.tag]}")
-        if quantity is None:
+        if (quantity := Quantity.parse(f"{text} {_UNIT_TAGS[event.tag]}")) is None:
             help = "write a number, or a quantity or an expression without the tag"
             raise self.fail("yaml-tag", f'{event.tag} is before "{event.value}", not a number', event, help)
         return float(quantity)
 
 
 def plain_scalar(text: str) -> Any:
-    """Return the value of a scalar without quotes: None, bool, int, float, Quantity or str.
-
-    >>> plain_scalar("1e-3"), plain_scalar("on"), plain_scalar("12.5 mm")
-    (0.001, 'on', 0.0125)
-    """
+    """Return the value of a scalar without quotes: None, bool, int, float, Quantity or str."""
     if text in _WORDS:
         return _WORDS[text]
     first = text[0]
@@ -304,7 +263,47 @@ def plain_scalar(text: str) -> Any:
             return float(text)
         if text.startswith(("0x", "0o")) and _BASED.match(text):
             return int(text, 0)
-        quantity = Quantity.parse(text)
-        if quantity is not None:
+        if (quantity := Quantity.parse(text)) is not None:
             return quantity
     return text
+
+
+# Of texts of other programs: nested a hundred thousand times, parsers raise RecursionError or end the program.
+MAX_NESTING = 100
+_JSON = re.compile(r'(?s)"[^"\\]*(?:\\.[^"\\]*)*"|[\[\]{}]')
+
+
+def json_of(text: str | bytes, parse_constant: Callable[[str], Any] | None = None) -> Any:
+    """Parse JSON. Raises ValueError, with the place if there is one, also if it is nested too deep."""
+    if isinstance(text, bytes):
+        text = text.decode(json.detect_encoding(text))
+    depth = 0
+    for match in _JSON.finditer(text) if text.count("[") + text.count("{") > MAX_NESTING else ():
+        depth += (match[0] in "[{") - (match[0] in "]}")
+        if depth > MAX_NESTING:
+            raise json.JSONDecodeError(f"nested deeper than {MAX_NESTING} levels", text, match.start())
+    return json.loads(text, parse_constant=parse_constant)
+
+
+def python_of(text: str, expression: bool = False) -> ast.Module | ast.Expression:
+    """Parse a program or an expression. Raises SyntaxError; ValueError if it is nested too deep."""
+    import ast
+
+    try:
+        tree: ast.Module | ast.Expression = ast.parse(text, mode="eval") if expression else ast.parse(text)
+    except (RecursionError, MemoryError):
+        raise ValueError("nested too deep") from None
+    nodes: list[ast.AST] = [tree]
+    for _ in range(150):  # a call in a list in a call is six levels of Python's syntax tree
+        nodes = [child for node in nodes for child in ast.iter_child_nodes(node)]
+    if nodes:
+        raise ValueError("nested too deep")
+    return tree
+
+
+def yaml_of(text: str) -> Any:
+    """Parse YAML. Raises ValueError with the reason, also if it is nested too deep."""
+    try:
+        return parse_yaml(Source("", text))
+    except LoadError as problem:
+        raise ValueError(str(problem)) from None

@@ -1,16 +1,12 @@
-"""Merge, order and word the diagnostics of all stages, after the last stage.
-
-One mistake in a value that many entries use, or in a part, is reported once with its uses. An unknown name for which
-there is a suggestion is reported once, however often it is used. Suggestions are computed here, for as many diagnostics
-as are shown.
-"""
+"""Merge and order the diagnostics of all stages, each mistake once with its uses, and compute their suggestions."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from difflib import SequenceMatcher
+from difflib import get_close_matches
+from itertools import count
 from typing import NamedTuple
 
 from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, MadeSpan, Related, Span, Suggestion, Use
@@ -19,12 +15,9 @@ from .wording import and_more, counted, swaps
 MAX_WORDED = 200  # diagnostics with a suggestion: more than a person reads
 _PLACES = 6  # further places of one diagnostic
 _ORDER = {ERROR: 0, WARNING: 1, NOTE: 2}
-_EACH = ("stand-in",)  # rules that are reported one by one
 # Rules about a value as it is written, whatever entry it belongs to.
-_OF_VALUES = (
-    *("unknown-key", "missing-key", "wrong-type", "wrong-value", "wrong-length"),
-    *("wrong-unit", "not-finite", "bad-name", "empty-text", "wrong-shape"),
-)
+_OF_VALUES = {"unknown-key", "missing-key", "wrong-type", "wrong-value", "wrong-length", "wrong-unit", "not-finite"}
+_OF_VALUES |= {"bad-name", "empty-text", "wrong-shape"}
 _NAME = re.compile(r'(the key )?"[^"]*"|\[\d+\]')
 _SUBJECT = re.compile(r"^.*?(?= (has|needs|is|cannot|does)\b)")
 _VARYING = re.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
@@ -38,19 +31,17 @@ def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         if span is not None:  # without the names of the entries that share the value
             message = _NAME.sub(lambda found: found[0] if found[1] else "", message)
             message = _SUBJECT.sub("", message) if rule in _OF_VALUES else message
-        place = span and (span.source.path, span.line, span.column)
-        causes.setdefault((rule, message, place), []).append(diagnostic)
+        causes.setdefault((rule, message, span and (span.source.path, *span[1:3])), []).append(diagnostic)
     return worded(sorted(map(_merged, causes.values()), key=order))
 
 
 def worded(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Compute the suggestions of diagnostics, for the first 200 of them."""
-    count = 0
-    result = []
-    for diagnostic in diagnostics:
-        count += diagnostic.suggest is not None
-        result.append(diagnostic.worded() if count <= MAX_WORDED else replace(diagnostic, suggest=None))
-    return result
+    suggesting = count()
+    return [
+        d if d.suggest is None else d.worded() if next(suggesting) < MAX_WORDED else replace(d, suggest=None)
+        for d in diagnostics
+    ]
 
 
 def order(d: Diagnostic) -> tuple[object, ...]:
@@ -74,10 +65,9 @@ def _merged(same: list[Diagnostic]) -> Diagnostic:
         uses |= dict.fromkeys([use for use in other.related if isinstance(use, Use) and use not in first.related][:1])
     others = 0 if uses else len({diagnostic.message for diagnostic in same}) - 1
     more = and_more(others, "entry that uses this value" if others == 1 else "entries that use this value")
-    before = [Related(more.strip(), None)] if more else []
     left = and_more(len(uses) - _PLACES)
-    after = [*[*uses][:_PLACES], *([Related(left.strip(), None)] if left else [])]
-    return replace(first, related=(*before, *first.related, *after)) if before or after else first
+    before, after = ([Related(text.strip(), None)] if text else [] for text in (more, left))
+    return replace(first, related=(*before, *first.related, *[*uses][:_PLACES], *after))
 
 
 def and_here(spans: Sequence[Span]) -> tuple[Related, ...]:
@@ -91,7 +81,7 @@ def gathered(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> li
     """Merge diagnostics of some severities that differ in names and numbers alone into the first, with all places."""
     groups: dict[object, list[Diagnostic]] = {}
     for index, diagnostic in enumerate(diagnostics):
-        is_alone = diagnostic.severity not in severities or diagnostic.span is None or diagnostic.rule in _EACH
+        is_alone = diagnostic.severity not in severities or diagnostic.span is None or diagnostic.rule == "stand-in"
         kind = (diagnostic.rule, diagnostic.severity, _VARYING.sub("", diagnostic.message))
         groups.setdefault(index if is_alone else kind, []).append(diagnostic)
     result = []
@@ -103,14 +93,10 @@ def gathered(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> li
     return result
 
 
-# --- unknown names ---
-
-# The note at the definition that an unknown name is similar to, if nothing else names it.
-UNNAMED = "is defined here, and may be what is misspelt"
+UNNAMED = "is defined here, and may be what is misspelt"  # a definition that nothing names, similar to an unknown name
 USED = "used here"
 _MEANT = re.compile(r'did you mean "([^"]+)"\?')
-# Each of these is a mistake of its own, wherever it is.
-_OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")
+_OF_SHAPE = ("unknown-key", "wrong-value", "wrong-type", "wrong-unit", "unknown-option")  # never merged
 
 
 class Offer(NamedTuple):
@@ -124,18 +110,14 @@ def offer(diagnostic: Diagnostic) -> Offer | None:
     """Return the unknown name of an error and the name that its help suggests, or None for another error."""
     if diagnostic.severity != ERROR or diagnostic.rule in _OF_SHAPE:
         return None
-    found = _MEANT.match(diagnostic.worded().help)
-    if found is None:
+    if (found := _MEANT.match(diagnostic.worded().help)) is None:
         return None
     meant = found[1]
     if isinstance(diagnostic.suggest, Suggestion):
         return Offer(diagnostic.suggest.word, meant)
     names = [name for name in re.findall(r'"([^"]+)"', diagnostic.message) if name != meant]
-
-    def similarity(name: str) -> tuple[bool, float]:
-        return name in swaps(meant), SequenceMatcher(None, name, meant).ratio()
-
-    return Offer(max(names, key=similarity), meant) if names else None
+    similar = [*(name for name in names if name in swaps(meant)), *get_close_matches(meant, names, 1, 0.0)]
+    return Offer(similar[0], meant) if similar else None
 
 
 def merge_by_name(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:

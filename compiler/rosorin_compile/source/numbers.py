@@ -1,7 +1,4 @@
-"""Print floats in artifacts, never with a locale or a negative zero.
-
-``short``, the default, prints 0.005 where arithmetic resulted in 0.0050000000000000044.
-"""
+"""Print floats in artifacts, never with a locale or a negative zero: ``short``, the default, ``exact`` and ``six``."""
 
 from __future__ import annotations
 
@@ -11,23 +8,14 @@ from functools import lru_cache
 
 NumberFormat = Callable[[float], str]
 
-# The small unit of each unit, and how many of them it has.
-SMALL = {"m": ("mm", 1e3), "rad": ("deg", math.degrees(1)), "kg": ("g", 1e3)}
-
-# Decimals of static_transform_publisher arguments, in metres and in radians.
-METRE_DIGITS = 7
-RADIAN_DIGITS = 8
-
+SMALL = {"m": ("mm", 1e3), "rad": ("deg", math.degrees(1)), "kg": ("g", 1e3)}  # units, and how many
+METRE_DIGITS, RADIAN_DIGITS = 7, 8  # decimals of the arguments of static_transform_publisher
 SHORT = 1e-12  # the largest error of ``short``, relative to a number, or to the largest entry of its vector
 
 
 @lru_cache(maxsize=20_000)
 def exact(value: float) -> str:
-    """Return the shortest decimal that reads back as the same double; whole numbers without a point.
-
-    >>> exact(0.1 + 0.2), exact(-0.0), exact(7.5437e-05), exact(3.0)
-    ('0.30000000000000004', '0', '7.5437e-05', '3')
-    """
+    """Return the shortest decimal that reads back as the same double; whole numbers without a point."""
     return repr(float(value) + 0.0).removesuffix(".0")
 
 
@@ -43,13 +31,7 @@ def few_digits(value: float) -> str:
 
 
 def rounded(value: float, largest: float = 0.0) -> float:
-    """Return the shortest decimal within 1e-12 of a value, as a double; of those as short as it the nearest.
-
-    ``largest`` is the largest entry (absolute) of the vector that the value is an entry of: 1e-12 of that will do.
-
-    >>> rounded(0.0050000000000000044), rounded(6.1e-17), rounded(6.1e-17, 1.0), rounded(-1e-30)
-    (0.005, 6.1e-17, 0.0, -1e-30)
-    """
+    """Return the shortest decimal within 1e-12 of a value, or of the ``largest`` entry of its vector, as a double."""
     bound = SHORT * max(abs(value), largest)
     if not 0.0 < bound < 1e300 * SHORT:  # zero, what is next to it, what could not be rounded up, and no number
         return value + 0.0
@@ -63,22 +45,14 @@ def rounded(value: float, largest: float = 0.0) -> float:
 
 @lru_cache(maxsize=20_000)
 def short(value: float) -> str:
-    """Return the shortest decimal within 1e-12 of the value, relative to it; whole numbers without a point.
-
-    >>> short(0.0050000000000000044), short(1 / 3), short(-0.0), short(-1e-30)
-    ('0.005', '0.333333333333', '0', '-1e-30')
-    """
+    """Return the shortest decimal within 1e-12 of the value, relative to it; whole numbers without a point."""
     text = exact(value)
     return text if len(text) <= 12 else exact(rounded(value))  # no number this short has a shorter neighbour
 
 
 @lru_cache(maxsize=20_000)
 def six(value: float) -> str:
-    """Return whichever of ``%.6g`` and ``%.6f`` keeps more of the value, trailing zeros dropped.
-
-    >>> six(-1.5707963267948966), six(7.5437e-05), six(0.0)
-    ('-1.570796', '7.5437e-05', '0')
-    """
+    """Return whichever of ``%.6g`` and ``%.6f`` keeps more of the value, trailing zeros dropped."""
     return _without_zeros(min(f"{value:.6g}", f"{value:.6f}", key=lambda text: abs(float(text) - value)))
 
 
@@ -88,11 +62,7 @@ def fixed(value: float, digits: int) -> str:
 
 
 def decimal(value: float) -> str:
-    """Return the shortest decimal that reads back as the same double, never with an exponent.
-
-    >>> decimal(7.5437e-05), decimal(1e21), decimal(-0.0), decimal(3.0)
-    ('0.000075437', '1000000000000000000000', '0', '3')
-    """
+    """Return the shortest decimal that reads back as the same double, never with an exponent."""
     from decimal import Decimal
 
     text = exact(value)
@@ -106,10 +76,9 @@ def _without_zeros(text: str) -> str:
 
 
 def off_by_short(value: float, largest: float = 0.0) -> float:
-    """Return how far a number may be off that is no longer than ``short`` prints it; a longer one is exact."""
-    if float(f"{value:.13g}") != value:
-        return 0.0
-    return (1 + 1e-9) * SHORT * max(abs(value), largest)  # the bound was that of the number before it was rounded
+    """Return how far a number may be off that ``short`` has printed; one with more digits is exact."""
+    is_short = float(f"{value:.13g}") == value
+    return (1 + 1e-9) * SHORT * max(abs(value), largest) if is_short else 0.0  # the bound was that before rounding
 
 
 def off_by_six(value: float, largest: float = 0.0) -> float:
@@ -131,7 +100,7 @@ def numbers(values: Iterable[float], number: NumberFormat) -> str:
     return " ".join(map(number, values))
 
 
-def vector(values: Iterable[float], number: NumberFormat) -> str:
+def vector(values: Iterable[float], number: NumberFormat = short) -> str:
     """Return the entries of a vector separated by single spaces, the only separator that urdfdom takes inside one."""
     return numbers(rounded_vector(values), exact) if number is short else numbers(values, number)
 

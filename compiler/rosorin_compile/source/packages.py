@@ -1,26 +1,20 @@
-"""Find the folder of a ROS package by its name, with and without ROS.
-
-Places in this order: ``--package``, ``ROS_PACKAGE_PATH`` (ROS 1), ``AMENT_PREFIX_PATH`` (ROS 2), the folders in which
-Gazebo looks for models, and the folders around the file that is read.
-"""
+"""Find the folder of a ROS package by its name: as ROS 1, ROS 2 and Gazebo do, and around the file that is read."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from itertools import islice
 from pathlib import Path
 from urllib.parse import unquote
 
 from . import files
-from .xml.files import read_source
-from .xml.markup import MarkupError, parse
+from .xml.markup import MarkupError, parse, read_source
 
 PACKAGE_XML = "package.xml"
 OF_GAZEBO = ("SDF_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
-
-# How deep a workspace nests its packages, and how many folders are searched: enough for ROS, not for a whole disk.
-_DEPTH = 4
-_FOLDERS = 5_000
+_DEPTH, _FOLDERS = 4, 5_000  # of folders that are searched for packages: enough for ROS, not for a whole disk
 _SKIPPED = {"build", "install", "log", "node_modules", "__pycache__"}
 
 
@@ -100,24 +94,16 @@ class Packages:
 
     def _below(self, top: Path) -> dict[str, Path]:
         """Return the packages in a folder by name; a package does not contain others."""
-        if top in self._listed:
-            return self._listed[top]
-        found: dict[str, Path] = {}
-        visited: set[Path] = set()
-        waiting = [(top, 0)]
-        while waiting and len(visited) < _FOLDERS:
-            folder, depth = waiting.pop(0)
-            if (real := files.resolve(folder)) in visited:  # a loop of links
-                continue
-            visited.add(real)
-            try:
-                name = package_name(folder)
-                inner = [] if name or depth >= _DEPTH else sorted(folder.iterdir())
-            except OSError:  # it may not be read
-                continue
-            if name:
-                found.setdefault(name, folder)
-            shown = (path for path in inner if not path.name.startswith(".") and path.name not in _SKIPPED)
-            waiting += [(path, depth + 1) for path in shown if path.is_dir()]
-        self._listed[top] = found
-        return found
+        if top not in self._listed:
+            found, visited = self._listed.setdefault(top, {}), set()
+            for path, inner, _ in islice(os.walk(top, followlinks=True), _FOLDERS):
+                folder, name = Path(path), ""
+                is_new = (real := files.resolve(folder)) not in visited  # else a loop of links
+                visited.add(real)
+                with suppress(OSError):  # it may not be read
+                    name = package_name(folder) if is_new else ""
+                if name:
+                    found.setdefault(name, folder)
+                is_searched = is_new and not name and len(folder.relative_to(top).parts) < _DEPTH
+                inner[:] = sorted(n for n in inner if is_searched and n[0] != "." and n not in _SKIPPED)
+        return self._listed[top]

@@ -1,9 +1,4 @@
-"""Plug-ins: what other installed packages add, by the entry points of their distributions.
-
-The groups are ``rosorin_compile.formats``, ``.rules``, ``.functions``, ``.sections``, ``.commands`` and ``.checks``. A
-plug-in that cannot be used is a diagnostic that names its distribution; it never replaces what is built in. What it
-prints goes to standard error. ``ROSORIN_COMPILE_PLUGINS=off`` leaves all of them out.
-"""
+"""Plug-ins: entry points of other distributions. One that cannot be used is a diagnostic; none replaces a built-in."""
 
 from __future__ import annotations
 
@@ -16,7 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TextIO, TypeVar
 
-from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, error
+from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, DiagnosticError, Related, Span, error
 from .rule_registry import PLUGINS, Rule
 
 if TYPE_CHECKING:
@@ -33,7 +28,7 @@ PREFIX = "rosorin_compile."
 
 
 class Plugin(NamedTuple):
-    """One entry point of an installed distribution, such as ``wheels = toy.rules:wheels`` in the group "rules"."""
+    """One entry point of a distribution, such as ``wheels = toy.rules:wheels`` in the group "rules"."""
 
     distribution: str
     version: str
@@ -45,12 +40,8 @@ class Plugin(NamedTuple):
         return f"the plug-in {self.distribution} {self.version} ({PREFIX}{self.group}: {self.name} = {self.value})"
 
 
-class PluginFailed(Exception):
-    """A plug-in raised an exception, and the run cannot continue without it; carries the diagnostic."""
-
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
+class PluginFailed(DiagnosticError):
+    """A plug-in raised an exception, and the run cannot continue without it."""
 
 
 def load(
@@ -60,10 +51,10 @@ def load(
     built_in: Callable[[str], bool],
     called: str | None = None,
 ) -> tuple[tuple[tuple[Plugin, T], ...], tuple[Diagnostic, ...]]:
-    """Return the objects that plug-ins add to a group ("rules"), each with its plug-in, and the errors of the others.
+    """Return the objects of type ``kind`` that plug-ins add to a group, and the errors of the others.
 
-    An entry point has to lead to a ``kind``; ``names`` returns the names of one, and ``built_in`` is True for a name
-    that is taken. With ``called`` only the entry points of that name are imported.
+    ``names`` returns the names of one, and ``built_in`` is True for a name that is taken. With ``called`` only the
+    entry points of that name are imported.
     """
     loaded: list[tuple[Plugin, T]] = []
     diagnostics: list[Diagnostic] = []
@@ -122,14 +113,12 @@ def diagnostic_of(value: object) -> Diagnostic:
         raise TypeError(f"a Diagnostic is expected, not {str(value)[:60]!r}")
     if value.severity not in (ERROR, WARNING, NOTE):
         raise ValueError(f"the severity of {value.rule} is error, warning or note, not {str(value.severity)[:60]!r}")
-    for field, kind in (("rule", str), ("message", str), ("help", str), ("related", tuple), ("of", tuple)):
-        if not isinstance(getattr(value, field), kind):
-            what = "text" if kind is str else "tuple"
-            raise TypeError(f"{field} of a Diagnostic is a {what}, not {str(getattr(value, field))[:60]!r}")
-    if not all(isinstance(one, Related) for one in value.related):
+    for kind, fields in {str: ("rule", "message", "help"), tuple: ("related", "of", "numbers")}.items():
+        for field in fields:
+            if not isinstance(found := getattr(value, field), kind):
+                raise TypeError(f"{field} of a Diagnostic is a {kind.__name__}, not {str(found)[:60]!r}")
+    if not all(isinstance(related, Related) for related in value.related):
         raise TypeError(f"related of a Diagnostic is a tuple of Related, not {str(value.related)[:60]!r}")
-    if any(len(pair) != 2 for pair in value.numbers):
-        raise TypeError("numbers of a Diagnostic are pairs of a name and a value")
     spans = [value.span, *(related.span for related in value.related)]
     if not all(isinstance(span, Span) and span.line > 0 and span.column > 0 for span in spans if span is not None):
         raise TypeError("the place of a Diagnostic is a Span, with a line and a column")
@@ -147,7 +136,7 @@ def _entry_points() -> tuple[tuple[Plugin, EntryPoint], ...]:
 
 @lru_cache(maxsize=8)
 def _on_path(path: tuple[str, ...]) -> tuple[tuple[Plugin, EntryPoint], ...]:
-    """Return the entry points of all distributions on a module search path; of equal distributions the first."""
+    """Return the entry points of all distributions on a path; of equal distributions the first."""
     found: dict[str, list[tuple[Plugin, EntryPoint]]] = {}
     for file in (file for entry in dict.fromkeys(path) for file in sorted(Path(entry).glob("*-info/entry_points.txt"))):
         with suppress(Exception):  # whatever the metadata are like

@@ -1,7 +1,4 @@
-"""Show progress in one line at the end of a terminal.
-
-Nothing is shown unless the command line called ``Progress.show``, and nothing in the first two seconds.
-"""
+"""Show progress in one line at the end of a terminal, two seconds after the command line called ``Progress.show``."""
 
 from __future__ import annotations
 
@@ -36,7 +33,6 @@ class Progress:
 
     @classmethod
     def hide(cls) -> None:
-        """Erase the line, and show nothing any more."""
         cls.wipe()
         cls._stream = None
 
@@ -56,8 +52,7 @@ class Progress:
         """Show that ``done`` of ``total`` (0 if unknown) steps of a kind are done; not ``counted``: as a bar alone."""
         if cls._stream is None:
             return
-        now, is_new = cls._clock(), what != cls._kind
-        cls._kind = what
+        now, is_new, cls._kind = cls._clock(), what != cls._kind, what
         if now < cls._due or (now < cls._next and not is_new):
             return
         cls._next = now + _INTERVAL

@@ -6,6 +6,7 @@ import os
 import re
 import stat
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -40,29 +41,23 @@ class Description:
     ROOT_FILE: ClassVar[str] = ROOT_FILE
     FOLDER: ClassVar[str] = DESCRIPTIONS
     OUTPUTS: ClassVar[str] = "outputs"
-    # In the folder of descriptions, as the modeline has it.
-    SCHEMA: ClassVar[Path] = Path(".schema", "rosorin-compile.schema.json")
+    SCHEMA: ClassVar[Path] = Path(".schema", "rosorin-compile.schema.json")  # in FOLDER, as the modeline has it
 
     @classmethod
     def find(cls, names: list[str], outputs: str | None = None) -> list[Description]:
-        """Return the descriptions requested by name, folder or file; without names all in ``descriptions/``.
-
-        The project is that of this folder or of one above it. ``outputs`` is the folder that gets a folder a robot; by
-        default ``outputs`` next to ``descriptions``.
-        Raises NoDescription.
-        """
+        """Return the descriptions requested by name, folder or file, or all of this project. Raises NoDescription."""
         paths = [first_file(name) for name in names] or all_here()
-        if not paths:
-            where = f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here or above"
-            for message, help in (problem for folder in _upwards() for problem in without_first_file(folder)):
-                raise NoDescription(f"{where}: {message}; {help}")
-            new = "rosorin-compile init NAME creates one, rosorin-compile import FILE converts a URDF, xacro, SDF, MJCF"
-            raise NoDescription(f"{where}; name a description, or go to its project; {new}")
-        return [cls.at(path, outputs) for path in paths]
+        if paths:
+            return [cls.at(path, outputs) for path in paths]
+        where = f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here or above"
+        for problem in (problem for folder in _upwards() for problem in without_first_file(folder)):
+            raise NoDescription(f"{where}: {'; '.join(problem)}")
+        new = "rosorin-compile init NAME creates one, rosorin-compile import FILE converts a URDF, xacro, SDF, MJCF"
+        raise NoDescription(f"{where}; name a description, or go to its project; {new}")
 
     @classmethod
     def at(cls, path: Path, outputs: str | None = None) -> Description:
-        """Return the description whose first file is at a path; ``outputs`` as in ``find``."""
+        """Return the description of a first file; ``outputs`` gets a folder for each robot."""
         folder = Path(os.path.abspath(path)).parent
         name = folder.name if path.name == ROOT_FILE else path.stem
         base = Path(cls.OUTPUTS if outputs is None else outputs)
@@ -84,8 +79,7 @@ class Description:
             stems = {file.stem: file for file in sorted(path.parent.iterdir()) if files.is_file(file)}
         except (OSError, ValueError):  # no folder, or a name that no file can have
             return None
-        close = nearest(path.stem, stems)
-        return None if close is None else stems[close]
+        return stems.get(nearest(path.stem, stems) or "")
 
     @property
     def projects(self) -> tuple[Path, ...]:
@@ -118,10 +112,8 @@ def all_in(project: Path) -> list[Path]:
 
 def all_with(changed: Iterable[str]) -> list[Path]:
     """Return the first files of all descriptions of the projects around some files, sorted."""
-    found: set[Path] = set()
-    for file in changed:
-        found.update(next(filter(None, map(all_in, Path(file).parents)), []) or all_here())
-    return sorted(found)
+    projects = (next(filter(None, map(all_in, Path(file).parents)), []) or all_here() for file in changed)
+    return sorted({path for project in projects for path in project})
 
 
 def here() -> list[Description]:
@@ -135,10 +127,8 @@ def here() -> list[Description]:
 
 
 def without_first_file(project: Path) -> list[tuple[str, str]]:
-    """Return why folders of ``descriptions/`` are not descriptions, each with the fix. Raises OSError.
-
-    A folder that a file of another one names has files that several descriptions share.
-    """
+    """Return why folders of ``descriptions/`` are not descriptions, each with the fix. Raises OSError."""
+    # A folder that a file of another one names has files that several descriptions share.
     folders = [folder for folder in _description_folders(project) if folder.is_dir() and folder.name[0] != "."]
     lacking = [folder for folder in folders if not _has_first_file(folder)]
     texts = [_beginning(file) for folder in folders for file in folder.rglob("*.y*ml")] if lacking else []
@@ -172,7 +162,6 @@ def _misnamed(folder: Path) -> Path | None:
 
 
 def _beginning(file: Path) -> bytes:
-    """Return the first megabyte of a file; nothing if it cannot be read."""
     try:
         return files.read_bytes(file, 1_000_000)
     except OSError:
@@ -188,20 +177,15 @@ def _no_first_file(folder: Path) -> tuple[str, str]:
 def _upwards() -> Iterator[Path]:
     """Yield this folder and those above it, relative to here, up to one that everybody can write into, such as /tmp."""
     here = Path.cwd()
-    try:
+    with suppress(OSError):  # a folder above may not be read
         for depth, folder in enumerate((here, *here.parents)):
             if depth and folder.stat().st_mode & stat.S_IWOTH:
                 return
             yield Path(*[os.pardir] * depth)
-    except OSError:  # a folder above may not be read
-        return
 
 
 def homes(path: Path) -> tuple[Path, ...]:
-    """Return the folder of a description, links followed, and that of the file that it leads to if it is a link.
-
-    ``colcon build --symlink-install`` installs a folder as one of links, each to a file of the source.
-    """
+    """Return the folder of a description, and that of the source if colcon installed a link to a file of the source."""
     here = files.resolve(path.parent)
     try:
         there = files.resolve(path).parent if path.is_symlink() else here
@@ -246,24 +230,15 @@ def no_file(path: Path, of: str = "") -> str:
     return f'there is no file "{str(path)[:200]}"{what}'
 
 
-ROS_PACKAGE, PYTHON_PACKAGE, MESH_FILE = "ROS package", "Python package", "mesh file"
+ROS_PACKAGE, PYTHON_PACKAGE = "ROS package", "Python package"
 
 
 class Resolved(NamedTuple):
-    """The result of a lookup: of a ROS package as seen ``by`` a file, of a package of Python, of a mesh file.
-
-    ``answer`` is an absolute path, empty if there was none. The name of a mesh file is where it was looked for.
-    """
+    """A package that was found by its name: a ``ROS_PACKAGE`` or a ``PYTHON_PACKAGE``, with its absolute folder."""
 
     kind: str
     name: str
-    by: str
-    answer: str
-
-
-def resolved(kind: str, name: str, by: Path | str, answer: Path | None) -> Resolved:
-    """Return the record of a lookup, with absolute paths."""
-    return Resolved(kind, name, *(os.path.abspath(path) if path else "" for path in (by, answer)))
+    folder: Path
 
 
 def python_folder(package: str) -> Path | None:
@@ -272,9 +247,8 @@ def python_folder(package: str) -> Path | None:
     return Path(places[0]) if places and files.is_folder(places[0]) else None
 
 
-# The data packages, each with its folder at the top of a checkout.
 _DATA = {name: name for name in ("bazel", "cmake", "schemas", "templates")}
-_DATA |= {"parts_library": "parts", "viewer": "viewer/built"}
+_DATA |= {"parts_library": "parts", "viewer": "viewer/built"}  # data packages, and their folders in a checkout
 _CHECKOUT = Path(__file__).parents[3]
 
 
@@ -284,11 +258,6 @@ def data_folder(name: str) -> Path:
         return _CHECKOUT / _DATA[name]
     package = "viewer.built" if name == "viewer" else name
     return Path(import_module(f"rosorin_compile.{package}").__path__[0])
-
-
-def of_tool(path: Path) -> bool:
-    """Whether a path is in one of the folders of the tool."""
-    return os.path.abspath(path).startswith(tuple(f"{folder}{os.sep}" for folder in tool_folders().values()))
 
 
 @cache

@@ -1,12 +1,8 @@
-"""The registry of rules: what each id of a diagnostic means.
-
-A rule about the meaning of a robot is a function under ``@rule``; rules of other stages are declared in a tuple
-``RULES`` next to their code.
-"""
+"""The registry of rules: checks of robots are functions under ``@rule``, rules of other stages are in ``RULES``."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -24,29 +20,14 @@ if TYPE_CHECKING:
 class Heading:
     """The headings of the page of rules by name."""
 
-    FILES = "Files and YAML"
-    ARGUMENTS = "Arguments, named values, expressions, parts"
-    SHAPE = "Shape"
-    JOINTS = "Links and joints"
-    NUMBERS = "Numbers"
-    POSES = "Servos and poses"
-    FRAMES = "Frames and publishers"
-    OUTPUTS = "Outputs and stand-ins"
-    FORMATS = "Unsupported by a format"
-    SIMULATED = "MuJoCo keys and elements"
-    SIMULATION = "Simulation"
-    CONTROL = "Hardware and controllers of ros2_control"
-    TEMPLATES = "Templates"
-    WRITING = "Writing and comparing"
-    READING = "Robots in other formats"
-    MESHES = "Numbers from meshes"
-    PHYSICS = "Physics"
-    ASKING = "Transforms and pulses"
-    PACKAGES = "ROS packages"
-    RECORDINGS = "Recordings"
-    PARAMETERS = "Parameters of nodes"
-    NAVIGATION = "Navigation and localisation"
-    PLUGINS = "Plug-ins"
+    FILES, ARGUMENTS = "Files and YAML", "Arguments, named values, expressions, parts"
+    SHAPE, JOINTS, NUMBERS, POSES = "Shape", "Links and joints", "Numbers", "Servos and poses"
+    FRAMES, OUTPUTS, FORMATS = "Frames and publishers", "Outputs and stand-ins", "Unsupported by a format"
+    SIMULATED, SIMULATION = "MuJoCo keys and elements", "Simulation"
+    CONTROL, TEMPLATES = "Hardware and controllers of ros2_control", "Templates"
+    WRITING, READING, MESHES = "Writing and comparing", "Robots in other formats", "Numbers from meshes"
+    PHYSICS, ASKING, PACKAGES, RECORDINGS = "Physics", "Transforms and pulses", "ROS packages", "Recordings"
+    PARAMETERS, NAVIGATION, PLUGINS = "Parameters of nodes", "Navigation and localisation", "Plug-ins"
 
 
 # The same as plain names, for modules of the core.
@@ -54,18 +35,16 @@ FILES, ARGUMENTS, SHAPE, JOINTS = Heading.FILES, Heading.ARGUMENTS, Heading.SHAP
 NUMBERS, POSES, FRAMES, OUTPUTS = Heading.NUMBERS, Heading.POSES, Heading.FRAMES, Heading.OUTPUTS
 FORMATS, SIMULATED, SIMULATION, TEMPLATES = Heading.FORMATS, Heading.SIMULATED, Heading.SIMULATION, Heading.TEMPLATES
 WRITING, READING, MESHES, PHYSICS = Heading.WRITING, Heading.READING, Heading.MESHES, Heading.PHYSICS
-ASKING, PACKAGES, RECORDINGS, PARAMETERS = Heading.ASKING, Heading.PACKAGES, Heading.RECORDINGS, Heading.PARAMETERS
-NAVIGATION, PLUGINS = Heading.NAVIGATION, Heading.PLUGINS
+ASKING, PACKAGES, RECORDINGS, PLUGINS = Heading.ASKING, Heading.PACKAGES, Heading.RECORDINGS, Heading.PLUGINS
 
 
 @dataclass(frozen=True)
 class Rule:
-    """The entry of a rule on the page of rules.
+    """The entry of a rule on the page of rules; ``what`` and ``help`` are Markdown, ``topic`` is the heading.
 
-    ``what`` and ``help`` are Markdown with links relative to ``docs``; ``topic`` is the heading. ``accept``: what a
-    description may name that breaks the rule ("link", "joint", "link or joint" or empty). ``imported``: whether a robot
-    in another format is accepted like that ("always", "lenient" or empty). ``asked``: what a run has to request to
-    check it ("meshes", "physics", "simulation" or empty).
+    ``accept``: what a description may name that breaks the rule ("link", "joint", "link or joint"). ``imported``:
+    whether a robot in another format is accepted like that ("always", "lenient"). ``asked``: what a run has to request
+    to check it ("meshes", "physics", "simulation").
     """
 
     id: str
@@ -98,6 +77,14 @@ class Rule:
         return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
 
+def declare(topic: str, rules: Mapping[str, str]) -> tuple[Rule, ...]:
+    """Declare rules of one topic that ``Case.problem`` reports: by id, what is wrong, then "Fix:" and what to do."""
+    texts = {id: text.partition(" Fix: ") for id, text in rules.items()}
+    declared = tuple(Rule(id, what, help, topic) for id, (what, _, help) in texts.items())
+    DECLARED.update((rule.id, rule) for rule in declared)
+    return declared
+
+
 class Check(NamedTuple):
     """A function that yields diagnostics of a robot, and the rules that are declared with it."""
 
@@ -105,30 +92,21 @@ class Check(NamedTuple):
     rules: tuple[Rule, ...] = ()
 
     def __call__(self, case: Case) -> Iterable[Diagnostic]:
-        """Return the diagnostics of a robot."""
         return self.function(case)
 
 
 def rule(
     id: str, what: str = "", help: str = "", topic: str = PLUGINS, accept: str = "", imported: str = ""
 ) -> Callable[[Look | Check], Check]:
-    """Declare a rule, and make a check of the function that yields its diagnostics; one decorator for each rule.
-
-    The arguments are those of ``Rule``; without ``what`` it is the first paragraph of the docstring. A plug-in names
-    the function as an entry point of ``rosorin_compile.rules``.
-    """
+    """Declare a rule (see ``Rule``; ``what`` is by default the first paragraph of the docstring) of a function."""
 
     def decorate(function: Look | Check) -> Check:
         check = function if isinstance(function, Check) else Check(function)
-        text = what or _first_paragraph(check.function.__doc__)
+        text = what or " ".join((check.function.__doc__ or "").strip().partition("\n\n")[0].split())
         declared = DECLARED[id] = Rule(id, text, help, topic, accept, imported)
         return Check(check.function, (declared, *check.rules))
 
     return decorate
-
-
-def _first_paragraph(doc: str | None) -> str:
-    return " ".join((doc or "").strip().partition("\n\n")[0].split())
 
 
 def checks_of(module: ModuleType) -> tuple[Check, ...]:
@@ -142,24 +120,17 @@ DECLARED: dict[str, Rule] = {}
 OF_PLUGINS: dict[str, Rule] = {}
 
 
-def find(ids: Collection[str]) -> dict[str, Rule]:
-    """Return those of the tool's own rules that have one of the ids, by id."""
-    quoted = [f'"{id}"'.encode() for id in ids]
-    return {rule.id: rule for rule in _declared(lambda text: any(map(text.__contains__, quoted))) if rule.id in ids}
-
-
-def every_rule() -> dict[str, Rule]:
-    """Return the tool's own rules by id."""
-    return {rule.id: rule for rule in _declared(lambda _: True)}
-
-
-def _declared(is_wanted: Callable[[bytes], bool]) -> Iterator[Rule]:
-    """Yield the rules that modules of the tool declare; only modules that declare rules are imported."""
+def find(ids: Collection[str] | None = None) -> dict[str, Rule]:
+    """Return the tool's own rules by id: all, or those of ``ids``; only modules that declare them are imported."""
     package = Path(__file__).parents[1]
+    found: dict[str, Rule] = {}
+    quoted = [f'"{id}"'.encode() for id in ids or ()]
     for path in sorted(package.glob("**/*.py")):
         text = path.read_bytes()
-        if (b"Rule(" in text or b"@rule(" in text) and is_wanted(text):
+        marks = (b"Rule(", b"@rule(", b"= declare(")
+        if any(mark in text for mark in marks) and (ids is None or any(id in text for id in quoted)):
             name = ".".join(path.relative_to(package.parent).with_suffix("").parts).removesuffix(".__init__")
             module = import_module(name)
-            yield from getattr(module, "RULES", ())
-            yield from (rule for check in checks_of(module) for rule in check.rules)
+            rules = (*getattr(module, "RULES", ()), *(rule for check in checks_of(module) for rule in check.rules))
+            found |= {rule.id: rule for rule in rules if ids is None or rule.id in ids}
+    return found

@@ -1,8 +1,4 @@
-"""Functions that not every system has, and the packages of Python that are installed.
-
-Windows has none of what POSIX defines for owners, locks and limits. There a file is considered this user's, runs go on
-without a lock, and a folder is known by its path alone.
-"""
+"""Functions that not every system has (Windows: owners, locks, limits), and the installed packages of Python."""
 
 from __future__ import annotations
 
@@ -11,12 +7,9 @@ import os
 import re
 import shlex
 
-AS_FOLDER = getattr(os, "O_DIRECTORY", 0)
-NO_WAIT = getattr(os, "O_NONBLOCK", 0)
+AS_FOLDER, NO_WAIT = getattr(os, "O_DIRECTORY", 0), getattr(os, "O_NONBLOCK", 0)
 AS_BYTES = getattr(os, "O_BINARY", 0)  # else Windows writes two characters at the end of a line
-
-HAS_FORK = hasattr(os, "fork")
-HAS_OWNERS = hasattr(os, "geteuid")
+HAS_FORK, HAS_OWNERS = hasattr(os, "fork"), hasattr(os, "geteuid")
 HAS_FOLDER_HANDLES = AS_FOLDER != 0  # and open files can be moved: Windows has neither
 
 NO_LIMITS = "this system sets no limits to a process (resource): a file that asks for too much memory is not stopped"
@@ -44,8 +37,7 @@ def needs(module: str, without: str) -> None:
 
 def missed() -> list[str]:
     """Return and clear the messages about missing modules."""
-    messages = _missed.copy()
-    _missed.clear()
+    messages, _missed[:] = _missed.copy(), []
     return messages
 
 
@@ -55,8 +47,7 @@ def lock(handle: int, shared: bool = False, wait: bool = True) -> None:
         import fcntl
     except ImportError:
         raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK)) from None
-    how = fcntl.LOCK_SH if shared else fcntl.LOCK_EX
-    fcntl.flock(handle, how if wait else how | fcntl.LOCK_NB)
+    fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | (0 if wait else fcntl.LOCK_NB))
 
 
 def link(source: str | os.PathLike[str], target: str | os.PathLike[str]) -> None:
@@ -71,13 +62,9 @@ def pip_install(extra: str) -> str:
     """Return the command that installs what an extra requires: no index serves this package."""
     from importlib.metadata import PackageNotFoundError, requires
 
-    words = []
+    of_extra = re.compile(rf"""\s*(?:;|\band)\s*extra\s*==\s*["']{extra}["']\s*$""")
     try:
-        for requirement in requires("rosorin-compile") or ():
-            what, _, marker = requirement.partition(";")
-            if of := re.search(rf"""(?:\band\s+)?extra\s*==\s*["']{extra}["']\s*$""", marker):
-                rest = marker[: of.start()].strip()  # of the marker, such as python_version
-                words.append(f"{what.strip()}; {rest}" if rest else what.strip())
+        words = [of_extra.sub("", word) for word in requires("rosorin-compile") or () if of_extra.search(word)]
     except PackageNotFoundError:  # run from a checkout
         words = [f"path/to/rosorin-compile[{extra}]"]
     return f"pip install {' '.join(map(shlex.quote, words))}"

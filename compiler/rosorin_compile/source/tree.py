@@ -1,8 +1,4 @@
-"""The plain tree of a YAML file, with the place of every key and value.
-
-``Map`` and ``Seq`` are an ordinary dict and list that also know where their keys and values were written. A tree does
-not change after it was made.
-"""
+"""The tree of a YAML file: dicts and lists that know where their entries were written; they do not change later."""
 
 from __future__ import annotations
 
@@ -16,10 +12,9 @@ Path = tuple[str | int, ...]
 
 
 class Instance(NamedTuple):
-    """How a piece of the tree got to its place: included or instantiated at ``span``, within ``parent``.
+    """How a piece of the tree got to its place: included, or instantiated (``made``), at ``span``, within ``parent``.
 
-    ``made`` is true for a part, a sensor type and the round of a loop, false for an include. ``prefix`` is what a part
-    puts before its names, with the prefixes of the parts around it.
+    ``prefix`` is what a part puts before its names, with the prefixes of the parts around it.
     """
 
     message: str
@@ -57,8 +52,7 @@ class Map(dict[str, "Any"]):
     __slots__ = ("key_spans", "span", "value_spans", "via")
 
     def __init__(self, span: Span, via: Instance | None = None) -> None:
-        self.span = span
-        self.via = via
+        self.span, self.via = span, via
         self.key_spans: dict[str, Span] = {}
         self.value_spans: dict[str, Span] = {}
 
@@ -68,16 +62,30 @@ class Map(dict[str, "Any"]):
         self.value_spans[key] = value_span
 
     def setdefault_at(self, key: str, value: Any, span: Span) -> None:
-        """Set ``key`` as if it were written at ``span``, unless the mapping has it."""
         if key not in self:
             self.put(key, value, span, span)
 
     def locate(self, path: Sequence[str | int], key: bool = False) -> Place:
-        return locate(self, path, key)
+        """Return the place of ``path``, or of its longest prefix that exists; with ``key`` that of the last key."""
+        node: Any = self
+        span, via = self.span, self.via
+        for depth, step in enumerate(path):
+            if not has(node, step):
+                break
+            of_key = key and depth == len(path) - 1 and isinstance(node, Map)
+            span, node = (node.key_spans if of_key else node.value_spans)[step], node[step]
+            via = nearer(via, getattr(node, "via", None))
+        return Place(span, via)
 
     def calculated(self) -> list[str]:
         """Return the keys whose values contain expressions."""
-        return [key for key, value in self.items() if _has_expression(value)]
+
+        def is_calculated(value: Any) -> bool:
+            if isinstance(value, (Map, Seq)):
+                return any(map(is_calculated, value.values() if isinstance(value, Map) else value))
+            return isinstance(value, str) and "${" in value
+
+        return [key for key, value in self.items() if is_calculated(value)]
 
     def copied(self) -> Map:
         """Return a mapping of the same entries, which may grow."""
@@ -93,9 +101,8 @@ class Map(dict[str, "Any"]):
 
     def by(self, via: Instance | None) -> Map:
         """Return a mapping of the same entries, which never grows, that came here by ``via``."""
-        made = Map.__new__(Map)
+        made = Map(self.span, via)
         made.update(self)
-        made.span, made.via = self.span, via
         made.key_spans, made.value_spans = self.key_spans, self.value_spans
         return made
 
@@ -106,8 +113,7 @@ class Seq(list["Any"]):
     __slots__ = ("span", "value_spans", "via")
 
     def __init__(self, span: Span, via: Instance | None = None) -> None:
-        self.span = span
-        self.via = via
+        self.span, self.via = span, via
         self.value_spans: list[Span] = []
 
     def put(self, value: Any, span: Span) -> None:
@@ -149,30 +155,8 @@ class Place(NamedTuple):
         return tuple(via.stack()) if via else ()
 
 
-def _has_expression(value: Any) -> bool:
-    if isinstance(value, (Map, Seq)):
-        return any(map(_has_expression, value.values() if isinstance(value, Map) else value))
-    return isinstance(value, str) and "${" in value
-
-
-def locate(tree: Map | Seq, path: Sequence[str | int], key: bool = False) -> Place:
-    """Return the place of ``path``, or of its longest prefix that exists; with ``key`` that of the last key."""
-    node: Any = tree
-    span, via = tree.span, tree.via
-    for depth, step in enumerate(path):
-        if not has(node, step):
-            break
-        spans: Any = node.key_spans if key and depth == len(path) - 1 and isinstance(node, Map) else node.value_spans
-        span, node = spans[step], node[step]
-        via = nearer(via, getattr(node, "via", None))
-    return Place(span, via)
-
-
 def nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
-    """Return how a piece got here, given how its parent did.
-
-    A piece without expressions is shared by all instances of a part: only its parent knows the instance.
-    """
+    """Return how a piece got here, given how its parent did, which alone knows the instance of a shared piece."""
     is_shared = own is not None and outer is not None and outer.made and not _is_within(own, outer)
     return outer if is_shared else own or outer
 
@@ -186,27 +170,24 @@ def _is_within(inner: Instance | None, outer: Instance | None) -> bool:
 def maker(tree: Map, path: Path) -> Instance | None:
     """Return the instance of the parent of the value at an existing path: the scope of its expressions."""
     own: Instance | None = at(tree, path[:-1]).via
-    near = locate(tree, path[:-1]).via if own is not None and own.made else own
+    near = tree.locate(path[:-1]).via if own is not None and own.made else own
     return own if near is not None and _is_within(near, own) else near  # a shared piece knows one of its instances
 
 
 def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
     """Return the prefix of the part that a value was written in, or with ``outside`` of the part around it."""
-    via = locate(tree, path).via
-    while via is not None and (outside or not via.prefix):
-        outside, via = outside and not via.prefix, via.parent
-    return via.prefix if via else ""
+    via, prefixes = tree.locate(path).via, []
+    while via is not None:
+        prefixes += [via.prefix] if via.prefix else []
+        via = via.parent
+    return next(iter(prefixes[outside:]), "")
 
 
 def written(tree: Map, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
-    """Return where the value (or the key) at a path was written, and where it is used if that is another place.
-
-    If the path does not exist, the place is the key of the entry that lacks it.
-    """
+    """Return where the value (or the key) at a path was written, and where it is used if that is another place."""
     reached = follow(tree, path)
-    missing = reached < len(path)
-    path = path[:reached]
-    place = locate(tree, path, key=key or missing or within)
+    missing, path = reached < len(path), path[:reached]  # then the place is the key of the entry that lacks the rest
+    place = tree.locate(path, key=key or missing or within)
     use: Span | None = None
     node: Any = tree
     for depth, step in enumerate(path, 1):
@@ -234,12 +215,7 @@ def at(tree: Map, path: Path) -> Any:
 
 def follow(tree: Map, path: Path) -> int:
     """Return how many steps of a path exist in a tree."""
-    node: Any = tree
-    for depth, step in enumerate(path):
-        if not has(node, step):
-            return depth
-        node = node[step]
-    return len(path)
+    return next((depth for depth, step in enumerate(path) if not has(at(tree, path[:depth]), step)), len(path))
 
 
 def has(node: Any, step: str | int) -> bool:

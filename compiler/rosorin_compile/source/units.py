@@ -1,7 +1,6 @@
 """Quantities: numbers with a unit, converted to SI as soon as they are read.
 
-Dimensions are exponents of (metre, kilogram, second, radian). SI counts the radian as 1, but a length in the place of
-an angle is a mistake worth reporting. A bare number has no dimension: it is in SI units.
+Dimensions are exponents of (metre, kilogram, second, radian). A bare number has no dimension: it is in SI units.
 Unit values: the SI brochure (BIPM, 9th edition); inch and pound: international yard and pound agreement, 1959.
 """
 
@@ -14,29 +13,22 @@ from functools import lru_cache
 Dimension = tuple[int, int, int, int]
 
 NUMBER: Dimension = (0, 0, 0, 0)
-LENGTH: Dimension = (1, 0, 0, 0)
-MASS: Dimension = (0, 1, 0, 0)
-TIME: Dimension = (0, 0, 1, 0)
-ANGLE: Dimension = (0, 0, 0, 1)
-TORQUE: Dimension = (2, 1, -2, 0)
-INERTIA: Dimension = (2, 1, 0, 0)
+LENGTH, MASS, TIME, ANGLE = (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)
+TORQUE, INERTIA = (2, 1, -2, 0), (2, 1, 0, 0)
 _UNIT_OF = {LENGTH: "m", ANGLE: "rad", MASS: "kg", TIME: "s", TORQUE: "N*m", INERTIA: "kg*m^2"}
+_TURN = 2 * math.pi
 
-# The words for a dimension, with its SI unit; and its units.
+# The words for a dimension with its SI unit, and its units.
 _TABLE: tuple[tuple[str, Dimension, dict[str, float]], ...] = (
     ("length (m)", LENGTH, {"m": 1.0, "km": 1e3, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "inch": 0.0254, "ft": 0.3048}),
     ("mass (kg)", MASS, {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "lb": 0.45359237}),
     ("time (s)", TIME, {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}),
-    (
-        "angle (rad)",
-        ANGLE,
-        {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "arcmin": math.pi / 10800, "rev": 2 * math.pi},
-    ),
+    ("angle (rad)", ANGLE, {"rad": 1.0, "mrad": 1e-3, "deg": _TURN / 360, "arcmin": _TURN / 21600, "rev": _TURN}),
     ("force (N)", (1, 1, -2, 0), {"N": 1.0, "kN": 1e3, "kgf": 9.80665}),
     ("torque (N*m)", TORQUE, {"Nm": 1.0, "J": 1.0}),
     ("moment of inertia (kg*m^2)", INERTIA, {}),
     ("speed (m/s)", (1, 0, -1, 0), {}),
-    ("angular speed (rad/s)", (0, 0, -1, 1), {"rpm": 2 * math.pi / 60}),
+    ("angular speed (rad/s)", (0, 0, -1, 1), {"rpm": _TURN / 60}),
     ("frequency (Hz)", (0, 0, -1, 0), {"Hz": 1.0, "kHz": 1e3}),
     ("density (kg/m^3)", (-3, 1, 0, 0), {}),
     ("area (m^2)", (2, 0, 0, 0), {}),
@@ -50,14 +42,10 @@ UNITS = {unit: (value, dimension) for _, dimension, units in _TABLE for unit, va
 _NAMES = {dimension: f"a{'n' if words[0] == 'a' else ''} {words}" for words, dimension, _ in _TABLE if words}
 _NAMES[NUMBER] = "a plain number"
 # The dimensions that a parameter can be declared to have, by the word for it.
-DIMENSIONS: dict[str, Dimension] = {
-    words.partition(" (")[0].removeprefix("moment of ").replace(" ", "_"): dimension
-    for words, dimension, _ in _TABLE[:11]
-}
+_WORDS = (words.partition(" (")[0].removeprefix("moment of ").replace(" ", "_") for words, _, _ in _TABLE[:11])
+DIMENSIONS: dict[str, Dimension] = {word: row[1] for word, row in zip(_WORDS, _TABLE, strict=False)}
 
-# No quantity is longer: a text of megabytes is none.
-MAX_LENGTH = 100
-
+MAX_LENGTH = 100  # of a quantity: a text of megabytes is none
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _BARE = re.compile(rf"{_NUMBER}\Z")
 _QUANTITY = re.compile(rf"({_NUMBER})\s*([A-Za-z][A-Za-z0-9^*/-]*)\Z")
@@ -73,8 +61,7 @@ class Quantity(float):
 
     def __new__(cls, value: float, dimension: Dimension, text: str = "") -> Quantity:
         made = super().__new__(cls, value)
-        made.dimension = dimension
-        made.text = text
+        made.dimension, made.text = dimension, text
         return made
 
     @staticmethod
@@ -85,13 +72,11 @@ class Quantity(float):
         unit = parse_unit(match[2]) if match else None
         if match is None or unit is None:
             return None
-        # Powers of ten move the exponent, so that 46.62 mm is the double 0.04662.
         factor, exponent = unit[0], round(math.log10(unit[0]))
-        value = float(match[1]) * factor
-        if factor == float(f"1e{exponent}"):
-            mantissa, _, power = match[1].lower().partition("e")
-            value = float(f"{mantissa}e{int(power or 0) + exponent}")
-        return Quantity(value, unit[1], text)
+        mantissa, _, power = match[1].lower().partition("e")
+        if factor == float(f"1e{exponent}"):  # so that 46.62 mm is the double 0.04662
+            return Quantity(float(f"{mantissa}e{int(power or 0) + exponent}"), unit[1], text)
+        return Quantity(float(match[1]) * factor, unit[1], text)
 
     @property
     def unit(self) -> str:
@@ -129,13 +114,7 @@ def describe(dimension: Dimension) -> str:
 
 @lru_cache(maxsize=1_000)
 def parse_unit(text: str) -> tuple[float, Dimension] | None:
-    """Return the SI value and the dimension of a unit such as ``mm``, ``N*m`` or ``kg*m^2``; None if it is unknown.
-
-    >>> parse_unit("rad/s")
-    (1.0, (0, 0, -1, 1))
-    """
-    if text in UNITS:
-        return UNITS[text]
+    """Return the SI value and the dimension of a unit such as ``mm``, ``N*m`` or ``kg*m^2``; None if it is unknown."""
     value, dimension, end = 1.0, NUMBER, 0
     for match in _FACTOR.finditer(text):
         operator, name, power = match.groups()

@@ -1,18 +1,14 @@
-"""Words of messages: lists of names, letters that look alike, and "did you mean".
-
-Letters that look like Latin ones are those of Unicode's list of confusables (https://www.unicode.org/reports/tr39/)
-that a keyboard of another script types.
-"""
+"""Words of messages: lists of names, letters that look alike, and "did you mean"."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches
+from functools import lru_cache
+from itertools import pairwise
 
-MAX_COMPARED = 60
-MAX_LISTED = 40
-MAX_SUGGESTED = 3
+MAX_COMPARED, MAX_LISTED, MAX_SUGGESTED = 60, 40, 3
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
@@ -46,24 +42,21 @@ def _similar(word: str, names: list[str]) -> list[str]:
 
 def swaps(word: str) -> Iterator[str]:
     """Yield each word with two neighbouring letters of ``word`` swapped."""
-    for at in range(1, len(word)):
-        if word[at - 1] != word[at]:
-            yield f"{word[: at - 1]}{word[at]}{word[at - 1]}{word[at + 1 :]}"
+    for at, (first, second) in enumerate(pairwise(word)):
+        if first != second:
+            yield f"{word[:at]}{second}{first}{word[at + 2 :]}"
 
 
 def _parts(name: str) -> list[str]:
-    """Return the words of a name in small letters: those of ``left_wheel`` are left and wheel."""
     return [part for part in re.split(r"[\W_]+", name.casefold()) if part]
 
 
 def _contains(longer: list[str], shorter: list[str]) -> bool:
     """Return True if one name contains the words of another in a row, or begins or ends with them."""
     long, short = "".join(longer), "".join(shorter)
-    if len(short) < 3 or len(long) <= len(short):
-        return False
-    if len(short) > 3 and (long.startswith(short) or long.endswith(short)):
-        return True
-    return any(longer[i : i + len(shorter)] == shorter for i in range(len(longer) - len(shorter) + 1))
+    is_end = len(short) > 3 and (long.startswith(short) or long.endswith(short))
+    is_within = any(longer[i : i + len(shorter)] == shorter for i in range(len(longer) - len(shorter) + 1))
+    return 2 < len(short) < len(long) and (is_end or is_within)
 
 
 def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
@@ -72,18 +65,13 @@ def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
     if close := _similar(word, names):
         looks_same = not (word + close[0]).isascii() and look(word) == look(close[0])
         reason = f" the two differ in {difference(word, close[0])}" if looks_same else ""
-        return f"did you mean {' or '.join(map(_in_quotes, close))}?{reason}"
-    return or_else(f"known: {first_of(names, MAX_LISTED)}" if names else "", otherwise)
+        return f"did you mean {' or '.join(quoted([name]) for name in close)}?{reason}"
+    known = f"known: {first_of(names, MAX_LISTED)}" if names else ""
+    return f"{otherwise} ({known})" if known and otherwise else known or otherwise
 
 
-def or_else(guess: str, otherwise: str) -> str:
-    """Return 'did you mean "x"?' as it is, or what to do before a list of legal words."""
-    if guess.startswith("did") or not otherwise:
-        return guess
-    return f"{otherwise} ({guess})" if guess else otherwise
-
-
-# Letters of Cyrillic, Greek and Armenian, each before the one of Latin that it looks like; and dashes.
+# Letters of Cyrillic, Greek and Armenian, each before the one of Latin that it looks like; and dashes. They are of
+# Unicode's list of confusables (https://www.unicode.org/reports/tr39/) that a keyboard of another script types.
 _ALIKE = (
     "аaсcеeоoрpхxуyіiјjѕsԁdһhԛqԝwѵvӏlАAВBЕEІIЈJКKМMНHОOРPСCТTУYХXЅSԌGҮY"
     "οoνvρpιiκkυuχxΑAΒBΕEΖZΗHΙIΚKΜMΝNΟOΡPΤTΥYΧXϲcϳj"
@@ -103,17 +91,13 @@ def unseen(name: str) -> str:
         return ""
     from unicodedata import category
 
-    def is_unseen(letter: str) -> bool:
-        is_control = category(letter) in ("Cc", "Cf", "Cs", "Zl", "Zp")
-        return is_control or letter in _FILLERS or _SELECTORS.match(letter) is not None
-
-    return next(filter(is_unseen, name), "")
+    kinds = ("Cc", "Cf", "Cs", "Zl", "Zp")
+    return next((c for c in name if category(c) in kinds or c in _FILLERS or _SELECTORS.match(c)), "")
 
 
 def foreign(name: str) -> str:
     """Return the first letter of another script that looks like a Latin one, in a word with Latin letters."""
-    words = () if name.isascii() else _WORD.findall(name)
-    mixed = (word for word in words if any(letter.isascii() for letter in word))
+    mixed = (word for word in _WORD.findall(name) if not word.isascii() and any(map(str.isascii, word)))
     return next((letter for word in mixed for letter in word if ord(letter) in LATIN), "")
 
 
@@ -121,8 +105,7 @@ def in_words(letter: str) -> str:
     """Return a letter by its number and its name in Unicode: U+200B ZERO WIDTH SPACE."""
     from unicodedata import name
 
-    called = name(letter, "")
-    return f"U+{ord(letter):04X}{f' {called}' if called else ', a control character'}"
+    return f"U+{ord(letter):04X} {name(letter, '')}".rstrip() + ("" if name(letter, "") else ", a control character")
 
 
 def look(name: str, case: bool = True) -> str:
@@ -131,8 +114,7 @@ def look(name: str, case: bool = True) -> str:
         from unicodedata import normalize
 
         name = normalize("NFKC", name)
-        name = name if name.isascii() else normalize("NFC", "".join(filter(lambda letter: not unseen(letter), name)))
-        name = name.translate(LATIN)
+        name = normalize("NFC", "".join(c for c in name if not unseen(c))).translate(LATIN)
     return name.casefold() if case else name
 
 
@@ -141,8 +123,7 @@ def difference(name: str, other: str) -> str:
     from unicodedata import normalize
 
     pairs = ((name, other), (other, name))
-    hidden = next((unseen(first) for first, second in pairs if unseen(first) and unseen(first) not in second), "")
-    if hidden:
+    if hidden := next((unseen(first) for first, second in pairs if unseen(first) and unseen(first) not in second), ""):
         return f"{in_words(hidden)}, which is invisible"
     if normalize("NFC", name) == normalize("NFC", other):
         return "the Unicode form (NFC, NFD)"
@@ -152,8 +133,9 @@ def difference(name: str, other: str) -> str:
     return next(map(in_words, strange), "letters that look alike")
 
 
+@lru_cache(maxsize=16)
 def split_lines(text: str) -> list[str]:
-    """Return the lines of a text, as YAML counts them."""
+    """Return the lines of a text, as YAML counts them; the list is not to be changed."""
     return re.split("\r\n|[\n\r\x85\u2028\u2029]", text)
 
 
@@ -164,11 +146,6 @@ def printable(text: str, keep: str = "") -> str:
     return "".join(c if c.isprintable() or c in keep else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
-def inert(line: str) -> str:
-    """Return a line in which a job on GitHub finds no command, whatever a robot is called."""
-    return line.replace("::", ": :").replace("##[", "## [")
-
-
 def masked(text: str, keep: str = "") -> str:
     """Return a text with a question mark for each control character, for files that have no place for them."""
     return "".join(c if c.isprintable() or c in keep else "?" for c in text)
@@ -176,9 +153,11 @@ def masked(text: str, keep: str = "") -> str:
 
 def plural(noun: str, count: int) -> str:
     """Return a noun as it is written after a number."""
-    ends_in_y = noun.endswith("y") and noun[-2] not in "aeiou"
-    many = f"{noun[:-1]}ies" if ends_in_y else f"{noun}{'es' if noun.endswith(('s', 'x', 'sh', 'ch')) else 's'}"
-    return noun if count == 1 else many
+    if count == 1:
+        return noun
+    if noun.endswith("y") and noun[-2] not in "aeiou":
+        return f"{noun[:-1]}ies"
+    return f"{noun}{'es' if noun.endswith(('s', 'x', 'sh', 'ch')) else 's'}"
 
 
 def counted(count: int, noun: str) -> str:
@@ -198,16 +177,12 @@ def and_more(count: int, of: str = "") -> str:
 
 def listed(words: Iterable[str], most: int | None = None) -> str:
     """Return words as in a sentence; of more than ``most`` the first ones and the number of the others."""
-    every = list(words) or [""]
-    if most is not None and len(every) > most:
-        return first_of(every, most)
-    return " and ".join(filter(None, (", ".join(every[:-1]), every[-1])))
+    *others, last = list(words) or [""]
+    if most is not None and len(others) >= most:
+        return first_of([*others, last], most)
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def quoted(names: Iterable[str], most: int | None = None) -> str:
     """Return names in quotes, as in a sentence."""
-    return listed(map(_in_quotes, names), most)
-
-
-def _in_quotes(name: str) -> str:
-    return f'"{name}"'
+    return listed((f'"{name}"' for name in names), most)

@@ -15,17 +15,15 @@ from .wording import printable
 
 MAX_DEPTH = 60
 _QUOTE = "put the text in quotes"
-_MERGE = "choose a version, remove the marks"
+_COMMENT = 'a comment begins with "#"'
 _COLON = re.compile(r":(\s|$)")
-_ITEM = re.compile(r" *(- +)*")
+_ITEM = re.compile(r"^ *(- +)*")
 _FOREIGN_COMMENT = re.compile(r" *(//|/\*|<!--|--)")
 _CONFLICT = re.compile(r"^(<{7}|\|{7}|>{7})(?= |$)", re.MULTILINE)
 _IN_BRACKETS = re.compile(r"""(?<!\w)"(?:\\.|[^"\\])*"|(?<!\w)'[^']*'|(?<!\S)#.*|[\[\]{}]""")
 _BEGINNINGS = {"*": "an alias", "&": "an anchor", "!": "a tag", ">": "a text of lines", "|": "a text of lines"}
-
-
-# What libyaml reports, the mistake, the fix, and whether it is where a context began. Tried in this order, after
-# the mistakes that need a look at the lines. {letter} is the character where the parser stopped.
+# What libyaml reports, the mistake, the fix, and whether it is where a context began. {letter} is the character where
+# the parser stopped.
 _REPORTS = (
     ("cannot start any token", 'no text begins with "{letter}"', _QUOTE, False),
     ("block sequence entries are not", "a list cannot begin behind its key", "begin it on the next line", False),
@@ -41,7 +39,9 @@ def explained(source: Source, problem: yaml.YAMLError) -> Diagnostic:
     if "maximum nesting depth" in str(getattr(problem, "problem", None)):  # as libyaml has it at 1,000 levels
         span = source.span(problem.problem_mark.index)  # type: ignore[attr-defined]
         return error("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", span, "flatten the file")
-    return _Failure(source, problem).explain()
+    failure = _Failure(source, problem)
+    kinds = (failure.mark, failure.quote, failure.after_a_value, failure.bracket, failure.colon, failure.indentation)
+    return next((made for kind in kinds if (made := kind())), None) or failure.beginning()
 
 
 class _Failure:
@@ -51,49 +51,48 @@ class _Failure:
         begun = getattr(problem, "context_mark", None)
         mark = getattr(problem, "problem_mark", None) or begun
         self.source = source
-        self.at = Span(source, mark.line + 1, mark.column + 1) if mark else Span(source, 1, 1)
-        self.begun = Span(source, begun.line + 1, begun.column + 1) if begun else self.at
+        self.at = (mark.line + 1, mark.column + 1) if mark else (1, 1)
+        self.begun = (begun.line + 1, begun.column + 1) if begun else self.at
         self.what = f"{getattr(problem, 'context', None) or ''}: {getattr(problem, 'problem', None) or ''}"
-        self.text = source.line(self.at.line)
-        self.before, self.rest = self.text[: self.at.column - 1], self.text[self.at.column - 1 :]
-        self.letter = self.rest[:1]
-        self.opened = source.line(self.begun.line)[self.begun.column - 1 :][:1]
+        self.line, self.text = self.at[0], source.line(self.at[0])
+        self.before, self.rest = self.text[: self.at[1] - 1], self.text[self.at[1] - 1 :]
+        self.letter, self.indent = self.rest[:1], len(self.text) - len(self.text.lstrip(" "))
+        self.opened = source.line(self.begun[0])[self.begun[1] - 1 :][:1]
 
     def report(
-        self, message: str, help: str, place: Span | tuple[int, int] | None = None, length: int = 1, and_here: str = ""
+        self, message: str, help: str, place: tuple[int, ...] = (), length: int = 1, and_here: str = ""
     ) -> Diagnostic:
-        """Return the diagnostic at a place, by default where the parser stopped; ``and_here`` describes that one."""
-        line, column = place if isinstance(place, tuple) and len(place) == 2 else (place or self.at)[1:3]
-        related = [Related(and_here, self.at)] if and_here else []
+        """Return the diagnostic at a line and column, by default where the parser stopped, which ``and_here`` names."""
+        line, column = place or self.at
+        related = [Related(and_here, Span(self.source, *self.at))] if and_here else []
         return error("yaml-syntax", message, Span(self.source, line, column, max(1, length)), help, related)
 
-    def explain(self) -> Diagnostic:
+    def mark(self) -> Diagnostic | None:
+        """Report characters that mean something elsewhere: of git, of other languages, of a text editor."""
         if mark := _CONFLICT.search(self.source.text):
-            return self.report("a merge conflict is not resolved", _MERGE, self.source.span(mark.start()), 7)
+            place = self.source.span(mark.start())[1:3]
+            return self.report("a merge conflict is not resolved", "choose a version, remove the marks", place, 7)
         if "\t" in (blank := self.text[: len(self.text) - len(self.text.lstrip())]):
-            return self.report("a tab indents this line", "use spaces", (self.at.line, blank.index("\t") + 1))
+            return self.report("a tab indents this line", "use spaces", (self.line, blank.index("\t") + 1))
         if self.before.endswith("$") and self.letter == "{":
             help = 'inside [ ] and { } an expression needs quotes: "${...}"'
-            return self.report("this expression needs quotes", help, (self.at.line, self.at.column - 1), 2)
-        for number in range(self.begun.line, self.at.line + 1) if "parsing a flow" in self.what else ():
-            if found := _FOREIGN_COMMENT.match(self.source.line(number)):
-                return self.foreign_comment(number, found)
-        explained = self.quote() or self.after_a_value() or self.bracket() or self.colon() or self.indentation()
-        return explained or self.beginning()
+            return self.report("this expression needs quotes", help, (self.line, self.at[1] - 1), 2)
+        lines = range(self.begun[0], self.line + 1) if "parsing a flow" in self.what else ()
+        return next((made for number in lines if (made := self.foreign_comment(number))), None)
 
-    def foreign_comment(self, line: int, found: re.Match[str]) -> Diagnostic:
-        message = f'"{found[1]}" does not begin a comment'
-        return self.report(message, 'a comment begins with "#"', (line, found.start(1) + 1), len(found[1]))
+    def foreign_comment(self, line: int) -> Diagnostic | None:
+        found = _FOREIGN_COMMENT.match(self.source.line(line))
+        message = f'"{found[1]}" does not begin a comment' if found else ""
+        return self.report(message, _COMMENT, (line, found.start(1) + 1), len(found[1])) if found else None
 
     def quote(self) -> Diagnostic | None:
-        begun = self.begun
+        begun: tuple[int, ...] = self.begun
         if "quoted scalar" not in self.what:  # closed only by the next quote, in a later line
-            end, last = (self.at.line - 1, len(self.before.rstrip())), None
-            for token in quoted_tokens(self.source.text):
-                last = token if token.start_mark.line < end[0] else last
-            if last is None or (last.end_mark.line, last.end_mark.column) != end:
+            end = (self.line - 1, len(self.before.rstrip()))
+            above = [token for token in quoted_tokens(self.source.text) if token.start_mark.line < end[0]][-1:]
+            if not above or (above[0].end_mark.line, above[0].end_mark.column) != end:
                 return None
-            begun = self.source.span(last.start_mark.index)
+            begun = self.source.span(above[0].start_mark.index)[1:3]
         elif "escape" in self.what:
             help = "use single quotes, or write the backslash twice"
             return self.report(f'"{self.rest[:2]}" has no meaning in double quotes', help, length=2)
@@ -111,7 +110,7 @@ class _Failure:
         if rest[0] in "]}":
             return self.report(f'"{rest[0]}" closes nothing', "remove it, or open it before")
         word = printable(rest.split()[0])
-        help = 'a comment begins with "#"; each number of a list has its own unit'
+        help = f"{_COMMENT}; each number of a list has its own unit"
         return self.report(f'"{word}" is after the closing "{before[-1]}"', help, length=len(word))
 
     def bracket(self) -> Diagnostic | None:
@@ -121,78 +120,77 @@ class _Failure:
             return None
         closing, is_other = "}" if self.opened == "{" else "]", self.letter in ("]", "}")
         depth, is_closed = 0, False
-        rest = "\n".join(self.source.text.splitlines()[self.begun.line - 1 :])[self.begun.column - 1 :]
+        rest = "\n".join(self.source.text.splitlines()[self.begun[0] - 1 :])[self.begun[1] - 1 :]
         for found in _IN_BRACKETS.finditer(rest):
             depth += (found[0] in "[{") - (found[0] in "]}")
             is_closed = is_closed or (depth == 0 and found[0] in "]}")
         if is_other or not is_closed:
             here = f'the "{self.letter}"' if is_other else "something else begins here" if self.text.strip() else ""
-            message = f'this "{self.opened}" is not closed' + (f' before the "{self.letter}"' if is_other else "")
+            message = f'this "{self.opened}" is not closed{f" before {here}" if is_other else ""}'
             return self.report(message, f'add "{closing}"', self.begun, and_here=here)
-        piece = re.split(r"[,\[\]{}]", self.before)[-1]
-        text, start = piece.strip(), len(self.before) - len(piece.lstrip())
+        text = re.split(r"[,\[\]{}]", self.before)[-1].strip()
+        end = len(self.before.rstrip()) + 1
         word = text.split()[-1] if text else ""
-        value = text[: -len(word)].rstrip() if word != text or self.at.line == self.begun.line else "above"
+        value = text[: -len(word)].rstrip() if word != text or self.line == self.begun[0] else "above"
         if self.letter == ":" and value and not value.endswith(":") and word in _keys():
-            place = (self.at.line, start + 1 + len(text) - len(word))
-            return self.report(f'a "," is missing before "{word}"', "add it", place, len(word))
+            return self.report(f'a "," is missing before "{word}"', "add it", (self.line, end - len(word)), len(word))
         if self.letter == ":" and ": " in text:
-            value = text.partition(": ")[2].lstrip()
-            place = (self.at.line, start + 1 + len(text) - len(value))
-            return self.report('a text with ":" needs quotes', _QUOTE, place, len(value) + 1)
+            length = len(text.partition(": ")[2].lstrip())
+            return self.report('a text with ":" needs quotes', _QUOTE, (self.line, end - length), length + 1)
         return self.report(f'a "," or the closing "{closing}" is missing here', f"add it, or {_QUOTE}")
 
     def colon(self) -> Diagnostic | None:
         not_allowed = "mapping values are not allowed" in self.what
         if not_allowed and (found := _COLON.search(self.before)):
             value = self.before[found.end() :]
-            place = (self.at.line, found.end() + 1 + len(value) - len(value.lstrip()))
+            place = (self.line, found.end() + 1 + len(value) - len(value.lstrip()))
             return self.report('a text with ":" needs quotes', _QUOTE, place, len(value.strip()))
+        above = self.line_above(self.line)
         if not_allowed or self.what.endswith("could not find expected ':'"):
-            number = self.begun.line if "simple key" in self.what else self.line_above(self.at.line)
+            number = self.begun[0] if "simple key" in self.what else above
             while number and _is_bare(self.source.line(number)):
-                above = self.line_above(number)
+                higher = self.line_above(number)
                 is_item = self.source.line(number).lstrip().startswith("- ")
-                if is_item or not above or not _is_bare(self.source.line(above)):
+                if is_item or not higher or not _is_bare(self.source.line(higher)):
                     return self.bare_line(number)
-                number = above
-        above_text = self.source.line(self.line_above(self.at.line))
-        if not_allowed and _COLON.search(above_text):
-            name = printable(_COLON.split(above_text.strip().lstrip("- "))[0].strip()[:40])
+                number = higher
+        if not_allowed and _COLON.search(text := self.source.line(above)):
+            name = printable(_COLON.split(text.strip().lstrip("- "))[0].strip()[:40])
             message = f'this line is indented below "{name}", which already has a value'
-            help = f'indent it by {_key_indent(above_text)}, as "{name}"'
-            return self.report(message, help, (self.at.line, _indent(self.text) + 1))
+            help = f'indent it by {_key_indent(text)}, as "{name}"'
+            return self.report(message, help, (self.line, self.indent + 1))
         return None
 
     def bare_line(self, number: int) -> Diagnostic:
         """Report a line that has no key, or a sign in the place of the colon."""
+        if comment := self.foreign_comment(number):
+            return comment
         line = self.source.line(number)
         column = _key_indent(line) + 1
         text, place = line[column - 1 :].strip(), (number, column)
-        if found := _FOREIGN_COMMENT.match(line):
-            return self.foreign_comment(number, found)
+        name, _, value = text.partition(" ")
+        message, help = 'a ":" is missing in this line', f"write {printable(f'{name}: {value.strip()}')}"
         if text.startswith("<"):
-            return self.report("this is XML within YAML", "keep it as text under urdf_elements", place, len(text))
-        if found := re.match(r"([\w.-]+)\s*(:=|[:=\uff1a])\s*(\S.*)?$", text):
+            message, help = "this is XML within YAML", "keep it as text under urdf_elements"
+        elif found := re.match(r"([\w.-]+)\s*(:=|[:=\uff1a])\s*(\S.*)?$", text):
             name, sign, value = found.groups()
             message = 'a space is missing after the ":"' if sign == ":" else f'"{sign}" is in the place of ":"'
-            return self.report(message, f"write {printable(f'{name}: {value}')}", place, len(text))
-        name, _, value = text.partition(" ")
-        is_prose = len(text.split()) > 3 or text[-1] in ".,;!"
-        help = 'a comment begins with "#"' if is_prose else f"write {printable(f'{name}: {value.strip()}')}"
-        return self.report('a ":" is missing in this line', help, place, len(text))
+            help = f"write {printable(f'{name}: {value}')}"
+        elif len(text.split()) > 3 or text[-1] in ".,;!":
+            help = _COMMENT
+        return self.report(message, help, place, len(text))
 
     def indentation(self) -> Diagnostic | None:
         is_item = "'-' indicator" in self.what
         if not ("expected key" in self.what or is_item) or self.before.strip() or not self.text.strip():
             return None
-        place = (self.at.line, (indent := _indent(self.text)) + 1)
-        if is_item and indent == self.begun.column - 1:
-            return self.report('an item of this list has no "- "', "indent it deeper, to belong to the above", place)
-        if self.letter == "-":
-            return self.report("an item of a list is among keys", "indent it under the key of its list", place)
-        message = f"this line is indented by {indent} spaces, as no entry above it is"
-        return self.report(message, "indent it as the entry that it belongs to", place)
+        message = f"this line is indented by {self.indent} spaces, as no entry above it is"
+        help = "indent it as the entry that it belongs to"
+        if is_item and self.indent == self.begun[1] - 1:
+            message, help = 'an item of this list has no "- "', "indent it deeper, to belong to the above"
+        elif self.letter == "-":
+            message, help = "an item of a list is among keys", "indent it under the key of its list"
+        return self.report(message, help, (self.line, self.indent + 1))
 
     def beginning(self) -> Diagnostic:
         """Report a value that begins with a character to which YAML gives a meaning."""
@@ -207,10 +205,8 @@ class _Failure:
             if self.letter:
                 return self.report(f'"{self.letter}" closes nothing', "remove it, or open it before")
             if (last := max(text.rfind("["), text.rfind("{"))) >= 0:
-                closing = {"[": "]", "{": "}"}[text[last]]
-                return self.report(
-                    f'this "{text[last]}" is not closed', f'add "{closing}"', self.source.span(last)[1:3]
-                )
+                help = 'add "]"' if text[last] == "[" else 'add "}"'
+                return self.report(f'this "{text[last]}" is not closed', help, self.source.span(last)[1:3])
         is_scanning = self.what.startswith(("while scanning", "while parsing a node", "while parsing a t"))
         if self.opened in _BEGINNINGS and is_scanning:
             return self.report(f'"{self.opened}" begins {_BEGINNINGS[self.opened]} here', _QUOTE, self.begun)
@@ -222,10 +218,7 @@ class _Failure:
 
     def line_above(self, line: int) -> int:
         """Return the number of the nearest line above that is neither empty nor a comment, or 0."""
-        line -= 1
-        while line and self.source.line(line).lstrip()[:1] in ("", "#"):
-            line -= 1
-        return line
+        return next((n for n in range(line - 1, 0, -1) if self.source.line(n).lstrip()[:1] not in ("", "#")), 0)
 
 
 def _keys() -> set[str]:
@@ -239,14 +232,9 @@ def _is_bare(line: str) -> bool:
     return bool(text) and not _COLON.search(text) and not text.startswith(("[", "{", "---", "'", '"'))
 
 
-def _indent(line: str) -> int:
-    return len(line) - len(line.lstrip(" "))
-
-
 def _key_indent(line: str) -> int:
     """Return the indentation of the key of a line, which may be the first one of an item."""
-    found = _ITEM.match(line)
-    return found.end() if found else 0
+    return len(line) - len(_ITEM.sub("", line))
 
 
 def quoted_tokens(text: str) -> Iterator[Any]:

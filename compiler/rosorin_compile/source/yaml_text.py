@@ -19,31 +19,35 @@ _RAW = re.compile(
     "[ -~\u00a1-\u00ac\u00ae-\u167f\u1681-\u1fff\u2010-\u2027\u2030-\u205e\u2070-\u2fff\u3001-\ud7ff"
     "\ue000-\ufefe\uff00-\ufffd\U00010000-\U0010ffff]*"
 )
+_SIGNS = "-?:,[]{}#&*!|>'\"%@`="  # with which no plain scalar begins
 _SHORT = {"\0": "0", "\a": "a", "\b": "b", "\t": "t", "\n": "n", "\v": "v", "\f": "f", "\r": "r", "\x1b": "e"}
 _SHORT |= {'"': '"', "\\": "\\", "\x85": "N", "\xa0": "_", "\u2028": "L", "\u2029": "P"}
 
 
 class Scalar(str):
-    """A text as a scalar of YAML.
-
-    >>> Scalar("base link").written(True), Scalar("180 deg").written(True), Scalar("a: b").written(False)
-    ('base link', '"180 deg"', '"a: b"')
-    """
+    """A text as a scalar of YAML."""
 
     __slots__ = ()
 
     @lru_cache(maxsize=20_000)  # noqa: B019 - the same keys and texts occur in a robot again and again
     def written(self, flow: bool) -> str:
         """Return it on one line, in quotes only where it has to be; ``flow`` is inside brackets."""
-        if self._is_plain(flow):
+        has_sign = ": " in self or " #" in self or self.endswith(":") or (flow and any(c in ",[]{}" for c in self))
+        is_plain = self != "" and self == self.strip(" ") and self[0] not in _SIGNS and self.is_raw and not has_sign
+        if is_plain and not self.startswith("...") and not _YAML_1_1.fullmatch(self) and isinstance(self.value, str):
             return str(self)
         if ('"' in self or "\\" in self) and "'" not in self and self.is_raw:
             return f"'{self}'"
         return self.quoted()
 
     def quoted(self) -> str:
-        """Return it in double quotes, which every reader of YAML takes for just this text."""
-        return '"' + "".join(map(_letter, self)) + '"'
+        """Return it in double quotes (https://yaml.org/spec/1.2.2/#57-escaped-characters)."""
+        escaped = (c.encode("unicode_escape", "surrogatepass").decode("ascii") for c in self)
+        letters = (
+            f"\\{_SHORT[c]}" if c in _SHORT else c if _RAW.fullmatch(c) else escape
+            for c, escape in zip(self, escaped, strict=True)
+        )
+        return '"' + "".join(letters) + '"'
 
     @property
     def is_raw(self) -> bool:
@@ -54,21 +58,3 @@ class Scalar(str):
     def value(self) -> Any:
         """Its value without quotes: None, bool, int, float, Quantity or str."""
         return plain_scalar(str(self))
-
-    def _is_plain(self, flow: bool) -> bool:
-        """Return True if it needs no quotes, for this reader of YAML and for others."""
-        if not self or self != self.strip(" ") or self[0] in "-?:,[]{}#&*!|>'\"%@`=" or not self.is_raw:
-            return False
-        if ": " in self or " #" in self or self.endswith(":") or self.startswith("..."):
-            return False
-        if (flow and any(letter in ",[]{}" for letter in self)) or _YAML_1_1.fullmatch(self):
-            return False
-        return isinstance(self.value, str)
-
-
-def _letter(letter: str) -> str:
-    """Return a letter inside double quotes (https://yaml.org/spec/1.2.2/#57-escaped-characters)."""
-    if letter in _SHORT:
-        return f"\\{_SHORT[letter]}"
-    escape = letter.encode("unicode_escape", "surrogatepass").decode("ascii")
-    return letter if _RAW.fullmatch(letter) else escape

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from itertools import product
+from itertools import count, product
 from typing import NamedTuple
 
 from rosorin_compile.model import Robot
@@ -21,8 +21,6 @@ PALETTE = (
     *("#999933", "#cc6677", "#117733"),
 )
 GREY = "#8c959f"  # nobody
-
-_Cube = tuple[bool | None, ...]  # on, off or either, for each mode
 
 
 class TooMany(Exception):
@@ -64,16 +62,15 @@ def frame_trees(robot: Robot, fixed: Mapping[str, bool]) -> tuple[Tree, ...]:
         groups.setdefault(active, []).append(states)
     trees: list[Tree] = []
     for active, group in groups.items():
-        if not any(all(fixed.get(*pair) == pair[1] for pair in zip(varied, states, strict=True)) for states in group):
+        if not any(all(fixed.get(mode, on) == on for mode, on in zip(varied, states, strict=True)) for states in group):
             continue
-        cubes = [zip(varied, cube, strict=True) for cube in _cubes(group)]
-        modes = [{**held, **{mode: state for mode, state in cube if state is not None}} for cube in cubes]
+        modes = tuple(held | {varied[at]: on for at, on in cube.items()} for cube in _cubes(group))
         words = [" and ".join(f"{mode} is {'on' if on else 'off'}" for mode, on in states.items()) for states in modes]
         short = "_".join(f"{mode}_{'on' if on else 'off'}" for mode, on in modes[0].items())
         taken = {tree.short.casefold() for tree in trees}
-        names = (short, *(f"{short}_{number}" for number in range(2, len(trees) + 3)))
-        unique = next(name for name in names if name.casefold() not in taken)
-        trees.append(Tree(", or ".join(words), unique, tuple(modes), active))
+        if short.casefold() in taken:
+            short = next(name for at in count(2) if (name := f"{short}_{at}").casefold() not in taken)
+        trees.append(Tree(", or ".join(words), short, modes, active))
     if len(trees) > _MAX_TREES:
         raise TooMany(f"the tree of frames differs in {len(trees)} combinations of modes: too many to show")
     return tuple(trees)
@@ -81,31 +78,21 @@ def frame_trees(robot: Robot, fixed: Mapping[str, bool]) -> tuple[Tree, ...]:
 
 def _active(edges: Sequence[Row], modes: Mapping[str, bool]) -> tuple[Row, ...]:
     """Return the edges in some modes. An edge that nobody publishes is replaced by another one of the same frames."""
-    there = [row for row in edges if holds(row.when, modes)]
-    published = {(row.parent, row.child) for row in there if row.published}
-    last = {(row.parent, row.child): row for row in there}
-
-    def is_shown(row: Row) -> bool:
-        ends = (row.parent, row.child)
-        return row.published or (ends not in published and last[ends] is row)
-
-    return tuple(filter(is_shown, there))
+    active = [row for row in edges if holds(row.when, modes)]
+    best = {(row.parent, row.child): row for row in sorted(active, key=lambda row: row.published)}
+    return tuple(row for row in active if row.published or best[row.parent, row.child] is row)
 
 
-def _cubes(group: Sequence[tuple[bool, ...]]) -> list[_Cube]:
-    """Return combinations, each as wide as possible, that together cover a group and nothing else."""
-
-    def inside(cube: _Cube) -> list[tuple[bool, ...]]:
-        return list(product(*((True, False) if state is None else (state,) for state in cube)))
-
-    members, left, cubes = set(group), dict.fromkeys(group), []
+def _cubes(group: Sequence[tuple[bool, ...]]) -> list[dict[int, bool]]:
+    """Return the fewest conditions, each a state by mode number, that together describe a group of combinations."""
+    left, cubes = list(group), []
     while left:
-        cube: _Cube = next(iter(left))
-        for at in range(len(cube)):
-            wider = (*cube[:at], None, *cube[at + 1 :])
-            if members.issuperset(inside(wider)):
+        cube = dict(enumerate(left[0]))
+        for at in range(len(left[0])):
+            wider = {mode: on for mode, on in cube.items() if mode != at}
+            size = 2 ** (len(left[0]) - len(wider))
+            if sum(all(states[mode] == on for mode, on in wider.items()) for states in group) == size:
                 cube = wider
-        for states in inside(cube):
-            left.pop(states, None)
+        left = [states for states in left if any(states[mode] != on for mode, on in cube.items())]
         cubes.append(cube)
     return cubes

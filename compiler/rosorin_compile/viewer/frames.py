@@ -35,6 +35,13 @@ class FrameEdge:
     joint: str | None
     type: str | None
 
+    @classmethod
+    def of(cls, row: Row) -> FrameEdge:
+        """Return a row of the table of frames as an edge."""
+        publisher, topic = (row.publisher, row.topic) if row.published else (None, None)
+        rest = (row.why, topic, row.when, row.joint, row.kind)
+        return cls(row.parent, row.child, publisher, *(text or None for text in rest))
+
 
 @dataclass(frozen=True)
 class FrameSituation:
@@ -75,43 +82,21 @@ def frames(robot: Robot, modes: Mapping[str, bool], frame: str | None = None, pu
     Raises UnknownName.
     """
     edges = rows(robot)
-    if frame is not None:
-        names = dict.fromkeys([*robot.frames, *(name for row in edges for name in (row.parent, row.child))])
-        if frame not in names:
-            raise UnknownName(f'there is no frame "{frame}"; {did_you_mean(frame, names)}')
-    if publisher is not None:
-        names = dict.fromkeys([*(row.publisher for row in edges), NOBODY])
-        if publisher not in names:
-            raise UnknownName(f'there is no publisher "{publisher}"; {did_you_mean(publisher, names)}')
-    shown = trees(robot, modes)
-    return Frames(
-        robot.name, tuple(_situation(robot, one, frame, publisher) for one in shown), robot=robot, trees=shown
-    )
-
-
-def _situation(robot: Robot, shown: Tree, frame: str | None, publisher: str | None) -> FrameSituation:
-    found = lines(shown.edges, robot.frames)
-    if frame is not None:
-        found = way(found, frame)
-    edges = [line.row for line in found if line.row is not None]
-    names = dict.fromkeys(line.frame for line in found)
-    if publisher is not None:
-        edges, names = [row for row in edges if row.publisher == publisher], {}
-    modes = tuple(dict(states) for states in shown.modes)
-    return FrameSituation(shown.label, modes, tuple(names), tuple(map(_edge, edges)))
-
-
-def _edge(row: Row) -> FrameEdge:
-    return FrameEdge(
-        row.parent,
-        row.child,
-        row.publisher if row.published else None,
-        row.why or None,
-        row.topic if row.published else None,
-        row.when or None,
-        row.joint or None,
-        row.kind or None,
-    )
+    known = {
+        "frame": (frame, [*robot.frames, *(name for row in edges for name in (row.parent, row.child))]),
+        "publisher": (publisher, [*(row.publisher for row in edges), NOBODY]),
+    }
+    for kind, (name, names) in known.items():
+        if name is not None and name not in names:
+            raise UnknownName(f'there is no {kind} "{name}"; {did_you_mean(name, dict.fromkeys(names))}')
+    situations, shown = [], trees(robot, modes)
+    for tree in shown:
+        drawn = lines(tree.edges, robot.frames)
+        drawn = drawn if frame is None else way(drawn, frame)
+        kept = [line.row for line in drawn if line.row and publisher in (None, line.row.publisher)]
+        here = tuple(dict.fromkeys(line.frame for line in drawn)) if publisher is None else ()
+        situations.append(FrameSituation(tree.label, tree.modes, here, tuple(map(FrameEdge.of, kept))))
+    return Frames(robot.name, tuple(situations), robot=robot, trees=shown)
 
 
 def draw_frames(robot: Robot, shown: Sequence[Tree], output: str, force: bool = False) -> Frames:
@@ -121,37 +106,32 @@ def draw_frames(robot: Robot, shown: Sequence[Tree], output: str, force: bool = 
     """
     target = Path(output)
     folder = output.endswith(("/", os.sep)) or target.is_dir()
-    if folder:
-        names = [f"frames_{one.short}.svg" if one.short else "frames.svg" for one in shown]
-        files = {target / name: svg(robot, [one]) for name, one in zip(names, shown, strict=True)}
-    elif output.casefold().endswith(".svg"):
-        files = {target: svg(robot, shown)}
-    else:
+    if not folder and target.suffix.lower() != ".svg":
         raise RequestError(f"{output} is no picture: name one that ends in .svg, or FOLDER/")
-    for path in files:
+    pictures = {target: shown}
+    if folder:
+        pictures = {target / (f"frames_{tree.short}.svg" if tree.short else "frames.svg"): [tree] for tree in shown}
+    for path in pictures:
         check_target(path, force)
+    found = Frames(robot.name, files=tuple(pictures), robot=robot, trees=tuple(shown))
+    files = {path.name: svg(robot, drawn) for path, drawn in pictures.items()}
     try:
         if folder:
-            write_set(Path(os.path.abspath(target)), {path.name: text for path, text in files.items()})
+            write_set(Path(os.path.abspath(target)), files)
         else:
-            write_file(target, files[target].encode(), may_replace=None)
+            write_file(target, files[target.name].encode(), may_replace=None)
     except OutputError as problem:
-        return Frames(
-            robot.name,
-            diagnostics=(problem.diagnostic if folder else replace(problem.diagnostic, rule="picture-file"),),
-            robot=robot,
-        )
-    return Frames(robot.name, files=tuple(files), robot=robot, trees=tuple(shown))
+        failure = problem.diagnostic if folder else replace(problem.diagnostic, rule="picture-file")
+        return Frames(robot.name, diagnostics=(failure,), robot=robot)
+    return found
 
 
 def check_target(path: Path, force: bool) -> None:
     """Raise RequestError if a drawing must not be written to this file: one of other tools needs ``force``."""
     try:
-        exists, is_file = os.path.lexists(path), path.is_file()
-        ours = force or not is_file or may_replace(path)
+        if os.path.lexists(path) and not path.is_file():
+            raise RequestError(f"{path} cannot be written: it is not a regular file")
+        if not force and path.is_file() and not may_replace(path):
+            raise RequestError(f"{path} exists and was not written by this tool: name another file, or add --force")
     except OSError:
         return  # it is reported when the file is written
-    if exists and not is_file:
-        raise RequestError(f"{path} cannot be written: it is not a regular file")
-    if not ours:
-        raise RequestError(f"{path} exists and was not written by this tool: name another file, or add --force")

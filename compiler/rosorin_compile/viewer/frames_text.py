@@ -26,7 +26,7 @@ class Look(NamedTuple):
 
     def paint(self, text: str, code: str) -> str:
         """Return a text in a colour, if there are colours."""
-        return f"{code}{text}{_PLAIN}" if self.publishers and text and code else text
+        return f"{code}{text}{_PLAIN}" if self.publishers and text else text
 
     def colour(self, row: Row | None) -> str:
         """Return the colour of an edge; a root is bold."""
@@ -39,18 +39,17 @@ class Look(NamedTuple):
 def tree(lines: Sequence[Line], look: Look) -> list[str]:
     """Return a tree as lines of text."""
     before: list[str] = []  # the start of lines below each line
-    names = []
+    cells = []
     for line in lines:
-        if line.on < 0:
-            before.append("")
-            names.append(("", line))
-            continue
-        dashed = line.row is not None and not line.row.published
-        branch = (".. " if dashed else "-- ") if look.ascii else ("╌╌ " if dashed else "── ")
-        corner = ("`" if line.last else "|") if look.ascii else ("└" if line.last else "├")
-        names.append((before[line.on] + corner + branch, line))
-        before.append(before[line.on] + ("    " if line.last else "|   " if look.ascii else "│   "))
-    cells = [((f"{start}{line.frame}{' (above)' if line.up else ''}",), line.row, len(start)) for start, line in names]
+        start, below = "", ""
+        if line.on >= 0:
+            dashed = line.row is not None and not line.row.published
+            branch = (".. " if dashed else "-- ") if look.ascii else ("╌╌ " if dashed else "── ")
+            corner = ("`" if line.last else "|") if look.ascii else ("└" if line.last else "├")
+            start = before[line.on] + corner + branch
+            below = before[line.on] + ("    " if line.last else "|   " if look.ascii else "│   ")
+        before.append(below)
+        cells.append(((f"{start}{line.frame}{' (above)' if line.up else ''}",), line.row, len(start)))
     return _columns(_HEADS, cells, look)
 
 
@@ -76,15 +75,11 @@ def _columns(heads: Sequence[str], entries: Sequence[tuple[tuple[str, ...], Row 
         if 0 < look.width < sum(used) + len(_GAP) * (len(used) - 1):
             left_out.append(head)
             del widths[head]
-
-    def joined(texts: Sequence[str]) -> str:
+    lines = []
+    for texts, row, indent in ((heads, None, 0), *((c, row, i) for c, (_, row, i) in zip(cells, entries, strict=True))):
         shown = [(text, widths[head]) for head, text in zip(heads, texts, strict=True) if head in widths]
-        return _GAP.join(text + " " * (width - text_width(text)) for text, width in shown).rstrip()
-
-    lines = [look.paint(joined(heads), _DIM)]
-    for texts, (_, row, indent) in zip(cells, entries, strict=True):
-        text = joined(texts)
-        lines.append(text[:indent] + look.paint(text[indent:], look.colour(row)))
+        text = _GAP.join(text + " " * (width - text_width(text)) for text, width in shown).rstrip()
+        lines.append(text[:indent] + look.paint(text[indent:], look.colour(row) if lines else _DIM))
     lines += [look.paint(f"(no room for: {', '.join(left_out)})", _DIM)] if left_out else []
     return lines + [look.paint(f"({at}) {why}", _DIM) for why, at in numbers.items()]
 

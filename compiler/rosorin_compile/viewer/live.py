@@ -12,16 +12,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.model import Joint
 from rosorin_compile.output.watched_files import WatchedFiles
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
+from rosorin_compile.source.diagnostics import ERROR
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.system import pip_install
 
 from .page import html
+from .page.images import Serving, tables
 from .server import LOOPBACK, Data, Page, Server, Unknown, bound, is_loopback
-from .showing import Shown, look, served
+from .showing import Shown, look
 
 if TYPE_CHECKING:
     from rosorin_compile.cli.console import Console
@@ -82,20 +83,20 @@ class LiveRobot:
             self.server.socket.close()
 
     def compile(self) -> None:
-        """Read the robot, and tell the pages; after an error they keep the last one."""
+        """Read the robot, and notify the pages; after an error they keep the last one."""
         Progress.begin()
         looked = look(self.request)
         Progress.wipe()
-        errors = [one for one in looked.diagnostics if one.severity == "error"]
+        errors = [told for told in looked.diagnostics if told.severity == ERROR]
         self.console.show(errors)
         for file in looked.files:
             with suppress(OSError):
-                files.read_bytes(file)  # what the page asks for later is followed, too
+                files.read_bytes(file)  # what the page requests later is followed, too
         page, shown = self.page, looked.shown
         if shown is None:
             if not page.text:
-                self._publish({"robot": None}, {})
-            page.problem = "".join(one.as_text() for one in errors)
+                self._publish({"robot": None})
+            page.problem = "".join(told.as_text() for told in errors)
             page.changed()
             return
         if page.problem:
@@ -105,16 +106,17 @@ class LiveRobot:
             with self.lock:
                 return shown.explained(frame)
 
-        tables, meshes = served(shown, self.numbers)
-        page.explain, page.touching, page.problem = explained, self._contacts_of(shown), ""
-        self._publish({"robot": {**shown.data, **tables}}, meshes)
+        serving = Serving(self.numbers)
+        data = {**shown.data, **tables(shown.robot, shown.meshes, serving)}
+        page.files, page.explain, page.touching, page.problem = serving.files, explained, self._contacts_of(shown), ""
+        self._publish({"robot": data})
         page.changed()
 
-    def _publish(self, data: Data, meshes: Mapping[str, tuple[Path, str]]) -> None:
+    def _publish(self, data: Data) -> None:
         """Serve a new version of the page."""
-        page, version = self.page, secrets.token_hex(8)
-        text = html(data, live=version)
-        page.files, page.data, page.text, page.version = meshes, {**data, "version": version}, text, version
+        version = secrets.token_hex(8)
+        self.page.text, self.page.data = html(data, live=version), {**data, "version": version}
+        self.page.version = version
 
     def _contacts_of(self, shown: Shown) -> Callable[[Mapping[str, Any]], list[list[str]]]:
         """Return a function for the pairs of links that collide at positions by joint (rad or m)."""
@@ -125,21 +127,20 @@ class LiveRobot:
             engine = engine or self.contacts(shown)
             if missing := engine.lacking():
                 raise Unknown(f"{missing} is not installed; {pip_install('physics')} brings it")
-            joints = shown.robot.joint
+            positions = {}
+            for name, at in state.items():
+                joint = shown.robot.joint.get(name)
+                if joint is None:
+                    continue
+                count = len(joint.coordinates)
+                if isinstance(at, list) != joint.is_several or (joint.is_several and len(at) != count):
+                    raise Unknown(f"joint {name} is at {count} numbers")
+                positions[name] = [*map(float, at)] if isinstance(at, list) else float(at)
             with self.lock:
                 try:
-                    positions = {name: _position(joints[name], at) for name, at in state.items() if name in joints}
                     found: list[list[str]] = engine.pairs(positions)
                     return found
                 except Exception as problem:  # the page shows whatever the engine raises
                     raise Unknown(" ".join(str(problem).split())[:200] or type(problem).__name__) from None
 
         return touching
-
-
-def _position(joint: Joint, at: object) -> float | list[float]:
-    """Return the position of a joint. Raises ValueError unless there is a number for each of its coordinates."""
-    numbers = [float(one) for one in at] if isinstance(at, list) else [float(at)]  # type: ignore[arg-type]
-    if isinstance(at, list) != joint.is_several or len(numbers) != len(joint.coordinates):
-        raise ValueError(f"joint {joint.name} is at {len(joint.coordinates)} numbers, not at {len(numbers)}")
-    return numbers if isinstance(at, list) else numbers[0]

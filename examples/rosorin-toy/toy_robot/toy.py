@@ -12,6 +12,7 @@ from rosorin_compile.extend import (
     Opened,
     Rule,
     Templates,
+    Unsupported,
 )
 from rosorin_compile.model import Inertial, Joint, Link, Output, Pose, Robot, Sphere
 
@@ -118,6 +119,8 @@ def numbers(opened: Opened, line: int, words: list[re.Match[str]], *units: str) 
     return [opened.at(f"{word[0]} {unit}", line, word.start() + 1, len(word[0])) for word, unit in pairs]
 
 
+NO_WORD = ("links.*.visual", "joints.*.actuator", "joints.*.publisher", "actuators", "disabled_contacts")
+UNSUPPORTED = dict.fromkeys((*NO_WORD, "edges", "poses", "sensors", "servos"), Unsupported("balls and joints alone"))
 FORMAT = Format(
     name="toy",
     word="toy",
@@ -134,7 +137,7 @@ FORMAT = Format(
     view=view,
     read=read,
     load=load,
-    lacks=frozenset({"visual", "pose", "sensor", "publisher", "edge", "servo", "actuator", "contact"}),
+    unsupported=UNSUPPORTED,
     folder="toy",
     deploys=True,
 )

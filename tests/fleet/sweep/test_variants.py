@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.source import report
+from rosorin_compile.source.diagnostics import text
 from rosorin_compile.variants.variants import Variants
 
 ARGUMENTS = ["mast", "label", "calibration"]
@@ -101,7 +101,7 @@ def test_a_broken_file_of_a_folder_is_wrong_with_its_variant_alone() -> None:
     (folder / "sum.yaml").write_text("mast: ${1 + 1}\n")
     variants = Variants(folder, ARGUMENTS)
     assert variants.check() == []
-    wrong = {one.name: report.text(one.diagnostics).partition("\n")[0] for one in variants if one.diagnostics}
+    wrong = {one.name: text(one.diagnostics).partition("\n")[0] for one in variants if one.diagnostics}
     assert wrong["list"].startswith("cal/list.yaml:1:1: error[not-a-mapping]: ")
     assert wrong["torn"].startswith("cal/torn.yaml:1:7: error[yaml-syntax]: ")
     assert wrong["sum"].startswith("cal/sum.yaml:1:7: error[bad-argument]: ")

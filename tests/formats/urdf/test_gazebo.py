@@ -10,7 +10,7 @@ import pytest
 
 from rosorin_compile.formats.gazebo_elements import DISTRIBUTIONS
 from rosorin_compile.source.diagnostics import NOTE
-from rosorin_compile.source.report import text as report
+from rosorin_compile.source.diagnostics import text as report
 from support import sdformat
 from support.comparing import compared, told
 from support.paths import ROSORIN

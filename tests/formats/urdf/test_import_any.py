@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
+from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.report import text as report
-from rosorin_compile.source.tree import Map, Seq, locate
+from rosorin_compile.source.tree import Map, Seq
 from support.importing import accepted, meaning, robot, urdf_of
 from support.paths import BROKEN_SOURCES, OUTPUTS
 
@@ -57,7 +57,7 @@ def sane(imported: Imported) -> None:
         check_place(diagnostic)
     for comment in imported.comments:
         assert imported.tree is not None
-        locate(imported.tree, comment.path)
+        imported.tree.locate(comment.path)
 
 
 def check_place(diagnostic: Diagnostic) -> None:

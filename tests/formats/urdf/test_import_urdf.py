@@ -14,8 +14,8 @@ import pytest
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.source.diagnostics import ERROR
+from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.report import text as report
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.units import Quantity
 from support.importing import urdf_of

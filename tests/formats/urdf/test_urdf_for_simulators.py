@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 import rosorin_compile
 from rosorin_compile.compare.agreement import agreement
-from rosorin_compile.formats.carriers import inertials_at
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
+from rosorin_compile.formats.urdf.write import inertials_at
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     Box,
@@ -38,7 +38,7 @@ from rosorin_compile.model import (
 from rosorin_compile.model import Robot as Model
 from rosorin_compile.model.joint import UNPUBLISHED, Mimic
 from rosorin_compile.model.looks import own_colours, with_visuals
-from rosorin_compile.source.report import text as report
+from rosorin_compile.source.diagnostics import text as report
 from support import sdformat
 from support.paths import ROOT
 from support.robots import compiled, compiled_text, sound, texts

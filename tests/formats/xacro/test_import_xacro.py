@@ -15,8 +15,8 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing.xacro import expand as reader
 from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.report import text as report
 from rosorin_compile.source.system import pip_install
 
 pytestmark = pytest.mark.slow

@@ -11,8 +11,8 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.report import text as report
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("home")]
 

@@ -9,7 +9,7 @@ import yaml
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.source.report import text as report
+from rosorin_compile.source.diagnostics import text as report
 from support.paths import DATA
 
 pytestmark = pytest.mark.slow

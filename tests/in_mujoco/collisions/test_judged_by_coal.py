@@ -9,8 +9,8 @@ import pytest
 
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.mesh_files import Places
-from rosorin_compile.mujoco.collisions.search import FAR, Contacts, Search
-from rosorin_compile.mujoco.physics.solids import mesh_shapes, read_meshes
+from rosorin_compile.mujoco.collisions.matrix import FAR, TOUCH, Search
+from rosorin_compile.mujoco.physics.scene import read_meshes
 from rosorin_compile.request import Request
 from rosorin_compile.ros.srdf.planning import Planning, urdf_of
 from rosorin_compile.source.project import Description
@@ -61,7 +61,7 @@ def described(folder: Path, seed: int) -> Path:
     return made
 
 
-def both(path: Path, outputs: Path) -> tuple[Contacts, Coal, Search]:
+def both(path: Path, outputs: Path) -> tuple[Search, Coal]:
     description = Description("judged", path, outputs)
     known = Request(description).understand().case
     assert known is not None
@@ -69,27 +69,27 @@ def both(path: Path, outputs: Path) -> tuple[Contacts, Coal, Search]:
     assert urdf is not None
     planning = Planning(known.robot, urdf)
     files = Places(path, outputs, {}, os.environ).meshes(known.tree, known.robot.outputs)
-    meshes, problems = read_meshes(known, list(mesh_shapes(known)), files)
+    _, meshes, problems = read_meshes(known, files)
     assert not problems
     (text,) = (one.text for one in compile_robot(path).artifacts if one.output == urdf.name)
     for name, file in files.items():
         text = text.replace(f'"{name}"', f'"{file.absolute()}"')
-    return Contacts(planning, meshes), Coal(text), Search(planning, meshes)
+    return Search(planning, meshes), Coal(text)
 
 
-def judged(contacts: Contacts, coal: Coal, search: Search) -> tuple[int, int]:
+def judged(search: Search, coal: Coal) -> tuple[int, int]:
     """Hold the engines against each other; return how many contacts and how many short distances agreed."""
     chance, touching, near = random.Random(7), 0, 0  # noqa: S311
     for _ in range(STATES):
         state = {name: chance.uniform(*ends) for name, ends in search.bounds.items()}
-        ours, theirs = contacts.touching(contacts.rows([state])[0]), coal.distances(state)
+        ours, theirs = search.overlaps_at(search.rows([state])[0], TOUCH), coal.distances(state)
         assert set(ours) <= set(theirs)
         for pair, far in theirs.items():
             if abs(far) > ROUNDING:
                 assert (pair in ours) == (far < 0), (pair, ours.get(pair), far, state)
                 touching += far < 0
             if ROUNDING < far < FAR and near < MOST_NEAR:
-                assert next(contacts.distances(pair, [state], 2 * FAR)) == pytest.approx(far, abs=ROUNDING), (
+                assert next(search.distances(pair, [state], 2 * FAR)) == pytest.approx(far, abs=ROUNDING), (
                     pair,
                     state,
                 )
@@ -115,11 +115,11 @@ def test_no_state_of_a_fine_grid_is_nearer_than_what_was_found(tmp_path: Path, s
     """The finger comes nearest to the base at a limit, between two valleys: 3.6 mm, and 8.4 mm in the next."""
     path = tmp_path / "robot.yaml"
     path.write_text(f"{FOLDING}moveit: {{collisions: {{trials: 1000, seed: {seed}}}}}\n", "utf-8")
-    contacts, _, search = both(path, tmp_path)
+    search, _ = both(path, tmp_path)
     pair = ("base", "finger")
     axes = [np.linspace(*search.bounds[name], 150) for name in ("shoulder", "elbow")]
     states = [{"shoulder": float(one), "elbow": float(other)} for one in axes[0] for other in axes[1]]
-    least = min(contacts.distances(pair, states, 1.0))
+    least = min(search.distances(pair, states, 1.0))
     (found,) = (one for one in search.run() if one.links == pair)
     assert found.nearest == pytest.approx(0.0036, abs=1e-9)
     assert least == pytest.approx(found.nearest, abs=ROUNDING)

@@ -20,8 +20,8 @@ from dataclasses import replace
 
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.model import Inertial, Joint, Link, Pose, Robot
+from rosorin_compile.mujoco.mjcf.bodies import Masks
 from rosorin_compile.mujoco.mjcf.contacts import contacts
-from rosorin_compile.mujoco.mjcf.masks import Masks
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf
 from support.mjcf_oracle import Case, frames_differ, imported, inertias_differ, limits_differ, shapes_differ
 from support.paths import DATA, OUTPUTS, ROOT

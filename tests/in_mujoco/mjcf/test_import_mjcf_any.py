@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.model.geometry import rotation_of_rpy  # noqa: E402
-from rosorin_compile.mujoco.mjcf import engine, resolved, robot  # noqa: E402
+from rosorin_compile.mujoco.mjcf import engine, robot  # noqa: E402
 from rosorin_compile.mujoco.mjcf.process import Answer  # noqa: E402
 from rosorin_compile.mujoco.mjcf.values import full_inertia, rotation, rpy_of, tidy, tidy_angle  # noqa: E402
 from support.mjcf_oracle import frames_differ, imported, inertias_differ, limits_differ  # noqa: E402
@@ -118,8 +118,8 @@ def here(path: Path) -> Answer:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         spec = mujoco.MjSpec.from_file(str(path))
-        resolved.name_all(spec)
-        return Answer(engine.facts(mujoco, spec, spec.compile()))
+        engine._name_all(spec)
+        return Answer(engine._facts(mujoco, spec, spec.compile()))
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))

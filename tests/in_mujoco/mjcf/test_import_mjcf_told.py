@@ -3,6 +3,7 @@
 The comment of each file in tests/data/mjcf/told and tests/data/mjcf/bad lists its diagnostics (see support/cases.py).
 """
 
+import re
 import subprocess
 import sys
 import time
@@ -111,3 +112,14 @@ def test_files_that_include_files_have_an_end(tmp_path: Path) -> None:
     assert [(d.rule, d.message) for d in made.diagnostics] == [
         ("include-too-many", "files include each other 20 levels deep")
     ]
+
+
+def test_what_mujoco_4_no_longer_reads_names_its_version(tmp_path: Path) -> None:
+    body = '<body name="b">\n<composite type="cable" count="5 1 1" size="1"/></body>'
+    path = tmp_path / "cable.xml"
+    path.write_text(f"<mujoco><worldbody>\n{body}\n</worldbody></mujoco>", "utf-8")
+    (found,) = read_mjcf(path, ReadOptions()).diagnostics
+    assert found.rule == "mjcf-refused"
+    assert re.search(r"MuJoCo 4[.\d]* no longer reads <composite>", found.message)
+    assert found.span is not None
+    assert (found.span.line, found.span.column) == (3, 2)

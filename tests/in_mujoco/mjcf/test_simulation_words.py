@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.language.schema import resolve, schema
 from rosorin_compile.source.diagnostics import ERROR
-from rosorin_compile.source.report import text as report
+from rosorin_compile.source.diagnostics import text as report
 from support.paths import DATA, data_text
 from support.robots import compiled_text
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats import static_tf
-from rosorin_compile.formats.launch_conditions import STATES
+from rosorin_compile.formats.static_tf import STATES
 from rosorin_compile.model import Joint, Link, Output, Pose, Robot, Transform
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS
 from support.launch import Failed, command_line, read

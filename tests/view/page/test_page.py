@@ -21,7 +21,7 @@ from rosorin_compile.model import Joint, Link, Output, Pose, Robot, Sensor
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.viewer.page import data_of, html
 from rosorin_compile.viewer.page.data import robot_data
-from rosorin_compile.viewer.page.images import companion_files
+from rosorin_compile.viewer.page.images import companions
 from support.commands import Shown, ask, edit, write_files
 from support.meshes import box
 from support.moving import random_robot
@@ -357,7 +357,8 @@ DAE = """<COLLADA><library_images><image id="a"><init_from>{}</init_from></image
 )
 def test_images_of_a_dae(tmp_path: Path, name: str, found: list[str], vain: list[str]) -> None:
     (tmp_path / "skin.png").write_bytes(PNG)
-    sides, missing = companion_files(tmp_path / "a.dae", DAE.format(name).encode())
+    (tmp_path / "a.dae").write_text(DAE.format(name), "utf-8")
+    sides, missing = companions(tmp_path / "a.dae")
     assert ([side.name for side in sides], [*missing]) == (found, vain)
 
 
@@ -381,11 +382,12 @@ def test_an_image_is_in_the_project_of_its_mesh(tmp_path: Path, mesh: str, name:
     (top / "arm" / "package.xml").write_text("<package><name>arm</name></package>", "utf-8")
     (top / image).write_bytes(PNG)
     asked = os.path.relpath(top / image, (top / mesh).parent)
-    dae, obj = DAE.format(asked).encode(), f"mtllib {asked}.mtl\n".encode()
+    (top / mesh).write_text(DAE.format(asked), "utf-8")
+    (top / mesh).with_suffix(".obj").write_text(f"mtllib {asked}.mtl\n", "utf-8")
     (top / f"{image}.mtl").write_text("newmtl a\nmap_Kd t.png\n", "utf-8")
-    assert len(companion_files(top / mesh, dae, name)[0]) == inside
-    assert len(companion_files((top / mesh).with_suffix(".obj"), obj, name.replace(".dae", ".obj"))[0]) == inside
-    vain = companion_files(top / mesh, dae, name)[1]
+    assert len(companions(top / mesh, name)[0]) == inside
+    assert len(companions((top / mesh).with_suffix(".obj"), name.replace(".dae", ".obj"))[0]) == inside
+    vain = companions(top / mesh, name)[1]
     assert vain == ({} if inside else {"t.png": "a mesh names it outside of the project"})
 
 
@@ -401,7 +403,7 @@ def test_a_link_leads_to_no_image_outside(tmp_path: Path) -> None:
     for name in ("meshes/m.dae", "meshes/t.png"):
         (installed / name).symlink_to(source / name)
     mesh, name = installed / "meshes/m.dae", "package://arm/meshes/m.dae"
-    assert len(companion_files(mesh, mesh.read_bytes(), name)[0]) == 1
+    assert len(companions(mesh, name)[0]) == 1
     (installed / "meshes/t.png").unlink()
     (installed / "meshes/t.png").symlink_to(private / "t.png")
-    assert companion_files(mesh, mesh.read_bytes(), name)[0] == []
+    assert companions(mesh, name)[0] == []

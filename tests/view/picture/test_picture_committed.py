@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.viewer.picture.png import png
+from rosorin_compile.viewer.picture.draw import png
 from support.drawings import pixels
 from support.paths import DOCS, ROOT, ROSORIN
 from support.robots import of_this_project

@@ -13,9 +13,8 @@ import pytest
 from rosorin_compile.model import Box as BoxShape
 from rosorin_compile.model import Robot, Shape, Transform
 from rosorin_compile.viewer.page.data import robot_data
-from rosorin_compile.viewer.picture.camera import FIELD_OF_VIEW, MARGIN, VIEWS, Box, Camera
-from rosorin_compile.viewer.picture.png import png
-from rosorin_compile.viewer.picture.render import THEMES, Grid, Scene, render
+from rosorin_compile.viewer.picture.draw import VIEWS, png
+from rosorin_compile.viewer.picture.render import FIELD_OF_VIEW, MARGIN, THEMES, Camera, Grid, Scene, render
 from rosorin_compile.viewer.picture.triangles import pieces
 from support import drawings
 from support.drawings import HUES, first_hit, hue_name, rgba
@@ -42,8 +41,9 @@ def scene_of(
 ) -> tuple[dict, Scene, Camera]:
     poses = robot.poses_in_root({})
     made = pieces(robot, poses, {}, visual=True, collision=False)
-    box = Box.around(corner for piece in made for corner in (piece.box.lower, piece.box.upper))
-    return poses, Scene.of(made, box, THEMES["light"]), Camera.fitted(box, direction, *size)
+    corners = np.concatenate([piece.bounds for piece in made])
+    bounds = np.array([corners.min(axis=0), corners.max(axis=0)])
+    return poses, Scene(made, bounds, THEMES["light"]), Camera.fitted(bounds, direction, *size)
 
 
 def drawn(scene: Scene, camera: Camera, transparent: bool) -> np.ndarray:
@@ -113,7 +113,7 @@ def test_the_silhouette_of_a_ball_is_that_of_its_cone(tmp_path):
     _, scene, camera = scene_of(robot, VIEWS["iso"], (300, 300))
     shown = drawn(scene, camera, True)[..., 3] > 128
     # A ball of radius r whose middle is d away fills a cone of the angle asin(r / d).
-    distance = math.dist(camera.eye, scene.box.centre)
+    distance = math.dist(camera.eye, scene.bounds.mean(axis=0))
     assert distance == pytest.approx(MARGIN * 0.3 * math.sqrt(3) / math.sin(FIELD_OF_VIEW / 2))
     radius = camera.focal * math.tan(math.asin(0.3 / distance))
     assert shown.sum() == pytest.approx(math.pi * radius**2, rel=0.015)
@@ -127,7 +127,7 @@ def test_the_silhouette_of_a_box_is_the_hull_of_its_corners(tmp_path):
     _, scene, camera = scene_of(robot, (1.0, 0.7, 0.9))
     x, y, depth = camera.project(scene.corners)
     triangles = np.arange(len(scene.corners))
-    keys = Grid.of(x, y, 1 / depth).visible(triangles, camera.width, 0, camera.height)
+    keys = Grid(x, y, 1 / depth).visible(triangles, camera.width, 0, camera.height)
     seen = keys.reshape(camera.height, camera.width) >= 0
     corners = np.array([[x, y, z] for x in (0.2, -0.2) for y in (0.1, -0.1) for z in (0.05, -0.05)])
     x, y, _ = camera.project(corners)
@@ -151,7 +151,7 @@ def test_triangles_with_common_edges_share_no_sample_and_leave_none_out():
             a, b, c, d = ((x[p], y[p]) for p in ((i, j), (i, j + 1), (i + 1, j + 1), (i + 1, j)))
             corners += [(a, b, c), (a, c, d) if (i + j) % 2 else (d, c, a)]
     made = np.array(corners)
-    grid = Grid.of(made[..., 0], made[..., 1], np.zeros((len(made), 3)))
+    grid = Grid(made[..., 0], made[..., 1], np.zeros((len(made), 3)))
     place = np.concatenate([place for place, _ in grid.samples(np.arange(len(made)), 5 * count, 0, 5 * count)])
     assert (np.bincount(place, minlength=(5 * count) ** 2) == 1).all()
 

@@ -184,7 +184,7 @@ def test_pages_that_go_away_are_forgotten(server: Server) -> None:
         if not server.page.listeners:
             break
         waiting.wait(0.1)
-    assert server.page.listeners == []
+    assert server.page.listeners == 0
 
 
 def test_a_page_is_told_what_it_missed(server: Server) -> None:

@@ -26,9 +26,19 @@ function missing(table = {}) {
   return Object.entries(table).filter(([, entry]) => entry.missing).map(([name, entry]) => ({ text: `${name} is not shown: ${entry.missing}` }));
 }
 
+/** Return the link that a warning is about: the first one that it names, or else the one that is defined above its line. */
+export function partOf(robot, text, where) {
+  const names = new Map([...robot.joints.map(({ name, child }) => [name, child]), ...robot.sensors.map(({ name, frame }) => [name, frame]), ...robot.links.map(({ name }) => [name, name])]);
+  const named = [...text.matchAll(/["'`]([^"'`\n]+)["'`]|([\w./-]+)/g)].map((found) => found[1] ?? found[2]).find((name) => names.has(name));
+  if (named) return names.get(named);
+  const above = robot.links.filter((link) => where && link.where?.file === where.file && link.where.line <= where.line);
+  return above.sort((one, other) => other.where.line - one.where.line)[0]?.name ?? "";
+}
+
 /** Warnings, and meshes that are not shown: `list` folds them out beside the name, `root` is a line over the robot. */
 export class Warnings {
   constructor(app) {
+    this.app = app;
     this.said = "";
     this.count = element("summary", {});
     this.entries = element("ul", {});
@@ -43,7 +53,8 @@ export class Warnings {
   }
 
   /** Show what there is of a robot; a line that was closed comes back with something else to say. */
-  show({ warnings = [], meshes, textures }) {
+  show(robot) {
+    const { warnings = [], meshes, textures } = robot;
     const [lost, pale] = [missing(meshes), missing(textures)];
     const every = [...lost, ...pale, ...warnings];
     const said = JSON.stringify(every);
@@ -54,6 +65,11 @@ export class Warnings {
     this.root.hidden = this.list.hidden = !every.length;
     this.root.replaceChildren(...(every.length ? [this.line, this.close] : []));
     this.list.replaceChildren(...(every.length ? [this.count, this.entries] : []));
-    this.entries.replaceChildren(...every.map(({ text, where }) => element("li", {}, element("p", {}, text), place(where))));
+    const item = ({ text, where }) => {
+      const part = partOf(robot, text, where);
+      const words = part ? element("button", { class: "go", title: `look at ${part}`, onclick: () => this.app.fly(part) }, text) : text;
+      return element("li", {}, element("p", {}, words), place(where));
+    };
+    this.entries.replaceChildren(...every.map(item));
   }
 }

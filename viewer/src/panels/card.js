@@ -1,6 +1,6 @@
 /** The card of what is chosen: what it is, its numbers, the lines that say so; and the way between two frames. */
 
-import { dot, element } from "../dom.js";
+import { copy, dot, element } from "../dom.js";
 import { explained } from "../live.js";
 import { inverse, rpy, then } from "../transform.js";
 import { angle, length, vector } from "../units.js";
@@ -19,14 +19,38 @@ function row(name, ...value) {
 export function place(where) {
   if (!where) return "";
   const name = `${where.file}:${where.line}`;
-  const copy = (event) => {
-    navigator.clipboard?.writeText(name);
-    event.currentTarget.textContent = "copied";
-    setTimeout((button) => (button.textContent = name), 900, event.currentTarget);
-  };
-  const button = element("button", { class: "place", title: "copy", onclick: copy }, name);
+  const button = element("button", { class: "place", title: "copy", onclick: (event) => copy(name, event.currentTarget) }, name);
   const link = where.path && element("a", { href: `vscode://file${encodeURI(where.path)}:${where.line}:${where.column}`, title: "open in the editor" }, "open");
   return element("span", {}, button, " ", link ?? "");
+}
+
+const PLACE = /^(.+?):(\d+):(\d+)(: .*)?$/;
+
+/** Return a cell of an explanation: a place in a file as a link, all else as text. */
+function cell(text, folder) {
+  const [, file, line, column, rest] = PLACE.exec(text) ?? [];
+  if (!file) return [text];
+  const path = folder === null || file.startsWith("/") ? undefined : `${folder}${file}`;
+  return [place({ file, line: Number(line), column: Number(column), path }), rest ?? ""];
+}
+
+/** Return the lines of an explanation laid out: headings, sentences, and tables of values with their places. */
+export function laidOut(lines, folder) {
+  const made = [];
+  let table = null;
+  for (const line of lines) {
+    const cells = line.trim().split(/\s{2,}/);
+    const depth = line.length - line.trimStart().length;
+    if (!line.trim()) table = null;
+    else if (cells.length > 1) {
+      if (!table) made.push((table = element("table", {})));
+      table.append(element("tr", {}, element("th", {}, cells[0]), ...cells.slice(1).map((text) => element("td", {}, ...cell(text, folder)))));
+    } else {
+      table = null;
+      made.push(element(depth ? "p" : "h3", { style: `margin-left:${Math.min(depth, 6)}ch` }, ...cell(line.trim(), folder)));
+    }
+  }
+  return made;
 }
 
 /** Shows one frame, and measures from it to another. */
@@ -70,9 +94,13 @@ export class Card {
   /** The lines of the description that put the frame where it is; a live page asks for them when it is unfolded. */
   #chain(link) {
     if (!link || (!link.said && !document.body.dataset.live)) return "";
-    const lines = element("pre", {}, (link.said ?? []).join("\n"));
+    const { where } = link;
+    const folder = where?.path?.endsWith(where.file) ? where.path.slice(0, -where.file.length) : null;
+    const said = (link.said ?? []).map((index) => this.app.robot.lines[index]);
+    const lines = element("div", {}, ...laidOut(said, folder));
     const ask = async () => {
-      if (!lines.textContent) lines.textContent = (await explained(link.name)).join("\n") || "nothing is known of it";
+      if (!lines.children.length) lines.replaceChildren(...laidOut(await explained(link.name), folder));
+      if (!lines.children.length) lines.append("nothing is known of it");
     };
     return element("details", { class: "chain", ontoggle: ask }, element("summary", {}, "where this comes from"), lines);
   }

@@ -1,9 +1,9 @@
 /** Sliders for the joints, buttons for the named poses, switches for the modes. */
 
-import { element, section, toggle } from "../dom.js";
+import { copy, element, section, toggle } from "../dom.js";
 import { isFree, zero } from "../kinematics.js";
 import { ofQuaternion, rpy } from "../transform.js";
-import { UNITS, kindOf } from "../units.js";
+import { UNITS, kindOf, plain } from "../units.js";
 
 const TURN = [-Math.PI, Math.PI];
 const STEPS = 1000;
@@ -47,8 +47,10 @@ class Mover {
     this.sliders = coordinates(joint).map((name, index) => this.#slider(name, index));
     const leave = () => app.hoverJoint(null);
     const enter = () => app.hoverJoint(joint);
-    const name = element("div", { class: "name", onclick: () => app.select(joint.child) }, joint.name);
-    this.root = element("div", { class: "joint", "data-joint": joint.name, onmouseenter: enter, onmouseleave: leave }, name, ...this.sliders.map((one) => one.row));
+    const name = element("div", { class: "name", title: "double click: back to zero", onclick: () => app.select(joint.child) }, joint.name);
+    this.note = element("small", { class: "note", role: "status" });
+    const reset = () => app.move({ [joint.name]: zero(joint) });
+    this.root = element("div", { class: "joint", "data-joint": joint.name, onmouseenter: enter, onmouseleave: leave, ondblclick: reset }, name, ...this.sliders.map((one) => one.row), this.note);
   }
 
   #slider(name, index) {
@@ -60,12 +62,18 @@ class Mover {
     const number = element("input", { type: "number", step: "any", "aria-label": `${this.joint.name} ${name}, as a number` });
     const unit = element("small", {});
     range.addEventListener("input", () => this.#moved(index, Number(range.value)));
-    number.addEventListener("change", () => this.#moved(index, Number(number.value) / UNITS[this.app.units][kind][1]));
+    number.addEventListener("change", () => {
+      const value = Number(number.value) / UNITS[this.app.units][kind][1];
+      const held = limited ? Math.min(Math.max(value, low), high) : value;
+      this.#moved(index, held);
+      this.note.textContent = held === value ? "" : `the limit is ${plain(held, UNITS[this.app.units][kind])}`;
+    });
     const label = name === "position" ? null : element("small", { class: "coordinate" }, name);
     return { kind, range, number, unit, row: element("div", { class: "slider" }, label, range, number, unit) };
   }
 
   #moved(index, value) {
+    this.note.textContent = "";
     this.values[index] = value;
     this.app.move({ [this.joint.name]: this.position });
   }
@@ -88,7 +96,8 @@ class Mover {
     this.sliders.forEach(({ kind, range, number, unit }, index) => {
       const [word, factor, digits] = UNITS[this.app.units][kind];
       range.value = this.values[index];
-      number.value = (this.values[index] * factor).toFixed(digits);
+      number.value = Number((this.values[index] * factor).toFixed(digits));
+      number.style.width = `${Math.max(String(number.value).length + 4, 8)}ch`; // the whole number is to be seen
       const servo = pulse(this.joint.servo, this.values[index]);
       unit.textContent = servo === null ? word : `${word} · ${servo}`;
       if (servo !== null) unit.title = "servo pulse";
@@ -97,6 +106,11 @@ class Mover {
     const beyond = this.values[0] < lower - 1e-9 || this.values[0] > upper + 1e-9;
     this.root.classList.toggle("beyond", coordinates(this.joint).length === 1 && beyond);
   }
+}
+
+/** Return a name as a key of YAML. */
+function key(name) {
+  return /^[A-Za-z_][\w.-]*$/.test(name) && !/^(?:y|n|yes|no|on|off|true|false|null)$/i.test(name) ? name : JSON.stringify(name);
 }
 
 /** The panel of what can be moved. */
@@ -116,11 +130,22 @@ export class Joints {
     );
     const switches = robot.modes.map((mode) => toggle(mode, app.modes[mode], (on) => app.switchMode(mode, on), { id: `mode-${mode}` }));
     this.root.replaceChildren(
-      section("Poses", element("div", { class: "buttons" }, ...buttons)),
+      section("Poses", element("div", { class: "buttons" }, ...buttons), element("div", { class: "buttons" }, element("button", { id: "copy-pose", title: "as an entry of poses in YAML", onclick: (event) => copy(this.yaml(), event.currentTarget) }, "copy this pose as YAML"))),
       ...(switches.length ? [section("Modes", ...switches)] : []),
       section("Joints", ...(this.movers.length ? this.movers.map((one) => one.root) : [element("p", { class: "quiet" }, "nothing moves")])),
     );
     this.show();
+  }
+
+  /** Return the pose of now as it is written in a description; joints at zero are left out. */
+  yaml() {
+    const positions = this.movers.flatMap(({ joint, position }) => {
+      const unit = joint.type === "prismatic" ? "m" : "rad";
+      const rounded = [position].flat().map((value) => Number(value.toPrecision(9)));
+      if (rounded.every((value, index) => value === [zero(joint)].flat()[index])) return [];
+      return [`      ${key(joint.name)}: ${Array.isArray(position) ? `[${rounded.join(", ")}]` : `${rounded[0]} ${unit}`}`];
+    });
+    return `poses:\n  new_pose:\n    positions:${positions.length ? `\n${positions.join("\n")}` : " {}"}\n`;
   }
 
   /** Show where joints are: those of these names, or all. */

@@ -1,6 +1,6 @@
 /** What is drawn, from where, in which units and colours. */
 
-import { element, section, toggle } from "../dom.js";
+import { copy, element, section, toggle } from "../dom.js";
 import { VIEWS } from "../stage.js";
 import { UNITS } from "../units.js";
 
@@ -40,7 +40,7 @@ export class Look {
     this.root.replaceChildren(
       section("Show", ...layers, old ?? "", choice("frames", FRAMES, app.shown.frames, (frames) => app.show({ frames })), this.touching),
       section("Look from", element("div", { class: "buttons" }, ...views)),
-      section("Page", choice("units", units, app.units, (value) => app.use({ units: value })), choice("colours", themes, app.theme, (value) => app.use({ theme: value }))),
+      section("Page", choice("units", units, app.units, (value) => app.use({ units: value })), choice("colours", themes, app.theme, (value) => app.use({ theme: value })), element("div", { class: "buttons" }, element("button", { id: "copy-link", title: "to this page, as it is now", onclick: (event) => copy(app.address(), event.currentTarget) }, "copy link"))),
     );
   }
 

@@ -9,20 +9,43 @@ export function situationFor(robot, modes) {
 }
 
 const DEEPEST = 9; // levels that are indented: below, frames would leave the panel
+const ROLLERS = 3; // links that turn freely on one link, from which on they are folded under it
+
+/** Return the edges of all frames: those of a situation, and the joints of links that are in none, as of simulations. */
+export function edgesOf(robot, modes) {
+  const edges = situationFor(robot, modes)?.edges ?? [];
+  const children = new Set(edges.map((edge) => edge.child));
+  const others = robot.joints.filter((joint) => !children.has(joint.child) && !edges.some(({ parent }) => parent === joint.child));
+  return [...edges, ...others.map(({ parent, child, name, type }) => ({ parent, child, joint: name, kind: type, published: false, why: "no node of this robot publishes it" }))];
+}
+
+/** Return the links whose children are rollers: three or more that turn without limits and carry nothing. */
+export function wheelsWithRollers({ joints }) {
+  const carrying = new Set(joints.map((joint) => joint.parent));
+  const count = new Map();
+  for (const { type, parent, child } of joints) {
+    if (type === "continuous" && !carrying.has(child)) count.set(parent, (count.get(parent) ?? 0) + 1);
+  }
+  return [...count].filter(([, rollers]) => rollers >= ROLLERS).map(([parent]) => parent);
+}
 
 /** Shows the frames of a robot as a tree; a click chooses one, and so do the arrows of the keyboard with Enter. */
 export class Tree {
   constructor(app) {
     this.app = app;
-    this.search = element("input", { type: "search", placeholder: "find a frame ( / )", oninput: () => this.filter() });
-    this.list = element("ul", { class: "tree", role: "tree", "aria-label": "frames", onkeydown: (event) => this.#key(event) });
+    this.search = element("input", { type: "search", placeholder: "find a frame ( / )", "aria-label": "find a frame", oninput: () => this.filter(), onkeydown: (event) => event.key === "Enter" && this.#first() });
+    const over = (event) => this.app.hover(event.target.closest?.(".row")?.dataset.frame ?? "");
+    this.list = element("ul", { class: "tree", role: "tree", "aria-label": "frames", onkeydown: (event) => this.#key(event), onclick: (event) => this.#click(event), onmouseover: over, onmouseleave: () => this.app.hover("") });
     this.root = element("div", { class: "pane" }, this.search, this.list);
+    this.folded = null;
   }
 
-  /** Draw the tree that holds for the modes of now. */
+  /** Draw the tree that holds for the modes of now; what was folded stays so. */
   draw() {
     const { robot, modes } = this.app;
-    const edges = situationFor(robot, modes)?.edges ?? [];
+    if (this.robotName !== robot.name) this.folded = new Set(wheelsWithRollers(robot));
+    this.robotName = robot.name;
+    const edges = edgesOf(robot, modes);
     const below = new Map();
     const children = new Set(edges.map((edge) => edge.child));
     for (const edge of edges) {
@@ -31,56 +54,111 @@ export class Tree {
     }
     const tops = [...new Set([...below.keys(), robot.root])].filter((name) => !children.has(name));
     this.rows = new Map();
-    const seen = new Set();
-    this.list.replaceChildren(...tops.map((name) => this.#row(name, null, below, seen, 0)).flat());
+    this.nodes = [];
+    const waiting = tops.reverse().map((name) => [name, null, -1]);
+    while (waiting.length) {
+      const [name, edge, above] = waiting.pop();
+      const again = this.rows.has(name);
+      const depth = above < 0 ? 0 : this.nodes[above].depth + 1;
+      const next = again ? [] : (below.get(name) ?? []);
+      const row = this.#row(name, edge, depth, next.length > 0);
+      if (!again) this.rows.set(name, row);
+      this.nodes.push({ name, row, above, depth, text: `${name} ${edge?.kind ?? ""}`.toLowerCase() });
+      const here = this.nodes.length - 1;
+      waiting.push(...next.map((one) => [one.child, one, here]).reverse());
+    }
+    this.list.replaceChildren();
+    this.marked = new Set();
     this.filter();
     this.mark();
-    this.list.firstChild?.setAttribute("tabindex", "0");
+    this.nodes[0]?.row.setAttribute("tabindex", "0");
+  }
+
+  #row(name, edge, depth, unfolds) {
+    const colour = edge?.published ? this.app.robot.publishers[edge.publisher] : "transparent";
+    const by = edge?.published ? `published by ${edge.publisher} on ${edge.topic}` : `published by nobody${edge?.why ? `: ${edge.why}` : ""}`;
+    const title = edge ? `${edge.parent} → ${edge.child}\n${by}` : name;
+    return element(
+      "li",
+      { class: edge && !edge.published ? "row unpublished" : "row", role: "treeitem", tabindex: "-1", title, "data-frame": name, "aria-level": depth + 1, "aria-expanded": unfolds ? String(!this.folded.has(name)) : undefined, style: `--depth:${Math.min(depth, DEEPEST)}` },
+      element("i", { class: unfolds ? "twist" : "twist none", "aria-hidden": "true" }),
+      dot(colour),
+      element("span", {}, name),
+      edge?.joint && edge.kind !== "fixed" && element("small", {}, edge.kind),
+    );
+  }
+
+  #click(event) {
+    const row = event.target.closest(".row");
+    if (!row) return;
+    if (event.target.classList.contains("twist")) this.fold(row.dataset.frame);
+    else this.app.select(row.dataset.frame);
   }
 
   #key(event) {
-    const rows = [...this.list.children].filter((row) => !row.hidden);
-    const at = rows.indexOf(document.activeElement);
+    const rows = [...this.list.children];
+    const row = document.activeElement;
+    const at = rows.indexOf(row);
     const to = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: rows.length - 1 }[event.key];
-    if (event.key === "Enter" || event.key === " ") document.activeElement.click();
+    const folds = { ArrowLeft: "true", ArrowRight: "false" }[event.key];
+    if (event.key === "Enter" || event.key === " ") this.app.select(row.dataset.frame);
+    else if (folds) row.getAttribute("aria-expanded") === folds && this.fold(row.dataset.frame);
     else if (to === undefined) return;
     else rows[to]?.focus();
     event.preventDefault();
     event.stopPropagation();
   }
 
-  #row(name, edge, below, seen, depth) {
-    const colour = edge?.published ? this.app.robot.publishers[edge.publisher] : "transparent";
-    const title = edge ? `${edge.parent} → ${edge.child}\n${edge.published ? `published by ${edge.publisher} on ${edge.topic}` : `published by nobody${edge.why ? `: ${edge.why}` : ""}`}` : "";
-    const row = element(
-      "li",
-      { class: edge && !edge.published ? "row unpublished" : "row", role: "treeitem", tabindex: "-1", title, "aria-level": depth + 1, style: `--depth:${Math.min(depth, DEEPEST)}`, onclick: () => this.app.select(name), onmouseenter: () => this.app.hover(name), onmouseleave: () => this.app.hover("") },
-      dot(colour),
-      element("span", {}, name),
-      edge?.joint && edge.kind !== "fixed" && element("small", {}, edge.kind),
-    );
-    if (!this.rows.has(name)) this.rows.set(name, row);
-    if (seen.has(name)) return [row];
-    seen.add(name);
-    return [row, ...(below.get(name) ?? []).flatMap((next) => this.#row(next.child, next, below, seen, depth + 1))];
+  /** Fold what hangs on a frame, or unfold it. */
+  fold(name) {
+    if (!this.folded.delete(name)) this.folded.add(name);
+    this.rows.get(name).setAttribute("aria-expanded", String(!this.folded.has(name)));
+    this.filter();
   }
 
-  /** Show only frames whose names hold what is searched for. */
+  /** Show only frames whose names hold what is searched for; without a search, those that are not folded. */
   filter() {
+    const focused = this.list.contains(document.activeElement) ? document.activeElement : null;
     const wanted = this.search.value.trim().toLowerCase();
-    for (const row of this.list.children) row.hidden = wanted && !row.textContent.toLowerCase().includes(wanted);
+    const closed = [];
+    const shown = [];
+    this.nodes?.forEach(({ name, row, above, text }, index) => {
+      const inside = above >= 0 && closed[above];
+      closed[index] = inside || this.folded.has(name);
+      const hidden = wanted ? !text.includes(wanted) : Boolean(inside);
+      row.hidden = hidden;
+      if (!hidden) shown.push(row);
+    });
+    this.list.replaceChildren(...shown); // thousands of hidden rows would cost time at each change
+    focused?.focus();
+  }
+
+  /** Choose the first frame that is found, and look at it. */
+  #first() {
+    const found = this.nodes.find(({ row }) => !row.hidden);
+    if (found && this.search.value.trim()) this.app.fly(found.name);
   }
 
   mark() {
+    if (!this.rows) return;
     const { selected, touching } = this.app;
-    for (const [name, row] of this.rows ?? []) {
-      row.classList.toggle("selected", name === selected);
-      row.classList.toggle("touching", touching.has(name));
+    for (const row of this.marked) row.classList.remove("selected", "touching");
+    this.marked = new Set();
+    for (const [kind, names] of [["selected", [selected]], ["touching", touching]]) {
+      for (const name of names) {
+        const row = this.rows.get(name);
+        row?.classList.add(kind);
+        if (row) this.marked.add(row);
+      }
     }
   }
 
-  /** Scroll to the chosen frame. */
+  /** Unfold the way to the chosen frame, and scroll there. */
   reveal() {
-    this.rows?.get(this.app.selected)?.scrollIntoView({ block: "nearest" });
+    const { selected } = this.app;
+    let at = this.nodes?.find(({ name }) => name === selected);
+    if (!at) return;
+    for (at = this.nodes[at.above]; at; at = this.nodes[at.above]) if (this.folded.has(at.name)) this.fold(at.name);
+    this.rows.get(selected).scrollIntoView({ block: "nearest" });
   }
 }

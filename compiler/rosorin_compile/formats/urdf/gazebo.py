@@ -25,16 +25,11 @@ from ..templating import attributes
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-    from .content import Content
+    from .write import Content
 
-RULES = (
-    Rule(
-        "gazebo-cannot-see",
-        "A warning: a sensor is not written for Gazebo, or sits on a link that Gazebo drops, because it has no mass.",
-        "Give the link an `inertial`, and keep it in `elements`; or leave the sensor out: `gazebo: []`.",
-        FORMATS,
-    ),
-)
+_CANNOT_SEE = "A warning: a sensor is not written for Gazebo, or is on a link that Gazebo drops, which has no mass."
+_GIVE_MASS = "Give the link an `inertial`, and keep it in `elements`; or leave the sensor out: `gazebo: []`."
+RULES = (Rule("gazebo-cannot-see", _CANNOT_SEE, _GIVE_MASS, FORMATS),)
 _KEEPING = ("preserveFixedJoint", "disableFixedJointLumping")
 
 
@@ -53,21 +48,17 @@ def gazebo_blocks(content: Content) -> tuple[list[str], list[Diagnostic]]:
 
 
 def _blocks_in(elements: Iterable[str]) -> Iterator[Element]:
-    """Yield the <gazebo> elements that a description has in its own words."""
     for text in elements:
         if "<gazebo" in text:
             yield from tree_of(f"<all>{text}</all>").iter("gazebo")
 
 
 def _physics(content: Content) -> tuple[list[str], list[Diagnostic]]:
-    """Return the blocks for what a URDF has no word for and Gazebo reads: springs of joints and friction of links.
-
-    Gazebo reads one coefficient a link. What the description already has in a ``<gazebo>`` of its own is left as it is.
-    """
+    """Return the blocks for springs of joints and friction of links; Gazebo reads one coefficient a link."""
     robot, number = content.robot, number_format(content.output.options)
     own = {(block.get("reference", ""), inner.tag) for block in _blocks_in(robot.urdf_elements) for inner in block}
     values: dict[str, dict[str, float]] = {}
-    mixed, balls = [], []
+    lost, mixed, balls = list[tuple[str, str]](), list[str](), list[str]()
     for link in robot.links:
         shapes = content.collisions(link.name) if link.name in content.carried else ()
         coefficients = {shape.contact.sliding_friction if shape.contact else None for shape in shapes}
@@ -85,7 +76,6 @@ def _physics(content: Content) -> tuple[list[str], list[Diagnostic]]:
     for name, numbers in values.items():
         lines = [f"    <{tag}>{number(value)}</{tag}>" for tag, value in numbers.items()]
         blocks.append("\n".join([f"  <gazebo{attributes(reference=name)}>", *lines, "  </gazebo>"]))
-    lost = []
     if balls:
         message = f"Gazebo reads no springs of joints that move in several directions: {quoted(balls, 3)}"
         lost.append((message, "make each of them several joints, one for each axis"))
@@ -96,14 +86,10 @@ def _physics(content: Content) -> tuple[list[str], list[Diagnostic]]:
 
 
 class _Merged:
-    """The links that Gazebo makes of those of a URDF: what fixed joints hold together is one, called like its top.
-
-    ``kept`` are the fixed joints that are not merged.
-    """
+    """The links that Gazebo makes of those of a URDF: what fixed joints hold together is one, called like its top."""
 
     def __init__(self, content: Content, kept: set[str]) -> None:
-        self.content = content
-        self.above = {joint.child: joint for joint in content.joints}
+        self.content, self.above = content, {joint.child: joint for joint in content.joints}
         self.merging = {joint.child for joint in content.joints if joint.is_fixed and joint.name not in kept}
         self.below: dict[str, list[str]] = {}
         for joint in sorted(content.joints, key=lambda joint: joint.name):  # urdfdom has them by name
@@ -111,7 +97,6 @@ class _Merged:
                 self.below.setdefault(joint.parent, []).append(joint.child)
 
     def top(self, link: str) -> str:
-        """Return the link of Gazebo that a link becomes a piece of."""
         while link in self.merging:
             link = self.above[link].parent
         return link
@@ -132,15 +117,14 @@ class _Merged:
         return link
 
     def collisions(self, link: str) -> list[str]:
-        """Return what Gazebo calls the collisions of a link."""
-        top, found, index = self.top(link), [], 0
-        for piece in self.pieces(top):
-            for shape in self.content.collisions(piece):
-                base = shape.name or piece
-                # It takes every name that begins like the link for one of the link's own.
-                base = base if base.startswith(top) else f"{top}_fixed_joint_lump__{base}"
-                found += [f"{base}_collision{f'_{index}' if index else ''}"] if piece == link else []
-                index += 1
+        """Return what Gazebo calls the collisions of a link, which are numbered in the link that it becomes."""
+        top = self.top(link)
+        shapes = [(piece, shape) for piece in self.pieces(top) for shape in self.content.collisions(piece)]
+        found = []
+        for index, (piece, base) in enumerate((piece, shape.name or piece) for piece, shape in shapes):
+            # It takes every name that begins like the link for one of the link's own.
+            name = base if base.startswith(top) else f"{top}_fixed_joint_lump__{base}"
+            found += [f"{name}_collision{f'_{index}' if index else ''}"] if piece == link else []
         return found
 
 
@@ -153,11 +137,9 @@ class _SensorWriter:
         self.frame_id, self.classic = DISTRIBUTIONS[name], name == CLASSIC
         self.number = number_format(content.output.options)
         elements = self.robot.urdf_elements if "urdf_elements" in content.elements else ()
-        self.kept = {
-            block.get("reference", "")
-            for block in _blocks_in(text for text in elements if any(word in text for word in _KEEPING))
-            if any(block.findtext(word, "").strip() in ("true", "1") for word in _KEEPING)
-        }
+        blocks = _blocks_in(text for text in elements if any(word in text for word in _KEEPING))
+        kept = [one for one in blocks if any(one.findtext(word, "").strip() in ("true", "1") for word in _KEEPING)]
+        self.kept = {one.get("reference", "") for one in kept}
         # Fixed joints that sensors measure at are not merged, where both ends have mass: that comes before all else.
         joints = {joint.name for joint in content.joints}
         at_joints = {one.link for sensor in self.robot.sensors for one in sensor.gazebo if one.at_joint} & joints
@@ -167,7 +149,6 @@ class _SensorWriter:
         self.unseen: dict[tuple[str, str], list[str]] = {}
 
     def sensor(self, sensor: Sensor, one: GazeboSensor) -> str:
-        """Return the block of a sensor, or "" after noting why Gazebo cannot have it."""
         link, pose, names, lost, reason = one.link, IDENTITY, list[str](), "", ("", "")
         if one.at_joint:
             lost = "" if one.link in self.measured else sensor.frame
@@ -199,7 +180,6 @@ class _SensorWriter:
         return "\n".join([*lines, "  </gazebo>"])
 
     def _carrier(self, link: str, pose: Pose) -> tuple[str, Pose]:
-        """Return the link of the URDF that carries a frame, empty if no fixed joint leads there, and the pose in it."""
         transform = pose.transform()
         while link not in self.content.carried:
             above = self.robot.joint_to.get(link)

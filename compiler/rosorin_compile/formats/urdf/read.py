@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -66,8 +67,8 @@ NUMBERS: Mapping[str, Mapping[str, tuple[int, str]]] = {
     "mass": {"value": _PLAIN},
     "inertia": dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), _PLAIN),
     "box": {"size": (3, LENGTHS)},
-    "cylinder": {"radius": _LENGTH, "length": _LENGTH},
     "sphere": {"radius": _LENGTH},
+    "cylinder": {"radius": _LENGTH, "length": _LENGTH},
     "capsule": {"radius": _LENGTH, "length": _LENGTH},
     "mesh": {"scale": (3, PLAIN)},
     "color": {"rgba": (4, PLAIN)},
@@ -76,18 +77,14 @@ NUMBERS: Mapping[str, Mapping[str, tuple[int, str]]] = {
     "mimic": {"multiplier": _PLAIN, "offset": _POSITION},
     "dynamics": {"damping": _PLAIN, "friction": _PLAIN},
     "calibration": dict.fromkeys(("rising", "falling", "reference_position"), _POSITION),
-    "safety_controller": {
-        **dict.fromkeys(("soft_lower_limit", "soft_upper_limit"), _POSITION),
-        **dict.fromkeys(("k_position", "k_velocity"), _PLAIN),
-    },
+    "safety_controller": dict.fromkeys(("soft_lower_limit", "soft_upper_limit"), _POSITION)
+    | dict.fromkeys(("k_position", "k_velocity"), _PLAIN),
 }
 
 _PUBLISHER = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
 _NOT_PRINTED = re.compile("[\x00-\x1f\x7f]")
 _NOT_IN_MATERIALS = re.compile(r"[<>&\"'\x00-\x1f]")
-_VERSIONS = ("1", "1.0", "1.1", "1.2")
 _SPRING = {"springStiffness": "stiffness", "springReference": "spring_reference"}
-_PRODUCTS = {"iyx": "ixy", "izx": "ixz", "izy": "iyz"}
 _WITH_RANGE = ("revolute", "prismatic")
 # What has no effect on a joint of a type. That of an axis is not reported: exporters write one for every joint.
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
@@ -98,15 +95,14 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
     reader = _Reader(options)
     tree: Map | None = reader.robot(document.root, path)
     diagnostics = reader.all_diagnostics()
-    if tree is not None and has_errors(diagnostics):
-        tree = None
-    elif tree is not None and options.checked:
+    if tree is not None and not has_errors(diagnostics) and options.checked:
         tree, problems = accept(tree, options.lenient)
-        diagnostics += [
-            replace(one, help=f"{one.help}; --lenient leaves the mimic out") if one.rule == "mimic-unknown" else one
-            for one in problems
-        ]
-    comments = comments_of(document, reader.paths) if tree is not None else []
+        for one in map(Diagnostic.worded, problems):
+            help = f"{one.help}; --lenient leaves the mimic out" if one.rule == "mimic-unknown" else one.help
+            diagnostics.append(replace(one, help=help))
+    if tree is None or has_errors(diagnostics):
+        return Imported(None, diagnostics, (), files or (path,), document.root.get("version"))
+    comments = comments_of(document, reader.paths)
     return Imported(tree, diagnostics, comments, files or (path,), document.root.get("version"))
 
 
@@ -124,14 +120,11 @@ def read(text: str) -> Robot:
 
 
 def plain(robot: Robot) -> Robot:
-    """Return a robot without what no URDF and no SDF contains: sources, and publishers of joints.
-
-    Raises ValueError if a joint has an end that is no link.
-    """
+    """Return a robot without sources and publishers of joints. Raises ValueError if the end of a joint is no link."""
     for joint in robot.joints:
-        for end in ("parent", "child"):
-            if getattr(joint, end) not in robot.link:
-                raise ValueError(f'the {end} of the joint "{joint.name}" is no link: "{getattr(joint, end)}"')
+        for end, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in robot.link:
+                raise ValueError(f'the {end} of the joint "{joint.name}" is no link: "{name}"')
     joints = tuple(replace(joint, publisher=_PUBLISHER) for joint in robot.joints)
     return replace(robot, source=NO_SOURCE, joints=joints, outputs=())
 
@@ -145,7 +138,14 @@ class _Reader(Reading):
     def robot(self, root: Element, path: Path, springs: bool = True) -> Map:
         """Return the tree of <robot>; ``springs`` gives joints those that <gazebo> elements have for them."""
         tree, source = Map(root.span), Map(root.span)
-        self._robot_name(root, path, tree)
+        name = root.attributes.get("name")
+        if name is not None and name.value.strip():
+            self._check_name(root)
+            tree.put("robot", name.value, name.name_span, name.span)
+        else:
+            problem = '<robot> lacks the attribute "name"' if name is None else "the name of <robot> is empty"
+            if self.lenient("missing-attribute", problem, root.span, 'add name="..."', "takes the name of the file"):
+                put(tree, "robot", re.sub(r"[^\w.-]+", "_", path.name.split(".")[0]) or "robot", root)
         put(source, "status", "imported", root)
         put(source, "note", f"from {masked(path.name)}", root)
         put(tree, "source", source, root)
@@ -156,11 +156,16 @@ class _Reader(Reading):
         self._section(root, "joint", self._joint, tree)
         self._rename_materials(tree)
         self.check_element(root, tree)
-        for block in root.children if springs and "joints" in tree else ():
-            if block.tag == "gazebo" and block.get("reference") in tree["joints"]:
-                _add_spring(tree["joints"][block.get("reference")], block)
+        for block in root.children if springs else ():  # other simulators know springs as well
+            joint = (tree.get("joints") or {}).get(block.get("reference")) if block.tag == "gazebo" else None
+            for element in block.children if joint is not None else ():
+                with suppress(ValueError):
+                    value = float(element.get("value") or element.text)
+                    if element.tag in _SPRING and math.isfinite(value):
+                        joint.setdefault_at("dynamics", Map(element.span), element.span)
+                        put(joint["dynamics"], _SPRING[element.tag], value, element)
         version = root.attributes.get("version")
-        if version is not None and version.value.strip() not in _VERSIONS:
+        if version is not None and version.value.strip() not in ("1", "1.0", "1.1", "1.2"):
             self.cannot_carry(f'the version "{version.value}" of <robot>', version.span, "URDF has 1.0, 1.1 and 1.2")
         elements = (one for one in root.iter() if not one.tag.startswith("xacro:"))
         values = (value for one in elements for value in one.attributes.values())
@@ -172,18 +177,18 @@ class _Reader(Reading):
             self.error("no-links", f'the robot "{tree.get("robot")}" has no links', root.span, 'add <link name="..."/>')
         return tree
 
-    def check_element(self, element: Element, keep: Map | None = None) -> None:
-        """Report what no reader of URDF knows in an element; ``keep`` as for ``check``."""
+    def check_element(self, element: Element, keep: Map | None = None, path: TreePath = (), *needed: str) -> None:
+        """Report unknown and missing words of an element; ``path`` is that of its entry, ``keep`` as for ``check``."""
         attributes = (*TEXTS.get(element.tag, ()), *NUMBERS.get(element.tag, ()))
         self.check(element, CHILDREN.get(element.tag, ()), attributes, keep)
+        self.need(element, *needed)
+        if path:
+            self.paths[id(element)] = path
 
     def put_numbers(
         self, entry: Map, element: Element, position: str = PLAIN, keys: Mapping[str, str] | None = None
     ) -> None:
-        """Set the keys of an entry to the numbers of an element, or only those of ``keys``, by attribute.
-
-        ``position`` is the unit of the position of the joint that the element belongs to.
-        """
+        """Set the keys of an entry to the numbers of an element; ``position`` is the unit of that of its joint."""
         for name, (count, unit) in NUMBERS[element.tag].items():
             attribute = element.attributes.get(name)
             if attribute is None or (keys is not None and name not in keys):
@@ -194,43 +199,23 @@ class _Reader(Reading):
                 entry.put(keys[name] if keys else name, made if count > 1 else made[0], attribute.name_span, span)
 
     def _put_text(self, entry: Map, key: str, element: Element, name: str) -> str | None:
-        """Set a key to a required attribute and return it."""
         value = self.attribute(element, name)
         if value is not None:
-            span = element.attributes[name].span
-            entry.put(key, value, element.attributes[name].name_span, span)
+            attribute, help = element.attributes[name], f"name a {name.removesuffix('name')}"
+            entry.put(key, value, attribute.name_span, attribute.span)
             if not value.strip():
-                self.error(
-                    "missing-attribute",
-                    f"{name} of {named(element)} is empty",
-                    span,
-                    f"name a {name.removesuffix('name')}",
-                )
+                self.error("missing-attribute", f"{name} of {named(element)} is empty", attribute.span, help)
         return value
 
-    def _robot_name(self, root: Element, path: Path, tree: Map) -> None:
-        attribute = root.attributes.get("name")
-        if attribute is not None and attribute.value.strip():
-            self._check_name(root)
-            tree.put("robot", attribute.value, attribute.name_span, attribute.span)
-            return
-        problem = '<robot> lacks the attribute "name"' if attribute is None else "the name of <robot> is empty"
-        if self.lenient("missing-attribute", problem, root.span, 'add name="..."', "takes the name of the file"):
-            put(tree, "robot", re.sub(r"[^\w.-]+", "_", path.name.split(".")[0]) or "robot", root)
-
     def _check_name(self, element: Element) -> str | None:
-        """Return the name of an element, after an error if no entry of a description can have it."""
         name = self.attribute(element, "name")
         if name is None or NAME.match(name):
             return name
         message, help = f"the name of a {element.tag} is empty", "give it a name"
         if name.strip():
-            why = (
-                "begins or ends with a space"
-                if name != name.strip()
-                else "has one of < > & \" ' or a control character"
-            )
-            message, help = f'the name of the {element.tag} "{_NOT_PRINTED.sub("?", name)}" {why}', "rename it"
+            wrong = "has one of < > & \" ' or a control character"
+            wrong = "begins or ends with a space" if name != name.strip() else wrong
+            message, help = f'the name of the {element.tag} "{_NOT_PRINTED.sub("?", name)}" {wrong}', "rename it"
         self.error("bad-name", message, element.attributes["name"].span, help)
         return name
 
@@ -243,12 +228,13 @@ class _Reader(Reading):
             section, name = tree[f"{tag}s"], self._check_name(element)
             self.paths[id(element)] = path = (f"{tag}s", name or "")
             entry = read(element, path)
+            self.check_element(element, entry)
+            span = element.attributes["name"].span if name is not None else element.span
             if name in section:
-                related = [Related("first defined here", section.key_spans[name])]
-                message, span = f'the {tag} "{name}" is defined twice', element.attributes["name"].span
-                self.error("duplicate-name", message, span, "rename or remove one", related)
+                related, message = [Related("first defined here", section.key_spans[name])], f'the {tag} "{name}"'
+                self.error("duplicate-name", f"{message} is defined twice", span, "rename or remove one", related)
             elif name is not None:
-                section.put(name, entry, element.attributes["name"].span, element.span)
+                section.put(name, entry, span, element.span)
 
     # Links
 
@@ -257,18 +243,13 @@ class _Reader(Reading):
         inertial = self.single(element, "inertial")
         if inertial is not None:
             self._inertial(inertial, entry, (*path, "inertial"))
-        for purpose in ("visual", "collision"):
-            for child in element.children:
-                if child.tag == purpose:
-                    self._shape(child, entry, path)
-        self.check_element(element, entry)
+        for child in sorted(element.children, key=lambda child: child.tag != "visual"):
+            if child.tag in ("visual", "collision"):
+                self._shape(child, entry, path)
         return entry
 
     def _inertial(self, element: Element, link: Map, path: TreePath) -> None:
-        """Set the inertial of a link; mass and all six moments are required, as in urdfdom.
-
-        Leniently, an unreadable one is left out, as urdfdom does.
-        """
+        """Set the inertial of a link; mass and all six moments are required. Leniently, a damaged one is left out."""
         entry, before = Map(element.span), len(self.diagnostics)
         self.paths[id(element)] = path
         for tag in ("mass", "inertia"):
@@ -276,29 +257,23 @@ class _Reader(Reading):
             if part is None:
                 help = f"add <{tag}>, or remove <inertial> of a frame without mass"
                 self.error("missing-element", f"{named(element)} lacks <{tag}>", element.span, help)
-                continue
-            self.paths[id(part)] = (*path, tag)
-            if tag == "inertia":
-                put(entry, "inertia", self._inertia(part), part)
+            elif tag == "inertia":
+                mirrored = [name for name in ("iyx", "izx", "izy") if name in part.attributes]
+                mirrored = [name for name in mirrored if part.get(name) == part.get("".join(sorted(name)))]
+                for _ in mirrored:
+                    self.ignored("iyx, izx and izy of <inertia> say again what ixy, ixz and iyz say", part.span)
+                self.check(part, (), (*NUMBERS[tag], *mirrored), None)
+                self.paths[id(part)], moments = (*path, tag), Map(part.span)
+                self.put_numbers(moments, part)
+                self.need(part, *NUMBERS[tag])
+                put(entry, tag, moments, part)
             else:
-                self.check_element(part)
-                self.need(part, "value")
+                self.check_element(part, None, (*path, tag), "value")
                 self.put_numbers(entry, part, keys={"value": "mass"})
                 self._origin(entry, element, path)
         self.check_element(element)
         if not self.spoilt(element, "the inertial", before):
             put(link, "inertial", entry, element)
-
-    def _inertia(self, element: Element) -> Map:
-        moments, names = Map(element.span), [*NUMBERS["inertia"]]
-        for name, same in _PRODUCTS.items():
-            if name in element.attributes and element.get(name) == element.get(same):
-                self.ignored("iyx, izx and izy of <inertia> say again what ixy, ixz and iyz say", element.span)
-                names.append(name)
-        self.check(element, (), names, None)
-        self.put_numbers(moments, element)
-        self.need(element, *NUMBERS["inertia"])
-        return moments
 
     def _shape(self, element: Element, link: Map, path: TreePath) -> None:
         """Add a <visual> or a <collision> to its list; kept whole where the language has no key for its geometry."""
@@ -308,25 +283,34 @@ class _Reader(Reading):
             if self.lenient("missing-element", message, span, "add one, or remove it", "keeps it as it is"):
                 self.keep(element, link)
             return
-        entry = Map(element.span)
-        shape = self._geometry(geometry, entry)
-        if shape is None:
+        shapes, before = [child for child in geometry.children if child.tag in SHAPES], len(self.diagnostics)
+        if len(shapes) > 1:
+            message = f"{named(geometry)} has {listed(f'<{child.tag}>' for child in shapes)}; it takes one"
+            help = "make a second <visual> or <collision> of it"
+            self.error("duplicate-element", message, shapes[1].span, help)
             return
-        if shape is geometry:
-            what = listed(f"<{child.tag}>" for child in geometry.children)
-            message = f"{what} of {named(element)} is a shape of its own kind: kept as it is"
-            self.note("import-kept", message, geometry.span)
-            self.keep(element, link)
+        self.check_element(geometry, None if shapes else Map(geometry.span))
+        if not shapes:
+            if not has_errors(self.diagnostics[before:]):
+                what = listed(f"<{child.tag}>" for child in geometry.children)
+                message = f"{what} of {named(element)} is a shape of its own kind: kept as it is"
+                self.note("import-kept", message, geometry.span)
+                self.keep(element, link)
             return
+        entry, shape, made = Map(element.span), shapes[0], Map(shapes[0].span)
+        link.setdefault_at(element.tag, Seq(element.span), element.span)
+        own = (*path, element.tag, len(link[element.tag]))
+        self.paths[id(element)], self.paths[id(geometry)] = own, (*own, shape.tag)
+        self.check_element(shape, None, (*own, shape.tag), *(NUMBERS[shape.tag] if shape.tag != "mesh" else ()))
+        if shape.tag == "mesh":
+            self._put_text(made, "file", shape, "filename")
+        self.put_numbers(made, shape)
+        put(entry, shape.tag, made, shape)
         name = element.attributes.get("name")
         if name is not None and NAME.match(name.value):
             entry.put("name", name.value, name.name_span, name.span)
         elif name is not None and name.value:
             self.cannot_carry(f'the name "{name.value[:40]}" of <{element.tag}>', name.span)
-        link.setdefault_at(element.tag, Seq(element.span), element.span)
-        own = (*path, element.tag, len(link[element.tag]))
-        self.paths[id(element)] = own
-        self.paths[id(geometry)] = self.paths[id(shape)] = (*own, shape.tag)
         self._origin(entry, element, own)
         material = self.single(element, "material") if element.tag == "visual" else None
         if material is not None:
@@ -339,47 +323,22 @@ class _Reader(Reading):
         self.check_element(element, entry)
         link[element.tag].put(entry, element.span)
 
-    def _geometry(self, geometry: Element, entry: Map) -> Element | None:
-        """Set the shape of an entry and return its element: None after an error, the geometry if it is unknown."""
-        shapes = [child for child in geometry.children if child.tag in SHAPES]
-        if len(shapes) > 1:
-            message = f"{named(geometry)} has {listed(f'<{child.tag}>' for child in shapes)}; it takes one"
-            help = "make a second <visual> or <collision> of it"
-            self.error("duplicate-element", message, shapes[1].span, help)
-            return None
-        before = len(self.diagnostics)
-        self.check_element(geometry, None if shapes else Map(geometry.span))
-        if not shapes:
-            return None if has_errors(self.diagnostics[before:]) else geometry
-        shape, made = shapes[0], Map(shapes[0].span)
-        self.check_element(shape)
-        if shape.tag == "mesh":
-            self._put_text(made, "file", shape, "filename")
-        else:
-            self.need(shape, *NUMBERS[shape.tag])
-        self.put_numbers(made, shape)
-        put(entry, shape.tag, made, shape)
-        return shape
-
     def _origin(self, entry: Map, element: Element, path: TreePath) -> None:
         origin = self.single(element, "origin")
         if origin is None:
             return
-        self.check_element(origin)
-        self.paths[id(origin)] = (*path, "xyz" if "xyz" in origin.attributes else "rpy")
+        self.check_element(origin, None, (*path, "xyz" if "xyz" in origin.attributes else "rpy"))
         attribute = origin.attributes.get("quat_xyzw")
         self.put_numbers(entry, origin, keys={"xyz": "xyz", **({} if attribute else {"rpy": "rpy"})})
-        if attribute is None:
-            return
-        if "rpy" in origin.attributes:
+        if attribute is not None and "rpy" in origin.attributes:
             message = f"{named(origin)} has rpy and quat_xyzw; readers differ in which of them they take"
             self.error("duplicate-element", message, attribute.name_span, "remove one")
             return
         quaternion = numbers(origin, "quat_xyzw", 4, PLAIN, self)
-        if quaternion is not None and not any(quaternion):
+        if attribute is not None and quaternion is not None and not any(quaternion):
             message = f"quat_xyzw of {named(origin)} is zero: no rotation"
             self.error("zero-quaternion", message, attribute.span, "correct it")
-        elif quaternion is not None:
+        elif attribute is not None and quaternion is not None:
             x, y, z, w = quaternion
             made = Seq(attribute.span)
             for angle in Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z)).rpy():
@@ -405,54 +364,45 @@ class _Reader(Reading):
                 help = f'add <{end} link="..."/>'
                 self.error("missing-element", f"{named(element)} has no <{end}>", element.span, help)
                 continue
-            self.check_element(inner)
-            self.paths[id(inner)] = (*path, end)
+            self.check_element(inner, None, (*path, end))
             self._put_text(entry, end, inner, "link")
         self._origin(entry, element, path)
         for tag in JOINT_PARTS:
             part = self.single(element, tag)
-            if part is None:
-                continue
-            self.paths[id(part)] = (*path, tag)
-            if tag not in _WITHOUT_EFFECT.get(kind, ()):
+            if part is not None and tag not in _WITHOUT_EFFECT.get(kind, ()):
+                self.check_element(part, None, (*path, tag))
                 self._joint_part(part, entry, TYPES[kind] if kind in _WITH_RANGE else PLAIN)
-            elif tag != "axis":
+            elif part is not None and tag != "axis":
                 self.ignored(f"<{tag}> of a {kind} joint has no effect", part.span)
         if kind in _WITH_RANGE and all(child.tag != "limit" for child in element.children):
             help = 'add <limit lower="" upper="" effort="" velocity=""/>'
             help += ", or make it continuous" if kind == "revolute" else ""
             message = f"{named(element)} is {kind} and has no <limit>"
             self.lenient("limit-missing", message, element.span, help, "takes it without")
-        self.check_element(element, entry)
         return entry
 
     def _joint_part(self, element: Element, joint: Map, position: str) -> None:
-        """Set the key of a joint for one of its elements; ``position`` is the unit of the joint's position."""
         tag, entry = element.tag, Map(element.span)
-        self.check_element(element)
         if tag == "axis":
-            if self.attribute(element, "xyz") is not None:
-                self.put_numbers(joint, element, keys={"xyz": "axis"})
+            self.need(element, "xyz")
+            self.put_numbers(joint, element, keys={"xyz": "axis"})
             if "axis" in joint:
                 joint.key_spans["axis"] = element.span
             return
-        if tag == "mimic":
-            leader = element.get("joint")
-            if leader and leader not in self.joints and self.options.lenient:
-                self.cannot_carry(named(element), element.span, "the joint that it follows is not there")
-                return
-            if self._put_text(entry, "joint", element, "joint") is None:
-                return
+        leader = element.get("joint")
+        if tag == "mimic" and leader and leader not in self.joints and self.options.lenient:
+            self.cannot_carry(named(element), element.span, "the joint that it follows is not there")
+            return
+        if tag == "mimic" and self._put_text(entry, "joint", element, "joint") is None:
+            return
         for name in ("lower", "upper") if position and tag == "limit" else ():
             if name not in element.attributes:
                 put(entry, name, 0, element)  # as readers of URDF do
         self.put_numbers(entry, element, position)
-        if tag == "limit":
-            missing = [name for name in ("effort", "velocity") if name not in element.attributes]
-            if missing:
-                help = "add them, the largest torque or force and the largest speed: readers of URDF refuse a limit"
-                help += " without"
-                self.lenient("limit-incomplete", lacks(element, missing), element.span, help, "takes it without")
+        missing = [name for name in ("effort", "velocity") if tag == "limit" and name not in element.attributes]
+        if missing:
+            help = "add them, the largest torque or force and the largest speed: readers of URDF refuse a limit without"
+            self.lenient("limit-incomplete", lacks(element, missing), element.span, help, "takes it without")
         elif tag == "dynamics" and not NUMBERS["dynamics"].keys() & element.attributes.keys():
             message = f"{named(element)} has neither damping nor friction"
             help = "add one, or remove the element: urdfdom, the reader of ROS, refuses the joint"
@@ -488,7 +438,6 @@ class _Reader(Reading):
                 self.error("duplicate-name", message, element.span, help, related)
 
     def _material_name(self, element: Element) -> str | None:
-        """Return the name of a material, as a description can have it; None after an error."""
         name = self.attribute(element, "name")
         clean = None if name is None else " ".join(_NOT_IN_MATERIALS.sub("_", name).split())
         if clean != name:
@@ -499,54 +448,34 @@ class _Reader(Reading):
     def _look(self, entry: Map, element: Element) -> None:
         color, texture = self.single(element, "color"), self.single(element, "texture")
         if color is not None:
-            self.check_element(color)
             before = len(self.diagnostics)
-            self.need(color, "rgba")
+            self.check_element(color, None, (), "rgba")
             self.put_numbers(entry, color)
             self.spoilt(color, "the colour", before)
         if texture is not None:
             self.check_element(texture)
-            if texture.get("filename"):
-                self._put_text(entry, "texture", texture, "filename")
-            else:  # exporters write an empty <texture/>
-                self.ignored("a texture without a file name has no effect", texture.span)
+        if texture is not None and texture.get("filename"):
+            self._put_text(entry, "texture", texture, "filename")
+        elif texture is not None:  # exporters write an empty <texture/>
+            self.ignored("a texture without a file name has no effect", texture.span)
         self.check_element(element)
 
     def _rename_materials(self, tree: Map) -> None:
-        """Remove the name of each material of a visual that looks otherwise than the first material of that name.
+        """Remove material names that differ in look from the first: urdfdom takes the first look for all."""
 
-        A name has one meaning in a URDF: urdfdom takes the first for all, other readers what is written in the visual.
-        """
+        def look(entry: Map) -> tuple[object, object] | None:
+            rgba, texture = entry.get("rgba"), entry.get("texture")
+            return None if rgba is None and texture is None else (rgba and tuple(map(float, rgba)), texture)
 
-        def look(entry: Map) -> tuple[object, object]:
-            rgba = entry.get("rgba")
-            return (None if rgba is None else tuple(map(float, rgba)), entry.get("texture"))
-
-        nothing = (None, None)
-        looks = {name: look(entry) for name, entry in (tree.get("materials") or {}).items() if look(entry) != nothing}
+        looks = {name: found for name, one in (tree.get("materials") or {}).items() if (found := look(one))}
         others: list[tuple[str, Span]] = []
         for name, link in (tree.get("links") or {}).items():
             for visual in link.get("visual", ()):
-                if "material" not in visual or look(visual) == nothing:
-                    continue
-                material = visual["material"]
-                if looks.setdefault(material, look(visual)) != look(visual):
+                found, material = look(visual), visual.get("material")
+                if material is not None and found and looks.setdefault(material, found) != found:
                     others.append((f'the material "{material}" of link "{name}"', visual.value_spans["material"]))
                     del visual["material"]
         if others:
             message = f"{others[0][0]} looks otherwise than the first of that name, which ROS takes for all: it keeps"
             message += f" its look and loses the name{f',{and_more(len(others) - 1)}' if len(others) > 1 else ''}"
             self.note("import-changed", message, others[0][1])
-
-
-def _add_spring(joint: Map, block: Element) -> None:
-    """Give a joint the spring of a <gazebo> element, which other simulators know as well."""
-    for element in block.children:
-        key = _SPRING.get(element.tag)
-        try:
-            value = float(element.get("value") or element.text)
-        except ValueError:
-            continue
-        if key is not None and math.isfinite(value):
-            joint.setdefault_at("dynamics", Map(element.span), element.span)
-            put(joint["dynamics"], key, value, element)

@@ -37,8 +37,7 @@ RULES = (
 ANGLES, LENGTHS, PLAIN = "rad", "m", ""
 UNITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}  # the dimension, and the largest number without its unit
 
-# A name in a description, as its schema has it.
-NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")
+NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")  # a name in a description, as its schema has it
 NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}\Z")
 _NAME_IN_TAG = re.compile(r'(<[^\s>]+) name="[^"]*">')  # see ``named``
@@ -48,72 +47,58 @@ _GATHERED = ("import-cannot-carry", "import-ignored")
 
 
 class _Size(NamedTuple):
-    """An angle or a length of the file: its amount (rad or m), the tag of its element, and its description."""
+    """An angle or a length of the file."""
 
-    value: float
-    tag: str
-    what: str
+    value: float  # rad or m
+    tag: str  # of its element
+    what: str  # its description
     span: Span
 
 
 class Reading:
-    """One reading of a file: collects diagnostics and which entry an element became.
-
-    Without ``spelling``, elements with unknown names are kept, even where their names look misspelt.
-    """
+    """One reading of a file: collects diagnostics and which entry an element became."""
 
     attributes: Collection[str] = ()  # all attributes of the format
 
     def __init__(self, options: ReadOptions, spelling: bool = True) -> None:
-        self.options = options
-        self.spelling = spelling
+        self.options, self.spelling = options, spelling
         self.diagnostics: list[Diagnostic] = []
         self.paths: dict[int, Path] = {}  # the path of the entry for each element, by id
         self.joint_types: set[str] = set()
         self._sizes: dict[str, list[_Size]] = {ANGLES: [], LENGTHS: []}
 
     def error(self, rule: str, message: str, span: Span, help: Help = "", related: Iterable[Related] = ()) -> None:
-        """Report that the file is broken."""
         self.diagnostics.append(error(rule, message, span, help, related))
 
     def note(self, rule: str, message: str, span: Span) -> None:
-        """Report something that the description has in another form."""
         self.diagnostics.append(Diagnostic(rule, NOTE, message, span))
 
     def cannot_carry(self, what: str, span: Span, help: str = "") -> None:
-        """Report something that the language has no key for."""
         self.diagnostics.append(cannot_carry(what, span, help))
 
     def ignored(self, what: str, span: Span) -> None:
-        """Report something without effect."""
         self.note("import-ignored", what, span)
 
     def lenient(self, rule: str, message: str, span: Span, help: Help, instead: str) -> bool:
         """Report a mistake that --lenient reads as ``instead`` describes; return True if it is read."""
         if not self.options.lenient:
             self.error(rule, message, span, f"{help if isinstance(help, str) else help()}; --lenient {instead}")
-            return False
-        if rule not in acceptable():  # otherwise the accepted rule reports it
+        elif rule not in acceptable():  # otherwise the accepted rule reports it
             self.note(rule, f"{message}; --lenient {instead}", span)
-        return True
+        return self.options.lenient
 
     def spoilt(self, element: Element, what: str, before: int) -> bool:
-        """Return True if there are errors among the diagnostics from ``before`` on.
-
-        With --lenient, a warning that the element is left out replaces them.
-        """
+        """Return True if there are errors from ``before`` on, which a warning replaces with --lenient."""
         reported = [one.worded() for one in self.diagnostics[before:]]
         wrong = [one for one in reported if one.severity == ERROR]
         if wrong and self.options.lenient:
             self.diagnostics[before:] = [one for one in reported if one.severity != ERROR]
             self.cannot_carry(named(element), element.span, wrong[0].message)
         elif wrong:
-            self.diagnostics[before:] = [
-                one
-                if one.severity != ERROR or "--lenient" in one.help
-                else replace(one, help=f"{one.help}; --lenient leaves {what} out")
-                for one in reported
-            ]
+            for index, one in enumerate(reported, before):
+                if one.severity == ERROR and "--lenient" not in one.help:
+                    one = replace(one, help=f"{one.help}; --lenient leaves {what} out")
+                self.diagnostics[index] = one
         return bool(wrong)
 
     def all_diagnostics(self) -> list[Diagnostic]:
@@ -122,8 +107,7 @@ class Reading:
         for index, one in enumerate(self.diagnostics):
             kind = (_NAME_IN_TAG.sub(r"\1>", one.message), one.help) if one.rule in _GATHERED else index
             groups.setdefault(kind, []).append(one)
-        one_by_kind = [gathered(some, (WARNING, NOTE))[0] for some in groups.values()]
-        return [*one_by_kind, *self._other_units()]
+        return [*(gathered(some, (WARNING, NOTE))[0] for some in groups.values()), *self._other_units()]
 
     # Elements and attributes
 
@@ -142,10 +126,8 @@ class Reading:
         return children[0] if children else None
 
     def attribute(self, element: Element, name: str) -> str | None:
-        """Return a required attribute, or None after an error."""
         self.need(element, name)
-        attribute = element.attributes.get(name)
-        return None if attribute is None else attribute.value
+        return element.attributes[name].value if name in element.attributes else None
 
     def need(self, element: Element, *names: str) -> None:
         """Report required attributes that are missing, but not those that are reported as misspelt."""
@@ -174,7 +156,6 @@ class Reading:
                 self.keep(child, keep)
 
     def check_attributes(self, element: Element, attributes: Collection[str]) -> None:
-        """Report unknown attributes of an element, as ``check``."""
         for attribute in element.attributes.values():
             if attribute.name in attributes or attribute.name.startswith("xmlns"):
                 continue
@@ -186,7 +167,6 @@ class Reading:
                 self.misspelt(what, f'"{near}"', element, attribute.name_span)
 
     def misspelt(self, what: str, near: str, element: Element, span: Span) -> None:
-        """Report a misspelt word of an element, which is ``near`` a known one."""
         if self.options.lenient:
             self.cannot_carry(f"{what} of {named(element)}", span, f"did you mean {near}?")
         else:
@@ -194,7 +174,6 @@ class Reading:
             self.error("misspelt", message, span, f"did you mean {near}? --lenient leaves it out")
 
     def keep(self, element: Element, entry: Map) -> None:
-        """Keep an element as it is, in ``urdf_elements`` of an entry."""
         entry.setdefault_at("urdf_elements", Seq(element.span), element.span)
         above = self.paths.get(id(element.parent), ())
         inside = () if above == ("robot",) else above
@@ -206,14 +185,13 @@ class Reading:
     def numbers(
         self, words: Sequence[Word], what: str, span: Span, count: int, unit: str = "", tag: str = ""
     ) -> list[Placed] | None:
-        """Return the numbers of an attribute or a text, or None after an error; see ``number``."""
         # A comma between numbers makes a word that is no number, which is the better message.
         if len(words) != count and (count == 1 or all(NUMBER.match(word.text) for word in words)):
             have = "is empty" if not words else f"has {counted(len(words), 'number')}"
             message = f"{what} {have}; it takes {'one' if count == 1 else count}"
             self.error("wrong-count", message, span, f"give {'one number' if count == 1 else count}")
             return None
-        made = []
+        made = list[Placed]()
         for word in words:
             value = self.number(word, what, unit, tag)
             if value is None:
@@ -266,7 +244,6 @@ class Reading:
 
 
 def _is_degrees(size: _Size) -> bool:
-    """Return True for round angles of origins, and for limits that are not a number of turns (rad)."""
 
     def is_multiple(step: float) -> bool:
         return abs(size.value - round(size.value / step) * step) < 0.06  # 89.95 is 1.57 rad
@@ -291,12 +268,6 @@ def _advice(text: str) -> str:
     return "write a number such as 0.5 or 1e-3"
 
 
-def number_of(word: Word, unit: str, element: Element, name: str, reading: Reading) -> float | None:
-    """Return the number that a word of an attribute is, or None after an error."""
-    tag = element.tag if element.tag in ("origin", "limit") else "size"
-    return reading.number(word, f"{name} of {named(element)}", unit, tag)
-
-
 def lacks(element: Element, names: Sequence[str]) -> str:
     """Return the message about attributes that an element lacks."""
     return f"{named(element)} lacks the {plural('attribute', len(names))} {quoted(names)}"
@@ -312,14 +283,12 @@ def numbers(element: Element, name: str, count: int, unit: str, reading: Reading
     if name == "scale" and (len(words) == 1 or len(words) > count) and reading.options.lenient:
         taken = "one number, which is taken for all three" if len(words) == 1 else "more than three numbers"
         reading.note("wrong-count", f"scale of {named(element)} has {taken}", attribute.span)
-        words = (words * count)[:count] if len(words) == 1 else words[:count]
+        words = (words * count)[:count]
     found = reading.numbers(words, f"{name} of {named(element)}", attribute.span, count, unit, tag)
-    if found is None:
-        return None
     made = Seq(attribute.span)
-    for one in found:
+    for one in found or ():
         made.put(one.value, one.span)
-    return made
+    return None if found is None else made
 
 
 def put(entry: Map, key: str, value: Any, element: Element) -> None:

@@ -1,50 +1,427 @@
-"""The URDF of a robot, as text.
+"""What a URDF contains of a robot, and its text (rules of the reader: ``ros/urdfdom@jazzy:urdf_parser``).
 
-It carries the links and joints that robot_state_publisher publishes, for each edge has one publisher; and planar and
-floating joints, which robot_state_publisher cannot move: other readers of URDF can. For simulators it carries all of
-them (``frames``). Elements that only a URDF has (``urdf_elements``) are where the description has them, unchanged.
-Rules of the reader: ``ros/urdfdom@jazzy:urdf_parser``.
+It has the links and joints that robot_state_publisher publishes, and planar and floating joints, which it cannot move;
+for simulators all of them (``frames``). libsdformat drops every link without mass, so that Gazebo reads a URDF without
+any as an empty model; PyBullet takes 1 kg for each link without an inertial, MuJoCo 1 g for each cm^3 of its shapes
+(run with libsdformat 12, PyBullet 3.2.7, MuJoCo 4). None of them does where the inertial is there and zero.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from dataclasses import replace
 from typing import Any
 
 from markupsafe import Markup
 
-from rosorin_compile.model import Box, Capsule, Cylinder, Inertial, Joint, Mesh, Output, Pose, Robot, Shape, Sphere
-from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.model import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Inertial,
+    Joint,
+    Link,
+    Mesh,
+    Output,
+    Pose,
+    Robot,
+    Shape,
+)
+from rosorin_compile.model.bounds import along, radius_about
+from rosorin_compile.model.cached import of_robot
+from rosorin_compile.model.geometry import IDENTITY, Transform, dot, minus, plane_axes, pose_of, unit
+from rosorin_compile.model.joint import Dynamics
+from rosorin_compile.model.looks import with_visuals
+from rosorin_compile.model.mass import together
+from rosorin_compile.model.sections import sections_in_urdf
+from rosorin_compile.model.shape import ROWS, Material, plain
+from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.case import number as rounded
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, error
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
+from rosorin_compile.source.rule_registry import FORMATS, Rule
+from rosorin_compile.source.wording import counted, plural, quoted
 from rosorin_compile.source.xml.elements import indented
 
+from ..gazebo_elements import distribution, drive_blocks
 from ..mesh_files import urdf_file_name
 from ..templating import Templates, attribute, attributes, comment
-from .content import Content, link_groups, version_of
+from .gazebo import gazebo_blocks
+
+_WITHOUT_MASS = "A note: no URDF has the inertials: Gazebo reads it as an empty model, other simulators invent masses."
+_UNSTABLE = "A warning: damping * step > 2 * inertia: simulators with explicit steps of 1/240 s, as PyBullet, diverge."
+_CANNOT_SAY = "A warning: URDF 1.0 has no capsules: cylinders are written. A note: parts that are not in the URDF."
+_SECOND = "[A second URDF for simulators](artifacts.md#a-urdf-for-simulators), or `accept` it with its reason."
+_SERVO = "The damping of a servo belongs to its `actuator`, which no URDF has; else damp less, or correct the mass."
+_OTHERWISE = 'A cylinder and spheres say it exactly; `version: "1.2"` has capsules. `frames: bodies` has what moves.'
+RULES = (
+    Rule("urdf-without-mass", _WITHOUT_MASS, _SECOND, FORMATS),
+    Rule("explicit-damping-unstable", _UNSTABLE, _SERVO, FORMATS, accept="joint", imported="always"),
+    Rule("urdf-cannot-say", _CANNOT_SAY, _OTHERWISE, FORMATS),
+    Rule("urdf-mass-sum", "Masses that move to one link of the URDF are together no number.", "Correct them.", FORMATS),
+)
+
+STEP = 1 / 240  # s, that of PyBullet if nobody sets another; Gazebo has 1/1000
+FROM_COLLISION = "from_collision"
+PUBLISHED, ALL, BODIES = "published", "all", "bodies"
+ELEMENTS = ("inertial", "visual", "collision", "dynamics", "urdf_elements")
+_NO_MASS = Inertial(0.0, IDENTITY, 0.0, 0.0, 0.0)
+
+
+def frames_of(output: Output) -> str:
+    """Return which frames an output has: those that robot_state_publisher knows, all, or those of bodies."""
+    return str(output.options.get("frames", PUBLISHED))
+
+
+def elements_of(output: Output) -> Sequence[str]:
+    """Return which elements of links and joints an output has."""
+    elements = output.options.get("elements", ELEMENTS)
+    return [*elements, "visual"] if output.options.get("visuals") == FROM_COLLISION else elements
+
+
+def joints_of(robot: Robot, output: Output) -> tuple[Joint, ...]:
+    """Return the joints that an output has, in the order of the description."""
+    if frames_of(output) == BODIES:
+        bodies = links_of(robot, output)
+        return tuple(joint for joint in robot.joints if joint.parent in bodies and joint.child in bodies)
+    return robot.joints if frames_of(output) == ALL else robot.in_urdf()
+
+
+def links_of(robot: Robot, output: Output) -> frozenset[str]:
+    """Return the links that an output has; without any joints its topmost."""
+    return _links(robot, frames_of(output))
+
+
+@of_robot
+def _links(robot: Robot, frames: str) -> frozenset[str]:
+    if frames != BODIES:
+        joints = robot.joints if frames == ALL else robot.in_urdf()
+        return frozenset(name for joint in joints for name in (joint.parent, joint.child)) or frozenset([robot.root])
+    bodies: set[str] = set()  # what has a mass, what a joint moves, and what holds them together
+    for link in reversed(list(robot.walk())):
+        above = robot.joint_to.get(link.name)
+        if link.name in bodies or link.inertial is not None or (above is not None and not above.is_fixed):
+            bodies |= {link.name, above.parent} if above is not None else {link.name}
+    top = robot.root
+    while robot.link[top].inertial is None:
+        below = [joint for joint in robot.joints_from.get(top, ()) if joint.child in bodies]
+        if len(below) != 1 or not below[0].is_fixed:
+            break
+        bodies.discard(top)
+        top = below[0].child
+    return frozenset(bodies) or frozenset([robot.root])
+
+
+@of_robot
+def carriers(robot: Robot, carried: frozenset[str]) -> Mapping[str, tuple[str, Transform]]:
+    """Return the next carried link above each link, or else the topmost, and its pose in that with joints at zero."""
+
+    def at_zero(joint: Joint) -> Transform:
+        return joint.transform(robot.position(joint, {}) if joint.moves else 0.0)
+
+    top = next(link.name for link in robot.walk() if link.name in carried)
+    found, here = {top: (top, Transform())}, Transform()
+    for joint in reversed(robot.chain(top)):
+        here = here.then(at_zero(joint).inverse())
+        found[joint.parent] = (top, here)
+    for link in robot.walk():
+        above = robot.joint_to.get(link.name)
+        if link.name in carried:
+            found[link.name] = (link.name, Transform())
+        elif link.name not in found and above is not None:
+            carrier, transform = found[above.parent]
+            found[link.name] = (carrier, transform.then(at_zero(above)))
+    return found
+
+
+def inertials_at(robot: Robot, carried: Set[str]) -> Mapping[str, Inertial]:
+    """Return the inertials of links with those of the links that each carries. Raises ValueError."""
+    parts: dict[str, list[tuple[Inertial, Transform]]] = {}
+    for name, (carrier, transform) in carriers(robot, frozenset(carried)).items():
+        inertial = robot.link[name].inertial
+        if inertial is not None:
+            parts.setdefault(carrier, []).append((inertial, transform))
+    own = {name: robot.link[name].inertial for name in parts}
+    return {name: one if (one := own[name]) and len(some) == 1 else together(some) for name, some in parts.items()}
+
+
+def _shapes_at(robot: Robot, link: str, carried: Set[str], purpose: str, output: Output) -> list[Shape]:
+    """Return the solids of a link, visual or collision, after those of links that are fixed to it and not carried."""
+    form, moved, own = str(output.options.get("height_maps", ROWS)), list[Shape](), list[Shape]()
+    visited, waiting = {link}, [(link, Transform())]
+    while waiting:
+        name, transform = waiting.pop()
+        solids = [solid for shape in getattr(robot.link[name], purpose) for solid in shape.solids(form)]
+        if name == link:
+            own, solids = solids, []
+        for solid in solids:
+            key = ("moved", id(solid), transform)  # several formats and their proofs use it
+            found: tuple[Shape, Shape] | None = robot.worked_out.get(key)
+            if found is None or found[1] is not solid:  # as in a copy that was pickled
+                found = robot.worked_out[key] = (solid.moved(transform), solid)
+            moved.append(found[0])
+        neighbours = robot.fixed_neighbours(name)
+        steps = [(n, transform.then(t)) for n, t in neighbours if n not in carried and n not in visited]
+        visited.update(n for n, _ in steps)
+        waiting += reversed(steps)
+    return [*moved, *own]
+
+
+def solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> list[Shape]:
+    """Return the collision shapes that a link has in a URDF that carries these frames."""
+    return [_in_version(shape, output) for shape in _collisions(robot, link, carried, output)]
+
+
+def _in_version(shape: Shape, output: Output) -> Shape:
+    unknown = (Ellipsoid,) if str(output.options.get("version", "1.0")) != "1.0" else (Capsule, Ellipsoid)
+    return replace(shape, geometry=plain(shape.geometry)) if isinstance(shape.geometry, unknown) else shape
+
+
+def _collisions(robot: Robot, link: str, carried: Set[str], output: Output) -> list[Shape]:
+    """Return what a link collides with; wheels with rollers that are not carried are cylinders around them."""
+    own = _shapes_at(robot, link, carried, "collision", output)
+    joint = robot.joint_to.get(link)
+    lost = _lost(robot, frozenset(carried)).get(link) if joint is not None and joint.type == "continuous" else None
+    if not lost or joint is None:
+        return own
+    x, y, z = axis = unit(joint.axis)
+    placed = [(solid, Transform()) for solid in own if not isinstance(solid.geometry, Mesh)]
+    if radius_about(lost, axis) <= radius_about(placed, axis):
+        return own
+    placed += lost
+    reaches = [along(solid, place) for solid, place in placed]
+    top, bottom = max(reach((x, y, z)) for reach in reaches), -max(reach((-x, -y, -z)) for reach in reaches)
+    middle = (top + bottom) / 2
+    (a, b, c), (d, e, f) = plane_axes(axis)
+    turned = Transform(((a, d, x), (b, e, y), (c, f, z)), (x * middle, y * middle, z * middle))
+    around = Shape(Cylinder(radius_about(placed, axis), top - bottom), pose_of(turned))
+    return [around, *(solid for solid in own if isinstance(solid.geometry, Mesh))]
+
+
+@of_robot
+def _lost(robot: Robot, carried: frozenset[str]) -> Mapping[str, Sequence[tuple[Shape, Transform]]]:
+    found: dict[str, list[tuple[Shape, Transform]]] = {}
+    for name, (carrier, place) in carriers(robot, carried).items():
+        shapes = robot.link[name].collision if name not in carried else ()
+        joint = robot.joint_to.get(carrier)
+        if shapes and joint is not None and joint.type == "continuous" and robot.moves_between(name, carrier):
+            found.setdefault(carrier, []).extend((s, place) for s in shapes if not isinstance(s.geometry, Mesh))
+    return found
+
+
+class Content:
+    """What a URDF contains of a robot (``view``), and what it does not (``diagnostics``)."""
+
+    def __init__(self, robot: Robot, output: Output) -> None:
+        robot = with_visuals(robot) if output.options.get("visuals") == FROM_COLLISION else robot
+        self.robot, self.output, self.elements = robot, output, elements_of(output)
+        self.carried, self.joints = links_of(robot, output), joints_of(robot, output)
+        self.masses: Mapping[str, Inertial] = {}  # with those of the links that each link carries
+        self.lost: list[Diagnostic] = []
+        if "inertial" in self.elements:
+            try:
+                # In an output of bodies, a link that only holds others has no mass, or simulators invent one.
+                invented = dict.fromkeys(self.carried, _NO_MASS) if frames_of(output) == BODIES else {}
+                self.masses = {**invented, **inertials_at(robot, self.carried)}
+            except ValueError as problem:
+                message = f"in the URDF some masses move to one link: {problem}"
+                self.lost.append(error("urdf-mass-sum", message, None, "correct them"))
+        self.blocks: list[str] = []  # for Gazebo, and those of sections, such as ros2_control
+        gazebo = distribution(output.options.get("gazebo"))
+        if gazebo:
+            self.blocks, lost = gazebo_blocks(self)
+            self.lost += lost
+        for section in sections_in_urdf(output):
+            if section.urdf is not None:
+                self.blocks += section.urdf(robot, output, number_format(output.options))
+        if gazebo:
+            others, number = (*self._kept(robot.urdf_elements), *self.blocks), number_format(output.options)
+            called = {joint.name: joint.name for joint in self.joints}
+            drives, lost = drive_blocks(robot, called, "urdf-cannot-say", gazebo, number, others)
+            self.blocks, self.lost = [*self.blocks, *drives], [*self.lost, *lost]
+        is_seen, groups = "visual" in self.elements, link_groups(robot, self.joints)
+        names = [name for group, _ in groups for name in group]
+        visuals = {name: _shapes_at(robot, name, self.carried, "visual", output) if is_seen else [] for name in names}
+        self.shapes = {name: (visuals[name], self.collisions(name)) for name in names}
+        looks = [Material(one.name, one.rgba, urdf_file_name(one.texture)) for one in robot.materials if is_seen]
+        elements = (*self._kept(robot.urdf_elements), *self.blocks)
+        links, joints = tuple(map(self._link, names)), tuple(map(self._joint, self.joints))
+        self.view = Robot(robot.name, links, joints, materials=tuple(looks), urdf_elements=elements)
+
+    def _kept(self, texts: tuple[str, ...]) -> tuple[str, ...]:
+        return texts if "urdf_elements" in self.elements else ()
+
+    def collisions(self, link: str) -> list[Shape]:
+        return _collisions(self.robot, link, self.carried, self.output) if "collision" in self.elements else []
+
+    def _link(self, name: str) -> Link:
+        both = ([self._shape(shape, f"{name}_{n}") for n, shape in enumerate(some, 1)] for some in self.shapes[name])
+        kept = self._kept(self.robot.link[name].urdf_elements)
+        return Link(name, self.masses.get(name), *map(tuple, both), urdf_elements=kept)
+
+    def _shape(self, shape: Shape, name: str) -> Shape:
+        """Return a shape in the terms of URDF; ``name`` is that of its material if it has a look and no material."""
+        geometry, material = _in_version(shape, self.output).geometry, shape.material
+        if isinstance(geometry, Box):
+            x, y, z = (size / 2 for size in geometry.size)
+            geometry = Box((-x, -y, -z), (x, y, z))
+        elif isinstance(geometry, Mesh):
+            geometry = replace(geometry, file=urdf_file_name(geometry.file))
+        if not material and (shape.rgba is not None or shape.texture):
+            while name in self.robot.material:
+                name += "_"
+            material = name
+        kept, texture = self._kept(shape.urdf_elements), urdf_file_name(shape.texture)
+        return Shape(geometry, shape.origin(), shape.name, shape.rgba, material, "", texture, urdf_elements=kept)
+
+    def _joint(self, joint: Joint) -> Joint:
+        # The nearest type that URDF has to a ball, and robot_state_publisher leaves it alone as well.
+        kind = "floating" if joint.type == "ball" else joint.type
+        has_axis = not joint.is_fixed and not joint.is_axleless
+        axis, limit = (joint.axis, joint.limit) if has_axis else ((1.0, 0.0, 0.0), None)
+        dynamics = joint.dynamics if joint.dynamics is not None and "dynamics" in self.elements else Dynamics()
+        dynamics = Dynamics(dynamics.damping, dynamics.friction)
+        made = Joint(joint.name, kind, joint.parent, joint.child, joint.origin, axis, limit, joint.mimic)
+        made = replace(made, dynamics=dynamics if dynamics != Dynamics() else None, safety=joint.safety)
+        return replace(made, calibration=joint.calibration, urdf_elements=self._kept(joint.urdf_elements))
+
+    def diagnostics(self) -> Iterator[Diagnostic]:
+        yield from self.lost
+        if str(self.output.options.get("version", "1.0")) == "1.0":
+            help = 'use a cylinder and spheres, or say version: "1.2" where all readers of the URDF know it'
+            yield from self._replaced(Capsule, "URDF 1.0", "cylinder", "full length", help)
+        yield from self._replaced(Ellipsoid, "URDF", "box", "extents", "use a sphere, a box or a mesh")
+        robot, notes, lost, still = self.robot, [], [], []
+        balls = [joint.name for joint in robot.in_urdf() if joint.type == "ball"]
+        if balls:
+            become = "becomes a floating joint" if len(balls) == 1 else "become floating joints"
+            notes.append((f"URDF has no ball joint: {quoted(balls, 3)} {become}", ""))
+        owners = carriers(robot, self.carried).items()
+        moving = {name for name, (carrier, _) in owners if robot.moves_between(name, carrier)}
+        for link in robot.walk():
+            if link.name not in self.carried and link.name not in robot.simulated_frames:
+                shapes = ("visual", "collision") if link.name in moving else ()
+                what = [purpose for purpose in shapes if purpose in self.elements and getattr(link, purpose)]
+                what += ["urdf_elements"] if self._kept(link.urdf_elements) else []
+                lost += [f"{link.name} ({', '.join(what)})"] if what else []
+            still += [link.name] if link.inertial is not None and link.name in moving and self.masses else []
+        names = {joint.name for joint in self.joints}
+        lost += [f"{j.name} (urdf_elements)" for j in robot.joints if j.urdf_elements and j.name not in names]
+        if lost:
+            bodies = frames_of(self.output) == BODIES
+            why = "they have no mass" if bodies else "robot_state_publisher does not publish them"
+            notes.append((f"not in the URDF, because {why}: {', '.join(lost)}", ""))
+        if still:
+            message = f"the mass of {plural('link', len(still))} {quoted(still, 3)} does not move in the URDF, where"
+            message += " the joints at zero put it: robot_state_publisher does not publish what moves it"
+            notes.append((message, '"frames: bodies" has these joints, for simulators'))
+        yield from (Diagnostic("urdf-cannot-say", NOTE, message, help=help) for message, help in notes)
+
+    def _replaced(self, kind: type, version: str, other: str, same: str, help: str) -> Iterator[Diagnostic]:
+        pairs = ((link, shape) for link, shapes in self.shapes.items() for some in shapes for shape in some)
+        counts = Counter(link for link, shape in pairs if isinstance(shape.geometry, kind))
+        if counts:
+            count, others = counts.total(), len(counts) - 1
+            where = f"link {next(iter(counts))}" + (f" and {counted(others, 'other link')}" if others else "")
+            become = f"are written as {plural(other, 2)}" if count > 1 else f"is written as a {other}"
+            message = f"{version} has no {kind.__name__.lower()}: {count} on {where} {become} of the same {same}"
+            yield Diagnostic("urdf-cannot-say", WARNING, message, help=help)
+
+
+def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
+    """Return each joint with the links that it is the first to name; a robot without joints has its root link."""
+    visited: set[str] = set()
+    groups: list[tuple[list[str], Joint | None]] = [] if joints else [([robot.root], None)]
+    for joint in joints:
+        new = [name for name in (joint.parent, joint.child) if name not in visited]
+        visited.update(new)
+        groups.append((new, joint))
+    return groups
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Validate an output of a URDF and return diagnostics."""
+    others = [one for one in case.robot.outputs if one.backend == output.backend]
+    has_inertials = "inertial" in elements_of(output)
+    heavy = sum(link.inertial is not None and link.inertial.mass > 0 for link in case.robot.links)
+    if heavy and not has_inertials and not any("inertial" in elements_of(one) for one in others):
+        message = f"{output.file} leaves out {counted(heavy, 'inertial')}: Gazebo reads it as an empty model, and other"
+        message += " simulators invent masses"
+        help = "give simulators a second URDF, or accept urdf-without-mass with its reason"
+        yield case.problem("urdf-without-mass", message, ("outputs", output.name, "elements"), help, severity=NOTE)
+    if case.robot.is_tree and has_inertials and "dynamics" in elements_of(output):
+        yield from _damping(case, joints_of(case.robot, output))
+    for section in sections_in_urdf(output):
+        if section.check_urdf is not None:
+            yield from section.check_urdf(case, output)
+
+
+def _damping(case: Case, joints: tuple[Joint, ...]) -> Iterator[Diagnostic]:
+    """Find joints whose damping is unstable in explicit steps, even with all that hangs on them held together."""
+    # A step of dt takes damping * dt / inertia of a speed away; if that is more than twice of it, each step is faster
+    # than the one before. MuJoCo and Drake damp implicitly: all is stable. A URDF has no inertia of rotors.
+    places: dict[Span | None, list[tuple[float, Joint, float]]] = {}
+    for joint in joints:
+        damping = joint.dynamics.damping if joint.dynamics is not None and joint.moves else 0.0
+        inertia = _moved_inertia(case.robot).get(joint.child, 0.0) if damping > 0 else 0.0
+        if inertia > 0 and damping * STEP > 2 * inertia:
+            span = case.related("", case.joint(joint, "dynamics", "damping")).span
+            places.setdefault(span, []).append((inertia / damping, joint, inertia))
+    for found in places.values():
+        ratio, joint, inertia = min(found, key=lambda one: one[0])
+        units = ("N*s/m", "kg") if joint.type == "prismatic" else ("N*m*s/rad", "kg*m^2")
+        path = case.joint(joint, "dynamics", "damping")
+        more = f"; so are {counted(len(found) - 1, 'other joint')}" if len(found) > 1 else ""
+        message = (
+            f'joint "{joint.name}" has a damping of {rounded(inertia / ratio)} {units[0]}{case.stands_in(path)} on'
+        )
+        message += f" {rounded(inertia)} {units[1]}: unstable in the explicit steps of PyBullet{more}"
+        help = "give the damping of a servo to its actuator, which no URDF has: actuator: {damping: ...}; it is stable"
+        help += f" up to {rounded(2 * inertia / STEP)} at 1/240 s"
+        yield case.problem("explicit-damping-unstable", message, path, help, severity=WARNING)
+
+
+@of_robot
+def _moved_inertia(robot: Robot) -> Mapping[str, float]:
+    """Return the mass (kg) that each sliding joint moves, and the inertia (kg*m^2) that others turn, by child."""
+    found: dict[str, float] = {}
+    below: dict[str, list[tuple[Inertial, Transform]]] = {}
+    try:
+        poses = robot.poses_in_root({}) if robot.mimics_resolve else {}
+    except ValueError:  # a joint without an axis: reported where it is written
+        poses = {}
+    for link in reversed(list(robot.walk())) if poses else ():
+        parts, joint, pose = below.pop(link.name, []), robot.joint_to.get(link.name), poses[link.name]
+        parts += [(link.inertial, pose)] if link.inertial is not None else []
+        if not parts or joint is None:
+            continue
+        try:
+            i = together(parts)  # along the axes of the root
+        except ValueError:  # no mass: reported where it is written
+            continue
+        below.setdefault(joint.parent, []).append((i, Transform()))
+        if joint.moves:
+            axis, place = pose.rotate(unit(joint.axis)), i.pose.transform()
+            x, y, z = place.inverse().rotate(axis)
+            about = i.ixx * x * x + i.iyy * y * y + i.izz * z * z + 2 * (i.ixy * x * y + i.ixz * x * z + i.iyz * y * z)
+            way = minus(place.xyz, pose.xyz)
+            about += i.mass * max(0.0, dot(way, way) - dot(axis, way) ** 2)
+            found[link.name] = i.mass if joint.type == "prismatic" else about
+    return found
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the URDF of a robot.
-
-    Options: ``number_format``, ``elements`` (of inertial, visual, collision, dynamics, urdf_elements;
-    default all), ``frames`` (published, all or bodies), ``visuals`` (from_collision, where a link has none),
-    ``version`` (1.0 or 1.2, which has capsules), ``height_maps`` (the form of their boxes), ``gazebo`` (true, or which
-    Gazebo; default no sensors).
-    """
-    content, number, version = Content(robot, output), number_format(output.options), version_of(output)
-    shown = content.view
-    steps = []
+    """Return the URDF of a robot. Its options are described in ``FORMAT``."""
+    content, number = Content(robot, output), number_format(output.options)
+    shown, steps, version = content.view, [], str(output.options.get("version", "1.0"))  # YAML reads 1.2 as a number
     for names, joint in link_groups(shown, shown.joints):
-        links = [
-            (
-                attribute("name", link.name),
-                [_inertial(link.inertial, number)] if link.inertial else [],
-                [_shape(shape, number) for shape in link.visual],
-                [_shape(shape, number) for shape in link.collision],
-                _indented(link.urdf_elements, "    "),
-            )
-            for link in map(shown.link.__getitem__, names)
-        ]
+        links = []
+        for link in map(shown.link.__getitem__, names):
+            inertials = [_inertial(link.inertial, number)] if link.inertial else []
+            shapes = ([_shape(shape, number) for shape in some] for some in (link.visual, link.collision))
+            links.append((attribute("name", link.name), inertials, *shapes, _indented(link.urdf_elements, "    ")))
         steps.append((links, [] if joint is None else [_joint(joint, number)]))
     stand_ins = {shape.stand_in for _, solid in content.shapes.values() for shape in solid if shape.stand_in}
     values = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "comment": comment}
@@ -54,44 +431,27 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     return templates.own("core/robot.urdf.jinja", values), list(content.diagnostics())
 
 
-def view(robot: Robot, output: Output) -> Robot:
-    """Return the robot that the URDF of an output is meant to contain, in the terms of URDF."""
-    return Content(robot, output).view
-
-
-def added_elements(robot: Robot, output: Output) -> list[str]:
-    """Return the elements for Gazebo and ros2_control, which the description has in its own words."""
-    return Content(robot, output).blocks
-
-
 def _indented(texts: Iterable[str], indent: str) -> list[str]:
     return [indented(text, indent) for text in texts]
 
 
 def _look(rgba: Sequence[float] | None, texture: str, number: NumberFormat) -> str:
-    """Return the elements of a material."""
     colour = f"<color{attributes(rgba=numbers(rgba, number))}/>" if rgba is not None else ""
-    return f"{colour}<texture{attributes(filename=urdf_file_name(texture))}/>" if texture else colour
+    return f"{colour}<texture{attributes(filename=texture)}/>" if texture else colour
 
 
 def _shape(solid: Shape, number: NumberFormat) -> tuple[Any, ...]:
     """Return a shape as attributes: name, origin, geometry, sizes, material; then its look and kept elements."""
-    shape, sizes = solid.geometry, dict[str, str]()
+    shape = solid.geometry
     if isinstance(shape, Box):
         sizes = {"size": numbers(shape.size, number)}
-    elif isinstance(shape, (Cylinder, Capsule)):
-        sizes = {"radius": number(shape.radius), "length": number(shape.length)}
-    elif isinstance(shape, Sphere):
-        sizes = {"radius": number(shape.radius)}
     elif isinstance(shape, Mesh):
-        sizes = {"filename": urdf_file_name(shape.file), "scale": numbers(shape.scale, number)}
+        sizes = {"filename": shape.file, "scale": numbers(shape.scale, number)}
     else:
-        raise TypeError(f"{type(shape).__name__} is not a solid")
-    names = attributes(name=solid.name) if solid.name else ""
-    material = attributes(name=solid.material) if solid.material else ""
+        sizes = {key: number(getattr(shape, key)) for key in ("radius", "length") if hasattr(shape, key)}
+    name, material = (attributes(name=text) if text else "" for text in (solid.name, solid.material))
     look, kept = _look(solid.rgba, solid.texture, number), _indented(solid.urdf_elements, "      ")
-    tag = type(shape).__name__.lower()
-    return names, _origin(solid.pose, number), tag, attributes(**sizes), material, look, kept
+    return name, _origin(solid.pose, number), type(shape).__name__.lower(), attributes(**sizes), material, look, kept
 
 
 def _origin(pose: Pose, number: NumberFormat) -> Markup:
@@ -99,34 +459,27 @@ def _origin(pose: Pose, number: NumberFormat) -> Markup:
 
 
 def _inertial(inertial: Inertial, number: NumberFormat) -> tuple[Markup, ...]:
-    """Return an inertial as attributes of its elements: origin, mass, moments."""
-    texts = dict(zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), inertial.printed(number), strict=True))
-    moments = attributes(**{key: texts[key] for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")})
+    xx, yy, zz, xy, xz, yz = inertial.printed(number)
+    moments = attributes(ixx=xx, ixy=xy, ixz=xz, iyy=yy, iyz=yz, izz=zz)
     return _origin(inertial.pose, number), attributes(value=number(inertial.mass)), moments
 
 
 def _joint(joint: Joint, number: NumberFormat) -> tuple[Any, ...]:
     """Return a joint as attributes: names, links, origin; then its elements with theirs; then those it has kept."""
-
-    def of(entry: object, *keys: str) -> Markup:
-        values = {key: getattr(entry, key) for key in keys}
-        return attributes(**{key: number(value) for key, value in values.items() if value is not None})
-
     inner: list[tuple[str, Markup]] = []
     if not joint.is_fixed and not joint.is_axleless:
         inner.append(("axis", attributes(xyz=vector(joint.axis, number))))
-    if joint.calibration is not None:
-        inner.append(("calibration", of(joint.calibration, "rising", "falling", "reference_position")))
-    if joint.limit is not None:
-        inner.append(("limit", of(joint.limit, "lower", "upper", "effort", "velocity")))
-    if joint.dynamics is not None:
-        inner.append(("dynamics", of(joint.dynamics, "damping", "friction")))
-    if joint.mimic is not None:
-        factor, offset = number(joint.mimic.multiplier), number(joint.mimic.offset)
-        inner.append(("mimic", attributes(joint=joint.mimic.joint, multiplier=factor, offset=offset)))
-    if joint.safety is not None:
-        keys = ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity")
-        inner.append(("safety_controller", of(joint.safety, *keys)))
+    for tag, entry, keys in (
+        ("calibration", joint.calibration, ("rising", "falling", "reference_position")),
+        ("limit", joint.limit, ("lower", "upper", "effort", "velocity")),
+        ("dynamics", joint.dynamics, ("damping", "friction")),
+        ("mimic", joint.mimic, ("multiplier", "offset")),
+        ("safety_controller", joint.safety, ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity")),
+    ):
+        values = {key: value for key in keys if entry is not None and (value := getattr(entry, key)) is not None}
+        leader = {"joint": joint.mimic.joint} if joint.mimic is not None and tag == "mimic" else {}
+        if entry is not None:
+            inner.append((tag, attributes(**leader, **{key: number(value) for key, value in values.items()})))
     names = attribute("name", joint.name) + attribute("type", joint.type)
     ends = attribute("link", joint.parent), attribute("link", joint.child)
     return (names, *ends, _origin(joint.origin, number), inner, _indented(joint.urdf_elements, "    "))

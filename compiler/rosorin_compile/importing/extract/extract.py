@@ -13,11 +13,12 @@ from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.model import HeightMap, Pose
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
 from rosorin_compile.output import OutputError, write_set
-from rosorin_compile.source.diagnostics import Diagnostic, RequestError, masked
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError
 from rosorin_compile.source.files import resolve
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.wording import masked
 
 from . import factory, replace_map, results
 from .fit_quality import FitGauge
@@ -278,6 +279,6 @@ def _diagnostics(problem: ExtractProblem) -> list[Diagnostic]:
     if isinstance(problem, SourceProblem):
         return arrange(problem.diagnostics)
     if isinstance(problem, NotThere):
-        found = problem.diagnostic
+        found = problem.diagnostic.worded()
         raise RequestError(f"{found.message}; {found.help}" if found.help else found.message) from None
     return [problem.diagnostic]

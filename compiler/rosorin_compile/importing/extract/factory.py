@@ -13,7 +13,7 @@ from typing import Any
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Box, HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, did_you_mean, listed
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, listed
 from rosorin_compile.source.files import is_file, is_folder, read_bytes
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import Heading, Rule
@@ -87,8 +87,8 @@ def find_robot_file(package: Path, requested: str | None) -> Path:
     if requested is not None:
         path = next((path for path in (package / requested, Path(requested)) if is_file(path)), None)
         if path is None:
-            help = did_you_mean(requested, [str(path.relative_to(package)) for path in candidates])
-            raise NotThere.of("factory-robot", f'{package} has no file "{requested}"', help)
+            suggestion = Suggestion(requested, [str(path.relative_to(package)) for path in candidates])
+            raise NotThere.of("factory-robot", f'{package} has no file "{requested}"', suggestion)
         return path
     if len(candidates) == 1:
         return candidates[0]

@@ -14,7 +14,7 @@ from rosorin_compile.model import Mesh, Robot
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh, load_mesh
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, RequestError, did_you_mean
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, RequestError, Suggestion
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.rule_registry import Heading, Rule
@@ -156,7 +156,7 @@ class RobotSource:
     def link(self, name: str) -> str:
         """Return the name of a link. Raises NotThere if the robot has no link of this name."""
         if name not in self.robot.link:
-            help = did_you_mean(name, self.robot.link)
+            help = Suggestion(name, self.robot.link)
             raise NotThere.of("unknown-link", f'the robot has no link "{name}"', help)
         return name
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.imported import Comment, Imported
+from rosorin_compile.formats.imported import BEFORE, INSIDE, Comment, Imported
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.tree import Map, Path, Seq
 from rosorin_compile.source.units import Quantity
@@ -174,12 +174,12 @@ def _moved(comments: Sequence[Comment], tree: Map, uses: Sequence[Use]) -> list[
     for comment in comments:
         home = homes.get(comment.path[:2])
         path: Path = (*home[0], *comment.path[2:]) if home else tuple(comment.path)
-        is_about_entry = len(comment.path) == 2 and comment.where != Comment.INSIDE
+        is_about_entry = len(comment.path) == 2 and comment.where != INSIDE
         if home and in_part[comment.text, path] > 1:
             if not any(one.text == comment.text and one.path == path for one in moved):
                 moved.append(replace(comment, path=path))
         elif home and not (home[2] and not (home[3] and is_about_entry)):
-            moved.append(replace(comment, path=home[1], where=Comment.BEFORE))
+            moved.append(replace(comment, path=home[1], where=BEFORE))
         else:
             moved.append(replace(comment, path=path))
     return moved

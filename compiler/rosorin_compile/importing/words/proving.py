@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.gazebo_elements import Context, context_of, element_differences
+from rosorin_compile.formats.gazebo_elements import element_differences, followers_of
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import violations
 from rosorin_compile.formats.templating import Templates
@@ -120,7 +120,7 @@ class _Conversion:
             reasons |= self._refused(found, entries, CONTROL, options)
             written = self._written({CONTROL: entries}, options) if entries else {}
             for one in [one for one in found if one.name in entries]:
-                reason = _difference(one, written.get(one.called, []), context_of(self.robot, humble))
+                reason = _difference(one, written.get(one.called, []), followers_of(self.robot, humble))
                 if reason:
                     del entries[one.name]
                     reasons[one.called] = reason
@@ -158,9 +158,9 @@ class _Conversion:
             of_model = self._written_sdf(entries, options) if self.imported.format == "sdf" else None
             wrong = {}
             for one in [one for one in found if one.name in entries]:
-                reason = _difference(one, written.get(one.called, []), Context())
+                reason = _difference(one, written.get(one.called, []), frozenset())
                 if not reason and of_model is not None:
-                    reason = _difference(one, of_model.get(one.called, []), Context())
+                    reason = _difference(one, of_model.get(one.called, []), frozenset())
                 if reason:
                     wrong[one.name] = self.kept[one.called] = reason
             if not wrong:
@@ -277,10 +277,10 @@ def _never_written(texts: Seq) -> dict[str, str]:
     return found
 
 
-def _difference(one: Candidate, texts: Sequence[str], context: Context) -> str:
+def _difference(one: Candidate, texts: Sequence[str], followers: frozenset[str]) -> str:
     """Return why an element that is written again differs from its source, or ""."""
     alone, *written = without_collisions([one.alone, *texts])
-    wrong = element_differences([alone], written, context)
+    wrong = element_differences([alone], written, followers)
     if not wrong:
         return ""
     if not texts:

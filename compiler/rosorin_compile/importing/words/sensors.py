@@ -271,7 +271,7 @@ def _camera_words(camera: Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(hfov, float) and math.radians(1) <= hfov <= _WIDEST:
         made["hfov"] = hfov
     for section, key in (("image", "width"), ("image", "height"), ("clip", "near"), ("clip", "far")):
-        value = _inner(camera, section).get(key, float(SDF_DEFAULTS[section, key]))
+        value = _inner(camera, section).get(key, float(SDF_DEFAULTS[section][key]))
         if section == "image" and _is_count(value):
             made[key] = int(value)
         elif section == "clip" and _is_positive(value) and value >= _SMALLEST:
@@ -390,5 +390,5 @@ def _same(one: Any, other: Any) -> bool:
 def _is_default(path: tuple[str, ...], value: Any) -> bool:
     if isinstance(value, dict):
         return bool(value) and all(_is_default((*path, key), item) for key, item in value.items())
-    default = SDF_DEFAULTS.get(path[-2:])
+    default = SDF_DEFAULTS.get(path[-2], {}).get(path[-1]) if len(path) > 1 else None
     return default is not None and _same(value, _scalar(default))

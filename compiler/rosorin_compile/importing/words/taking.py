@@ -10,7 +10,7 @@ from rosorin_compile.formats.imported import Comment, as_tree
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.tree import Map, Path, Seq, Text
 from rosorin_compile.source.xml.elements import indented, tree_of
-from rosorin_compile.source.xml.markup import Element, Remark, parse
+from rosorin_compile.source.xml.markup import COMMENT, Element, Remark, parse
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element as Tree
@@ -132,7 +132,8 @@ def _found(root: Element, one: Candidate) -> Element:
 
 
 def _comments(element: Element) -> list[Remark]:
-    return [item for inner in element.iter() for item in inner.content if isinstance(item, Remark) and item.is_comment]
+    items = (item for inner in element.iter() for item in inner.content)
+    return [item for item in items if isinstance(item, Remark) and item.kind == COMMENT]
 
 
 def moved(comments: Any, paths: Mapping[int, Path]) -> list[Comment]:

@@ -21,8 +21,7 @@ from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.xml.files import read_source
-from rosorin_compile.source.xml.markup import Element, MarkupError, Remark, parse
+from rosorin_compile.source.xml.markup import COMMENT, Element, MarkupError, Remark, parse, read_source
 
 from .elements import joint_entry, read_entry, read_found, set_dimensions
 from .expressions import folded_text
@@ -902,7 +901,7 @@ class Program:
                 into = into[-1].content
             if isinstance(item, Element):
                 into.append(self.xml(item, scope, body))
-            elif isinstance(item, Remark) and not item.is_comment:
+            elif isinstance(item, Remark) and item.kind != COMMENT:
                 into.append(self.names.resolve(item.text, scope, XML))
                 note(into[-1])
             else:

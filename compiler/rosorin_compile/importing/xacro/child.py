@@ -26,8 +26,7 @@ from xml.dom import minidom
 
 from rosorin_compile.source.files import read_text, recording
 from rosorin_compile.source.packages import Packages, package_name
-from rosorin_compile.source.xml.files import read_source
-from rosorin_compile.source.xml.markup import MarkupError, parse
+from rosorin_compile.source.xml.markup import MarkupError, parse, read_source
 
 Place = tuple[int, int, int]
 

@@ -40,8 +40,7 @@ from rosorin_compile.source.messages import with_calls
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.system import pip_install
 from rosorin_compile.source.wording import and_more, counted
-from rosorin_compile.source.xml.files import read_source
-from rosorin_compile.source.xml.markup import Document, Element, MarkupError, named, parse
+from rosorin_compile.source.xml.markup import Document, Element, MarkupError, named, parse, read_source
 
 from .child import out_of_time
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.xml.markup import Element, Remark
+from rosorin_compile.source.xml.markup import COMMENT, Element, Remark
 
 from ..description import _Document
 from .tree import (
@@ -57,7 +57,7 @@ def with_comments(element: Element) -> list[tuple[Element, tuple[str, ...]]]:
     text = element.document.source.text
     for index, item in enumerate(element.content):
         before = element.content[index - 1] if index else None
-        is_comment = isinstance(item, Remark) and item.is_comment
+        is_comment = isinstance(item, Remark) and item.kind == COMMENT
         if is_comment and isinstance(before, Element) and "\n" not in text[before.end : item.start]:
             found[-1] = (found[-1][0], (*found[-1][1], item.text))
         elif isinstance(item, Element):
@@ -75,6 +75,6 @@ def comments_within(element: Element) -> list[str]:
         placed: set[str] = set()
         for child, comments in with_comments(one):
             placed.update(comments if one is element and child.tag in ("visual", "collision") else ())
-        remarks = [item.text for item in one.content if isinstance(item, Remark) and item.is_comment]
+        remarks = [item.text for item in one.content if isinstance(item, Remark) and item.kind == COMMENT]
         found += [text for text in remarks if text not in placed]
     return found

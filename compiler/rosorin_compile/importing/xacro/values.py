@@ -16,7 +16,7 @@ from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.xml.markup import Element, MarkupError, Remark, parse
+from rosorin_compile.source.xml.markup import COMMENT, Element, MarkupError, Remark, parse
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..key_order import default_of_key, in_order
@@ -882,7 +882,7 @@ def _xml_of(element: Element) -> Xml:
         if isinstance(item, Element):
             made.content.append(_xml_of(item))
         else:
-            made.content.append(item if item.is_comment else Text([Piece(TEXT, item.text)], XML))
+            made.content.append(item if item.kind == COMMENT else Text([Piece(TEXT, item.text)], XML))
     return made
 
 

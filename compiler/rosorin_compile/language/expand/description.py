@@ -12,11 +12,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Diagnostic, MadeSpan, Related, Span, Suggestion, error, has_errors, swaps
+from rosorin_compile.source.diagnostics import Diagnostic, MadeSpan, Related, Span, Suggestion, error, has_errors
 from rosorin_compile.source.load import plain_scalar
 from rosorin_compile.source.messages import merge_by_name, offer, placed
 from rosorin_compile.source.project import Resolved, data_folder
 from rosorin_compile.source.tree import Map, Place, Seq
+from rosorin_compile.source.wording import swaps
 
 from ..annotations import ENTRIES
 from ..schema import keys_of_xml, merged, of_parts, schema

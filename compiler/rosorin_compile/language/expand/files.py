@@ -24,7 +24,6 @@ from rosorin_compile.source.project import (
     Resolved,
     data_folder,
     python_folder,
-    resolved,
 )
 from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Include, Instance, Map, Place, Seq
@@ -225,8 +224,8 @@ class Reader:
     def package(self, name: str, packages: Mapping[str, Path], by: Path) -> Path | None:
         """Return the folder of a ROS package that the file ``by`` names; None if it is not found."""
         folder = Packages(packages, os.environ, by).find(name)
-        if name not in packages:
-            self.resolved.append(resolved(ROS_PACKAGE, name, by, folder))
+        if name not in packages and folder is not None:
+            self.resolved.append(Resolved(ROS_PACKAGE, name, Path(os.path.abspath(folder))))
         return folder
 
     def inside(self, target: Path) -> bool:
@@ -263,8 +262,8 @@ class Reader:
         """Return a file of parts by name: of the library, or ``PACKAGE:FILE`` of an installed Python package."""
         package, colon, file = name.rpartition(":")
         folder = python_folder(package) if colon else data_folder("parts_library")
-        if colon:
-            self.resolved.append(resolved(PYTHON_PACKAGE, package, "", folder))
+        if colon and folder is not None:
+            self.resolved.append(Resolved(PYTHON_PACKAGE, package, Path(os.path.abspath(folder))))
         if folder is None or not file or os.sep in file or file.startswith("."):
             return None
         path = folder / f"{file}.yaml"

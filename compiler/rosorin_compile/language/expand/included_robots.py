@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, error
 from rosorin_compile.source.files import shown
-from rosorin_compile.source.project import MESH_FILE, resolved
 from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, Text
 from rosorin_compile.source.wording import first_of
@@ -205,9 +204,6 @@ class IncludedRobots:
         for name, path in places.items():
             found = Path(os.path.relpath(path, top)).as_posix()
             existing = [folder for folder in above if files.is_file(folder / found)]
-            for folder in above:
-                known = folder / found if folder in existing else None
-                self.reader.resolved.append(resolved(MESH_FILE, str(folder / found), "", known))
             if existing == [top]:  # and no other file of that name nearer to the robot
                 new[name] = found
         missed = [name for name in names if name not in new]

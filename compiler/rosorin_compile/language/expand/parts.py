@@ -15,11 +15,19 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, Span, did_you_mean, nearest
+from rosorin_compile.source.diagnostics import (
+    WARNING,
+    Diagnostic,
+    Source,
+    Span,
+    Suggestion,
+    nearest,
+)
 from rosorin_compile.source.load import LoadError, load_mapping, load_own
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq
+from rosorin_compile.source.xml.elements import found_in
 
 from ..schema import keys_of_xml, of_parts, of_types
 from ..suggestions import word_meant
@@ -34,6 +42,7 @@ from .scope import Scope, value_place
 RULES = (
     Rule("unknown-part", "There is no such part or file of parts.", "See [the library](parts-library.md).", ARGUMENTS),
     Rule("unknown-sensor-type", "There is no such sensor type.", "See [the library](parts-library.md).", ARGUMENTS),
+    Rule("mirrored-element", "An element of MJCF with a place is in a mirrored part.", "Use words.", ARGUMENTS),
     Rule("part-cycle", "Parts use each other without end, or too deep.", "End a recursion with an `if`.", ARGUMENTS),
 )
 
@@ -107,6 +116,8 @@ class Parts:
         names = SymbolTable(fragment).names()
         self._check_parent(name, names.mounted, entry, scope, place)
         use = Use(prefix, *map(entry.get, ("parent", "xyz", "rpy", "mirror")))
+        if use.mirror is not None:
+            _check_elements(name, fragment, inner)
         made = placed(fragment, use, names)
         return with_source(made, entry) if "source" in entry else made
 
@@ -185,11 +196,10 @@ class Parts:
                 raise scope.failed("unknown-part", f'there is no file "{file}" of parts', place, help)
             parts, home = loaded[0].get("parts") or {}, loaded[1]
         if short not in parts:
-            help = did_you_mean(name, [f"{file}{slash}{part}" for part in parts])
-            help = help if help.startswith("did") else self._near(short) or help or "define it under parts"
-            meant = nearest(short, parts)
-            near = [Related("the suggestion is defined here", parts.key_spans[meant])] if meant else []
-            raise scope.failed("unknown-part", f'there is no part "{name}"', place, help, near)
+            places = {f"{file}{slash}{part}": parts.key_spans[part] for part in parts}
+            instead, none = self._near(short), "define it under parts"
+            suggestion = Suggestion(name, places, instead=instead, none=none, places=places)
+            raise scope.failed("unknown-part", f'there is no part "{name}"', place, suggestion)
         body = parts[short]
         if id(body) not in self.sound:
             self.sound[id(body)] = declarations.check_part(short, parts, home)
@@ -326,3 +336,28 @@ def _merged(base: Map, changes: Map) -> Map:
         both = _merged(before, value) if isinstance(before, Map) and isinstance(value, Map) else value
         made.put(key, both, changes.key_spans[key], changes.value_spans[key])
     return made
+
+
+# Attributes of MJCF by which an element has a place or a direction.
+_SPATIAL = frozenset(
+    ("pos", "quat", "axis", "axisangle", "euler", "xyaxes", "zaxis", "fromto", "dir", "anchor", "relpose", "offset")
+)
+
+
+def _check_elements(use: str, fragment: Map, scope: Scope) -> None:
+    """Raise Failed if a mirrored part has elements of MJCF with a place: only what has words is mirrored."""
+    links = fragment.get("links")
+    entries = links.values() if isinstance(links, Map) else ()
+    listed = [fragment.get("mjcf"), *(entry.get("mjcf_elements") for entry in entries if isinstance(entry, Map))]
+    good = True
+    for texts in (one for one in listed if isinstance(one, Seq)):
+        for text, span in zip(texts, texts.value_spans, strict=True):
+            for found in found_in(text) if isinstance(text, str) else ():
+                words = sorted(_SPATIAL.intersection(found.attributes))
+                if words:
+                    message = f'<{found.tags[-1]}> has {words[0]}, which use "{use}" does not mirror'
+                    help = "write it with words of the language, such as sites; or make a part for each side"
+                    scope.failed("mirrored-element", message, Place(span, scope.via), help)
+                    good = False
+    if not good:
+        raise Failed

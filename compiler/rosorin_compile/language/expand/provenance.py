@@ -13,7 +13,7 @@ from types import NoneType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Span, error
-from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, at, exists, has, locate, maker, written
+from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, at, exists, has, maker, written
 
 from ..expression import names_in, pieces
 from ..symbols import MOUNT
@@ -102,7 +102,7 @@ def problem_at(
     if exists(tree, path) and (rule in _OF_NAMES or not key):
         place, uses = mistake_place(root, tree, path, rule, key)
     else:
-        place, uses = locate(tree, path, key=key), ()
+        place, uses = tree.locate(path, key=key), ()
     return error(rule, message, place.span, help, (*related, *uses, *place.stack()))
 
 

@@ -11,12 +11,12 @@ from contextlib import suppress
 from functools import partial
 from typing import Any, NoReturn
 
-from rosorin_compile.source.diagnostics import MAX_LISTED, Help, Related, Span, did_you_mean, error, nearest
+from rosorin_compile.source.diagnostics import Help, Related, Span, did_you_mean, error, nearest
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Kept, Map, Place, Seq
 from rosorin_compile.source.units import UNITS
-from rosorin_compile.source.wording import counted, first_of
+from rosorin_compile.source.wording import MAX_LISTED, counted, first_of
 from rosorin_compile.source.xml.elements import fitted
 
 from ..expression import CHOICES, Piece, compiled, evaluate, names_in, pieces
@@ -190,7 +190,7 @@ class Scope:
         origin = None if rule in _OF_ENTRIES else argument_at(self, place.span, kinds)
         self.report_origin(rule, message, place, help, related, origin)
 
-    def failed(self, rule: str, message: str, place: Place, help: str = "", related: Sequence[Related] = ()) -> Failed:
+    def failed(self, rule: str, message: str, place: Place, help: Help = "", related: Sequence[Related] = ()) -> Failed:
         """Add an error as ``report`` does, and return the exception to raise."""
         self.report(rule, message, place, help, related)
         return Failed()

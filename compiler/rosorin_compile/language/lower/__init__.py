@@ -21,12 +21,12 @@ from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import Root
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.rule_registry import FILES, FRAMES, JOINTS, POSES, Rule
-from rosorin_compile.source.tree import Map, Path, locate
+from rosorin_compile.source.tree import Map, Path
 from rosorin_compile.source.wording import listed
 
 from ..expand.scope import Scope
 from ..schema import backend_of
-from ..suggestions import name_meant
+from ..suggestions import suggest_name
 from ..suppressions import accepted
 from . import links
 from .joints import add_frames, lower_joint, lower_sensor, node
@@ -62,7 +62,7 @@ def lower(tree: Map, scope: Scope | None = None) -> Lowered:
 
     def report(diagnostic: Diagnostic, section: str) -> None:
         """Report a problem of the plug-in of a section, at that section."""
-        place = locate(tree, (section,), key=True)
+        place = tree.locate((section,), key=True)
         lowering.diagnostics.append(replace(diagnostic, span=place.span, related=place.stack()))
 
     values, sections = lower_sections(CORE, tree, lowering, report)
@@ -177,7 +177,7 @@ def _position(joint: str, pulse: int, path: Path, lowering: Lowering) -> float |
         known = [joint for group in lowering.servos for joint in group.joints]
         joints = lowering.tree.get("joints") or {}
         if joint not in joints or joints.keys() >= {*known}:  # else a servo group misspells its name, which is reported
-            help = name_meant(lowering.tree, path, joint, known)
+            help = suggest_name(lowering.tree, path, joint, known)
             lowering("unknown-servo", f'no servo group has the joint "{joint}"', path, help, key=True)
         return None
     low, high = group.pulse_range

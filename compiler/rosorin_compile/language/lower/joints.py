@@ -16,9 +16,9 @@ from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.joint import AXLELESS, ROBOT_STATE_PUBLISHER, UNPUBLISHED, SafetyController
 from rosorin_compile.source.diagnostics import Help, Related, Suggestion
 from rosorin_compile.source.rule_registry import FRAMES, Rule
-from rosorin_compile.source.tree import Path, locate
+from rosorin_compile.source.tree import Path
 
-from ..suggestions import name_meant
+from ..suggestions import suggest_name
 from .lowering import Lowering
 from .records import pose_of_entry, record_of, source_of, vector_of
 from .sensor_elements import Frames, gazebo_sensors, mjcf_elements
@@ -174,13 +174,13 @@ def _check(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mappi
     frame, links = entry["frame"], lowering.tree.get("links") or {}
     if frame not in links and frame not in above:
         message = f'sensor "{name}" has no parent, and its frame "{frame}" is no link of the description'
-        help = name_meant(lowering.tree, (*path, "frame"), frame, list(dict.fromkeys((*links, *above))))
+        help = suggest_name(lowering.tree, (*path, "frame"), frame, list(dict.fromkeys((*links, *above))))
         lowering("sensor-frame", message, (*path, "frame"), help)
         return
     for key in _OF_THE_JOINT:
         if key in entry:
             message = f'sensor "{name}" sits on link "{frame}", which has a place of its own: {key} has no effect'
-            at = locate(lowering.tree, above[frame].path, key=True).span if frame in above else None
+            at = lowering.tree.locate(above[frame].path, key=True).span if frame in above else None
             related = (Related("its place is said here", at),) if at else ()
             lowering("ignored-key", message, (*path, key), "remove it, or say the parent", related)
 

@@ -15,7 +15,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.rule_registry import Rule
-from rosorin_compile.source.tree import Map, Path, locate
+from rosorin_compile.source.tree import Map, Path
 
 from ..expand.provenance import problem_at
 from ..expand.scope import Scope
@@ -27,7 +27,7 @@ T = TypeVar("T")
 class LoweringError(Exception):
     """A value that cannot be converted; ``path`` is that of the mistake in the tree."""
 
-    def __init__(self, rule: str, message: str, path: Path = (), help: str = "") -> None:
+    def __init__(self, rule: str, message: str, path: Path = (), help: Help = "") -> None:
         super().__init__(message)
         self.rule, self.message, self.path, self.help = rule, message, path, help
 
@@ -87,7 +87,7 @@ class Lowering:
         if first is None:
             self.places[kind, name] = path
         else:
-            related = (Related("first defined here", locate(self.tree, first, key=True).span),)
+            related = (Related("first defined here", self.tree.locate(first, key=True).span),)
             self("duplicate-name", f'the {kind} "{name}" is defined twice', path, "rename one", related)
 
     def place_joint(self, name: str, path: Path, frame: str, frame_path: Path) -> None:
@@ -96,7 +96,7 @@ class Lowering:
         if child != frame or first == frame_path:
             self.place("joint", name, path)
             return
-        related = (Related("first said here", locate(self.tree, first).span),)
+        related = (Related("first said here", self.tree.locate(first).span),)
         message = f'frame "{frame}" is defined twice: by {owner_of_frame(first)} and by {owner_of_frame(frame_path)}'
         help = "give each a frame of its own"
         if first[0] == "joints":

@@ -1,34 +1,33 @@
 """MJCF: the robot for MuJoCo.
 
-Writing: ``write`` with ``write_joints``, ``write_simulation`` and ``write_sensors``; ``omissions`` and ``masses``
-report what MuJoCo would refuse, ``mjx`` what MJX does not load. ``bodies`` has names and welded links, ``contacts``
-which links may touch, ``masks`` the bits of shapes, ``height_fields`` what height maps become. ``read_back`` reads
-such a file for comparison, and ``process`` lets MuJoCo load it.
+Writing: ``write`` with ``write_elements`` and ``classes``; ``servos`` are its actuators, ``bodies`` has names and
+groups, ``contacts`` which links may touch, ``omissions`` what MuJoCo would refuse. ``read_back`` reads such a file for
+comparison.
 
-Reading: MuJoCo reads foreign files in a child process (``process``, ``engine``, ``resolved``); ``broken`` explains
-what it refuses. ``source`` finds the places in the text, ``reading`` has the state, and ``robot`` fills the tree with
-``links``, ``joints``, ``actuators``, ``shapes``, ``entries`` and ``poses``.
+Reading: MuJoCo reads foreign files in a child process (``process``, ``engine``). ``source`` finds the places in the
+text, ``reading`` has the state, and ``robot`` fills the tree with ``links``, ``actuators``, ``shapes`` and ``entries``.
 
-``proof`` compares an imported MJCF with the source in a child process: ``compiled_model`` and ``compare_models``
-compare both models field by field, ``accelerations`` compares their motion.
+``proof`` compares an imported MJCF with the source in a child process (``compare_models``).
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats.format import (
     BOXES_OF_HEIGHT_MAPS,
     FORMS_OF_BOXES,
+    MODEL_KEYS,
     NUMBER_FORMAT,
+    OF_PUBLISHERS,
     Asked,
     Format,
-    Opened,
+    Unsupported,
     xml_syntax,
 )
-from rosorin_compile.formats.unsupported import MODEL_KEYS, OF_PUBLISHERS, Unsupported
 from rosorin_compile.source.files import record, version
 
 from .settings import SETTINGS
@@ -37,36 +36,24 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rosorin_compile.formats.format import Refusal
-    from rosorin_compile.formats.imported import Imported, Proof
-    from rosorin_compile.formats.mesh_files import Searched
-    from rosorin_compile.formats.templating import Templates
     from rosorin_compile.model import Output, Robot
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.source.tree import Map
 
-    from .read_back import Mjcf
-
 __all__ = ["FORMAT"]
 
 
-def _read(opened: Opened) -> Imported:
-    from .robot import read_mjcf
-
-    return read_mjcf(opened.path, opened.options)
+def _lazy(module: str, name: str) -> Callable[..., Any]:
+    """Return a function of a module that is imported only when it is called."""
+    return lambda *arguments: getattr(import_module(module, __package__), name)(*arguments)
 
 
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    from . import mjx, servos
+    from . import contacts, servos
 
     yield from servos.check(case, output)
-    yield from mjx.check(case, output)
-
-
-def _copies(searched: Searched, outputs: Path) -> Searched:
-    from ..mesh_copies import copy_meshes
-
-    return copy_meshes(searched, outputs)
+    yield from contacts.check(case, output)
 
 
 def _refusal(text: str, folder: Path) -> Refusal:
@@ -90,12 +77,6 @@ def _adds(robot: Robot, name: str, described: Robot) -> bool:
     return any(name in (one.name, one.site) or (one.replicas and name.startswith(f"{one.name}_")) for one in made)
 
 
-def _opens(file: str) -> str:
-    from .omissions import mesh_path, texture_path
-
-    return mesh_path(file) or texture_path(file)
-
-
 _FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 
 
@@ -109,33 +90,59 @@ def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
     return Asked({"file": "", **wishes, **option} | {"file": f"{name}.xml"})
 
 
+def _one_of(words: Sequence[str], description: str) -> dict[str, Any]:
+    return {"enum": [*words], "description": description}
+
+
 _GROUP = {"type": "integer", "minimum": 0, "maximum": 5}
-
-
-def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    from .write import write
-
-    return write(robot, output, templates)
-
-
-def _view(robot: Robot, output: Output) -> Mjcf:
-    from .read_back import view
-
-    return view(robot, output)
-
-
-def _read_back(text: str) -> Mjcf:
-    from .read_back import read
-
-    return read(text)
-
-
-def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
-    from .proof import prove
-
-    return prove(imported, text, files)
-
-
+_VISUAL = {**_GROUP, "description": "That of visuals; default 2."}
+_COLLISION = {**_GROUP, "description": "That of what collides; default 3, of a robot without looks 0."}
+_OPTIONS = {
+    "number_format": NUMBER_FORMAT,
+    "base": _one_of(("fixed", "free"), "Whether the root link is held or free to move. Default: free with a drive."),
+    "option": {
+        "type": "object",
+        "description": "Settings of the simulation, in MuJoCo's words and SI units; default: integrator implicitfast;"
+        " for what is free or drives also cone elliptic, and on rollers or feet impratio 100.",
+        "properties": SETTINGS,
+        "additionalProperties": False,
+    },
+    "visuals": _one_of(
+        ("own", "from_collision"),
+        "What is seen of links without visuals: nothing (own), or their collision shapes, in one colour a link."
+        " Default: from_collision, if no link has a visual.",
+    ),
+    "mesh_inertia": _one_of(
+        ("convex", "exact", "legacy", "shell"),
+        "How MuJoCo computes the volume of meshes that do not define it; default: shell, which may be thin or open.",
+    ),
+    "height_maps": _one_of(
+        (*FORMS_OF_BOXES, "hfield"),
+        f"What height maps are; default: merged. Boxes: {BOXES_OF_HEIGHT_MAPS}; hfield: a height field, which does not"
+        " collide with planes.",
+    ),
+    "contacts": _one_of(
+        ("implied", "described"),
+        "Which links do not touch: neighbours at a joint, those that always touch and disabled_contacts (implied, the"
+        " default), or disabled_contacts alone (described).",
+    ),
+    "groups": {
+        "type": "object",
+        "description": "The groups by which viewers show and hide geoms, of visuals and of what collides.",
+        "properties": {"visual": _VISUAL, "collision": _COLLISION},
+        "additionalProperties": False,
+    },
+    "actuators": {
+        "type": "array",
+        "items": {"type": "string"},
+        "description": "The order of the actuators, by name; default: that of their joints.",
+    },
+    "drives": _one_of(
+        ("position", "velocity", "none"),
+        "Servos for joints that no actuator moves, with gains from what they carry: for the position of joints with"
+        " limits and the speed of others (position), or for all speeds (velocity). Default: none.",
+    ),
+}
 _NO_JOINT = Unsupported("bodies that are fixed to each other need no joint", quiet=True)
 _UNSUPPORTED = {
     **OF_PUBLISHERS,
@@ -143,6 +150,8 @@ _UNSUPPORTED = {
     "sensors.*.optical.joint": _NO_JOINT,
     "joints.*.calibration": Unsupported("no calibration of joints"),
     "joints.*.safety_controller": Unsupported("no soft limits"),
+    "joints.*.limit.velocity": Unsupported("it decides on drives alone", one_way=True),
+    "root": Unsupported("worlds are not read", one_way=True),
 }
 
 FORMAT = Format(
@@ -150,90 +159,28 @@ FORMAT = Format(
     word="MJCF",
     about="the model for MuJoCo",
     rank=30,
-    covers=(
-        *MODEL_KEYS,
-        "poses",
-        "mjcf",
-    ),
+    covers=(*MODEL_KEYS, "poses", "mjcf"),
     unsupported=_UNSUPPORTED,
-    options={
-        "number_format": NUMBER_FORMAT,
-        "base": {
-            "enum": ["fixed", "free"],
-            "description": "fixed: held in the world at the root link; free: free to move."
-            " Default: free, if the robot has a drive.",
-        },
-        "option": {
-            "type": "object",
-            "description": "Settings of the simulation, in MuJoCo's words and SI units; default: integrator"
-            " implicitfast; for what is free or drives also cone elliptic, and on rollers or feet impratio 100.",
-            "properties": SETTINGS,
-            "additionalProperties": False,
-        },
-        "visuals": {
-            "enum": ["own", "from_collision"],
-            "description": "What is seen of links without visuals: nothing (own), or their collision shapes, in one"
-            " colour a link. Default: from_collision, if no link has a visual.",
-        },
-        "mesh_inertia": {
-            "enum": ["convex", "exact", "legacy", "shell"],
-            "description": "What MuJoCo takes meshes for that do not say it; default: shell, which may be thin or open."
-            " Masses are those of the description in any case.",
-        },
-        "height_maps": {
-            "enum": [*FORMS_OF_BOXES, "hfield"],
-            "description": f"What height maps are; default: merged. Boxes: {BOXES_OF_HEIGHT_MAPS}; hfield: a height"
-            " field, which does not collide with planes.",
-        },
-        "contacts": {
-            "enum": ["implied", "described"],
-            "description": "Who does not touch whom; default: implied, which is links that a joint connects, and those"
-            " that touch wherever it is, with disabled_contacts; described: disabled_contacts alone,"
-            " and what MuJoCo does by itself.",
-        },
-        "groups": {
-            "type": "object",
-            "description": "The groups by which viewers show and hide geoms, of visuals and of what collides.",
-            "properties": {
-                "visual": {**_GROUP, "description": "That of visuals; default 2."},
-                "collision": {**_GROUP, "description": "That of what collides; default 3, of a robot without looks 0."},
-            },
-            "additionalProperties": False,
-        },
-        "actuators": {
-            "type": "array",
-            "items": {"type": "string"},
-            "description": "The order of the actuators, by name; default: that of their joints.",
-        },
-        "drives": {
-            "enum": ["position", "velocity", "none"],
-            "description": "Servos for joints that no actuator moves, with gains from what they carry: for the position"
-            " of joints with limits and the speed of others (position), or for all speeds (velocity). Default: none.",
-        },
-    },
+    options=_OPTIONS,
     file="{}.xml",
     endings=(".xml", ".mjcf"),
     roots=("mujoco",),
     check=_check,
-    write=_write,
-    load=_read,
-    view=_view,
+    write=_lazy(".write", "write"),
+    load=lambda opened: _lazy(".robot", "read_mjcf")(opened.path, opened.options),
+    view=_lazy(".read_back", "view"),
     partial=True,
-    read=_read_back,
+    read=_lazy(".read_back", "read"),
     asked=_asked,
     optional=True,
-    lacks=frozenset(
-        {"velocity", "calibration", "safety", "servo", "sensor", "publisher", "edge", "fixed joint name"}
-        | {"urdf_elements", "drive", "simulation"}
-    ),
     adds=_adds,
     why="a simulation has sites and cameras of its own for the sensors of a description",
     beside=lambda text: _FILE.findall(text),
-    opens=_opens,
-    copies=_copies,
+    opens=_lazy(".omissions", "file_path"),
+    copies=_lazy("..mesh_copies", "copy_meshes"),
     syntax=xml_syntax,
     refusal=_refusal,
-    prove=_prove,
+    prove=_lazy(".proof", "prove"),
     engine_reads=True,
     folder="mjcf",
 )

@@ -14,10 +14,9 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Element
 
 from .reading import SLIDE, Reading
-from .values import Node, floats, listing, numbers, put, put_number, put_words, tidy, tidy_position
+from .values import floats, listing, numbers, put, put_number, put_words, tidy, tidy_position
 
 _FIXED_GAIN, _NO_BIAS = 0, 0  # mjtGain, mjtBias
-
 _TARGETS = ("joint", "jointinparent", "tendon", "site", "refsite", "slidersite", "cranksite", "body")
 _KINDS = {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "body": "body"}  # the others name sites
 _WORDS = {
@@ -43,113 +42,98 @@ class Drive(NamedTuple):
     speed: float | None = None
 
 
-class _Actuator(NamedTuple):
-    """An actuator: of the compiled model, as an element, in the text, and the hinge or slide that it acts on."""
-
-    fact: Mapping[str, Any]
-    node: Node
-    element: Element
-    joint: int | None
-
-    @property
-    def attributes(self) -> Mapping[str, str]:
-        attributes: Mapping[str, str] = self.node["attributes"]
-        return attributes
-
-
-class _Kind(NamedTuple):
-    """The kind of an actuator: its type, its gains, and the other attributes."""
-
-    type: str
-    gains: Mapping[str, float]
-    rest: Mapping[str, str]
-
-
 def drives_of(reading: Reading) -> dict[int, Drive]:
     """Return what drives each hinge and slide, by the joint's index; add all other actuators to the tree."""
-    nodes = reading.facts["elements"]["actuators"]
-    drives: dict[int, Drive] = {}
-    others, in_joints = Map(reading.markup.root.span), []
-    kept: Element | None = None
+    nodes, drives = reading.facts["elements"]["actuators"], dict[int, Drive]()
+    others, in_joints, kept = Map(reading.markup.root.span), list[int](), list[Element]()
     elements = reading.elements_of("actuator", nodes)
     for number, (fact, node, element) in enumerate(zip(reading.facts["actuators"], nodes, elements, strict=True)):
-        if {"plugin", "instance"} & node["attributes"].keys() or node["inner"]:
+        attributes = node["attributes"]
+        if {"plugin", "instance"} & attributes.keys() or node["inner"]:
             reading.keep_in_section("actuator", node, f"actuator <{element.tag}>", element.span)
-            kept = kept or element
+            kept.append(element)
             continue
-        if kept is not None and kept not in reading.reported:
-            reading.reported.add(kept)
-            what = f"the actuator <{kept.tag}> is behind those that the language has words for"
-            reading.changed(f"{what}: its control is not where it was", kept.span)
-        target = fact["target"][0] if "joint" in node["attributes"] else None
-        index = target if target in reading.joint_of else None
-        actuator, before = _Actuator(fact, node, element, index), drives.get(index) if index is not None else None
-        entry = None
-        if index is not None and (before is None or before.entry is None):
-            entry, name = _entry_in_joint(reading, actuator, reading.joint_of[index])
+        if len(kept) > 0 and kept[0] not in reading.reported:
+            reading.reported.add(kept[0])
+            what = f"the actuator <{kept[0].tag}> is behind those that the language has words for"
+            reading.changed(f"{what}: its control is not where it was", kept[0].span)
+        index = fact["trnid"][0] if "joint" in attributes and fact["trnid"][0] in reading.joint_of else None
+        before = drives.get(index) if index is not None else None
+        entry = Map(element.span)
+        is_in_joint = index is not None and (before is None or before.entry is None)
+        if index is not None and is_in_joint:
+            joint = reading.joint_of[index]
+            name = reading.name("actuator", fact["name"], joint)
+            _fill(reading, entry, "actuator", fact, attributes, element, index)
+            if name != joint:
+                put(entry, "name", name)
             in_joints.append(index)
         else:
-            name = _add(reading, others, actuator)
-        reading.actuators.append(name)
+            targets = {word: attributes[word] for word in _TARGETS if word in attributes}
+            made_up = f"{next(iter(targets.values()), 'robot')}_{element.tag}"
+            name = reading.name("actuator", fact["name"], made_up)
+            rename = lambda word, text: reading.called(_KINDS.get(word, "site"), text)  # noqa: E731
+            put_words(entry, targets, "other_actuator", element, _WORDS, rename)
+            _fill(reading, entry, "other_actuator", fact, attributes, element, index)
+            others.put(name, entry, element.span, element.span)
         reading.actuator_of[number] = name
         if index is not None:
-            if (entry or others[name]).get("type") is None:
+            if entry.get("type") is None:
                 reading.servos[number] = index
-            known, effort = (before.effort if before else 0.0), _effort(fact)
-            total = None if known is None or effort is None else known + effort
-            speed = _speed(fact, entry) if entry else before.speed if before else None
-            drives[index] = Drive(total, entry or (before.entry if before else None), speed)
+            total, effort = (before.effort if before else 0.0), _effort(fact)
+            total = None if total is None or effort is None else total + effort
+            if is_in_joint:
+                drives[index] = Drive(total, entry, _speed(fact, entry))
+            elif before is not None:
+                drives[index] = before._replace(effort=total)
     if others:
         put(reading.tree, "actuators", others)
-    usual = [*(name for name in reading.actuators if name not in others), *others]
-    reading.in_order = in_joints == sorted(in_joints) and reading.actuators == usual
+    names = list(reading.actuator_of.values())
+    reading.in_order = in_joints == sorted(in_joints) and names == [
+        *(name for name in names if name not in others),
+        *others,
+    ]
     return drives
 
 
-def _entry_in_joint(reading: Reading, actuator: _Actuator, joint: str) -> tuple[Map, str]:
-    """Return the entry of an actuator in its joint, and its name."""
-    name, entry = reading.name("actuator", actuator.fact["name"], joint), Map(actuator.element.span)
-    _fill(reading, entry, "actuator", actuator)
-    if name != joint:
-        put(entry, "name", name)
-    return entry, name
-
-
-def _add(reading: Reading, others: Map, actuator: _Actuator) -> str:
-    """Add an entry of its own for an actuator, and return its name."""
-    element, targets = (
-        actuator.element,
-        {word: actuator.attributes[word] for word in _TARGETS if word in actuator.attributes},
-    )
-    name = reading.name("actuator", actuator.fact["name"], f"{next(iter(targets.values()), 'robot')}_{element.tag}")
-    entry = Map(element.span)
-    put_words(
-        entry,
-        targets,
-        "other_actuator",
-        element,
-        _WORDS,
-        lambda word, text: reading.called(_KINDS.get(word, "site"), text),
-    )
-    _fill(reading, entry, "other_actuator", actuator)
-    others.put(name, entry, element.span, element.span)
-    return name
-
-
-def _fill(reading: Reading, entry: Map, form: str, actuator: _Actuator) -> None:
-    """Set the kind of an actuator, its gains and its limits."""
-    kind, element = _kind(actuator.attributes), actuator.element
-    if kind.type != "position":
-        put(entry, "type", kind.type)
-    for word, value in kind.gains.items():
+def _fill(
+    reading: Reading,
+    entry: Map,
+    form: str,
+    fact: Mapping[str, Any],
+    attributes: Mapping[str, str],
+    element: Element,
+    index: int | None,
+) -> None:
+    kind, gains, more = _kind(attributes)
+    if kind != "position":
+        put(entry, "type", kind)
+    for word, value in gains.items():
         put_number(entry, word, tidy(value), element, word)
-    rest = {key: text for key, text in kind.rest.items() if key not in _READ}
-    rest |= _put_limits(reading, entry, kind.type, actuator)
+    rest = {key: text for key, text in more.items() if key not in _READ}
+    joint = reading.facts["joints"][index] if index is not None else None
+    inherits, is_position = (
+        float(attributes.get("inheritrange", 0)) and kind in ("position", "general"),
+        kind == "position",
+    )
+    if not inherits and (fact["ctrllimited"] or "ctrlrange" in attributes):
+        # The range of its joint is the usual one of a position servo.
+        ends = [fact["gear"][0] * end for end in joint["range"]] if joint is not None and joint["limited"] else None
+        if not is_position or not fact["ctrllimited"] or ends != fact["ctrlrange"]:
+            slides = not is_position or joint is None or joint["type"] == SLIDE
+            values = [tidy_position(value, slides) for value in fact["ctrlrange"]]
+            put(entry, "range", numbers(values, element, "ctrlrange"))
+        rest |= {} if fact["ctrllimited"] else {"ctrllimited": "false"}
+    elif not inherits and is_position and joint is not None and joint["limited"]:
+        put(entry, "unlimited", True)
+    if fact["forcelimited"] or "forcerange" in attributes:
+        put(entry, "force", listing([tidy(value) for value in fact["forcerange"]], element))
+        rest |= {} if fact["forcelimited"] else {"forcelimited": "false"}
     reading.put_words(entry, rest, form, element, f"the actuator <{element.tag}>", _WORDS)
 
 
-def _kind(attributes: Mapping[str, str]) -> _Kind:
-    """Return the kind of an actuator by its numbers."""
+def _kind(attributes: Mapping[str, str]) -> tuple[str, Mapping[str, float], Mapping[str, str]]:
+    """Return the type of an actuator by its numbers, its gains, and the other attributes."""
     gain, bias = floats(attributes, "gainprm", [1, 0, 0]), floats(attributes, "biasprm", [0, 0, 0])
     gains, dynamics = attributes.get("gaintype", "fixed"), attributes.get("dyntype", "none")
     attributes = {key: text for key, text in attributes.items() if key != "inheritrange" or float(text)}  # 0 is none
@@ -160,35 +144,14 @@ def _kind(attributes: Mapping[str, str]) -> _Kind:
         filtered = {"timeconst": attributes.get("dynprm", "1").split()[0]} if dynamics == "filterexact" else {}
         if bias_type == "affine" and kp > 0 and bias[:2] == [0, -kp]:
             word = "kv" if bias[2] <= 0 else "damping_ratio"
-            return _Kind("position", {"kp": kp} | ({word: abs(bias[2])} if bias[2] else {}), plain | filtered)
+            return "position", {"kp": kp} | ({word: abs(bias[2])} if bias[2] else {}), plain | filtered
         if bias_type == "affine" and kp > 0 and bias[:3] == [0, 0, -kp] and not filtered:
-            return _Kind("velocity", {"kv": kp}, no_servo)
+            return "velocity", {"kv": kp}, no_servo
         if bias_type == "none" and "body" in attributes and not filtered:
-            return _Kind("adhesion", {}, no_servo | ({"gain": repr(kp)} if kp != 1 else {}))
+            return "adhesion", {}, no_servo | ({"gain": repr(kp)} if kp != 1 else {})
         if bias_type == "none" and kp == 1 and not filtered:
-            return _Kind("motor", {}, no_servo)
-    return _Kind("general", {}, attributes)
-
-
-def _put_limits(reading: Reading, entry: Map, kind: str, actuator: _Actuator) -> dict[str, str]:
-    """Set the ranges of control and force of an actuator; return what only MuJoCo's words express."""
-    fact, attributes, element, rest = actuator.fact, actuator.attributes, actuator.element, dict[str, str]()
-    joint = reading.facts["joints"][actuator.joint] if actuator.joint is not None else None
-    inherits = float(attributes.get("inheritrange", 0)) and kind in ("position", "general")
-    if not inherits and (fact["controlled"] or "ctrlrange" in attributes):
-        gear, is_position = fact["gear"][0], kind == "position"
-        # The range of its joint is the usual one of a position servo.
-        ends = [gear * end for end in joint["range"]] if joint is not None and joint["limited"] else None
-        if not is_position or not fact["controlled"] or ends != fact["control"]:
-            cut = tidy_position if is_position and joint is not None and joint["type"] != SLIDE else tidy
-            put(entry, "range", numbers([cut(value) for value in fact["control"]], element, "ctrlrange"))
-        rest |= {} if fact["controlled"] else {"ctrllimited": "false"}
-    elif not inherits and kind == "position" and joint is not None and joint["limited"]:
-        put(entry, "unlimited", True)
-    if fact["forced"] or "forcerange" in attributes:
-        put(entry, "force", listing([tidy(value) for value in fact["force"]], element))
-        rest |= {} if fact["forced"] else {"forcelimited": "false"}
-    return rest
+            return "motor", {}, no_servo
+    return "general", {}, attributes
 
 
 def _speed(fact: Mapping[str, Any], entry: Map) -> float | None:
@@ -196,9 +159,9 @@ def _speed(fact: Mapping[str, Any], entry: Map) -> float | None:
 
     None for another servo or range.
     """
-    (low, high), gear = fact["control"], float(fact["gear"][0])
+    (low, high), gear = fact["ctrlrange"], float(fact["gear"][0])
     speed = tidy(high / gear) if gear > 0 else 0.0
-    if entry.get("type") != "velocity" or not fact["controlled"] or low != -high or speed <= 0 or gear * speed != high:
+    if entry.get("type") != "velocity" or not fact["ctrllimited"] or low != -high or speed <= 0 or gear * speed != high:
         return None
     entry.pop("range", None)
     return speed
@@ -206,11 +169,10 @@ def _speed(fact: Mapping[str, Any], entry: Map) -> float | None:
 
 def _effort(fact: Mapping[str, Any]) -> float | None:
     """Return the largest torque or force that an actuator brings to its joint, or None if it is not known."""
-    gear, force, control = (
-        float(max(map(abs, values))) for values in (fact["gear"][:1], fact["force"], fact["control"])
-    )
-    if fact["forced"]:
+    arrays = (fact["gear"][:1], fact["forcerange"], fact["ctrlrange"])
+    gear, force, control = (float(max(map(abs, values))) for values in arrays)
+    if fact["forcelimited"]:
         return gear * force
-    if (fact["gain"], fact["bias"]) == (_FIXED_GAIN, _NO_BIAS) and fact["controlled"]:
+    if (fact["gaintype"], fact["biastype"]) == (_FIXED_GAIN, _NO_BIAS) and fact["ctrllimited"]:
         return gear * abs(float(fact["gainprm"][0])) * control
     return None

@@ -1,11 +1,24 @@
-"""Bodies: how an MJCF of ours names and groups what a robot has. Its writer and its readers both ask here."""
+"""Bodies and geoms: how an MJCF of ours names and groups what a robot has, and which bits its shapes have.
+
+Masks are the bits by which MuJoCo lets two geoms touch, before it asks for excluded bodies. Two geoms may touch if the
+``contype`` of one has a bit that the ``conaffinity`` of the other has. A shape has those of its ``contact``; a shape
+that has none, and so the floor of a scene, has bit 1 in both.
+
+Where a robot sets no bits, the wheels of its drive meet the floor alone: a hub and its rollers are built into each
+other, and a wheel into its arch. What else the robot has meets itself, the floor, and other things.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.model import Joint, Robot
+from rosorin_compile.model import Joint, Robot, Shape
 from rosorin_compile.model.cached import of_robot
+
+if TYPE_CHECKING:
+    from .contacts import Geom
+
 
 # The body that everything else stands in.
 WORLD = "world"
@@ -82,3 +95,78 @@ def weld_groups(robot: Robot) -> dict[str, list[str]]:
             top[name] = top[joint.parent]
             groups[top[name]].append(name)
     return groups
+
+
+class Mask(NamedTuple):
+    """The bits that a geom is on, and those that it touches."""
+
+    contype: int = 1
+    conaffinity: int = 1
+
+    def meets(self, other: Mask) -> bool:
+        """Say whether MuJoCo lets geoms with these bits touch."""
+        return bool(self.contype & other.conaffinity or other.contype & self.conaffinity)
+
+    def attributes(self) -> dict[str, str]:
+        """Return the attributes of a geom."""
+        return {"contype": str(self.contype), "conaffinity": str(self.conaffinity)}
+
+
+BITS = ("contype", "conaffinity")
+USUAL, ROLLS, BESIDE_WHEELS = Mask(), Mask(1, 0), Mask(3, 2)
+
+
+class Masks:
+    """The masks of the collision shapes of a robot; ``rolling`` are the links that meet the floor alone.
+
+    Without ``implied`` they are those that the description says.
+    """
+
+    def __init__(self, robot: Robot, implied: bool) -> None:
+        self.rolling = rolling(robot) if implied else frozenset[str]()
+        self.usual = BESIDE_WHEELS if self.rolling else USUAL
+        shapes = [(link.name, shape) for link in robot.links for shape in link.collision]
+        self._of_links: dict[str, set[Mask]] = {link.name: set() for link in robot.links}
+        for name, shape in shapes:
+            self._of_links[name].add(self.of(name, shape))
+
+    def of(self, link: str, shape: Shape) -> Mask:
+        """Return the mask of a collision shape."""
+        if link in self.rolling:
+            return ROLLS
+        contact = shape.contact
+        if contact is None:
+            return self.usual
+        bits = (contact.values.get(word, usual) for word, usual in zip(BITS, self.usual, strict=True))
+        return Mask(
+            *(int(bit) if isinstance(bit, (int, float)) else usual for bit, usual in zip(bits, self.usual, strict=True))
+        )
+
+    def meet(self, one: str, other: str) -> bool:
+        """Say whether some shape of a link may touch one of another link."""
+        return any(mask.meets(theirs) for mask in self._of_links[one] for theirs in self._of_links[other])
+
+    def pair(self, one: Geom, other: Geom) -> bool:
+        """Say whether two shapes may touch."""
+        return self.of(one.link, one.solid.shape).meets(self.of(other.link, other.solid.shape))
+
+
+@of_robot
+def rolling(robot: Robot) -> frozenset[str]:
+    """Return the links that meet the floor alone: the wheels of a drive with what turns on them, hubs and rollers.
+
+    Behind a joint that steers it is what turns there. A description that sets bits sets those of all links.
+    """
+    drive, contacts = robot.drive, (shape.contact for link in robot.links for shape in link.collision)
+    if drive is None or any(one and not one.values.keys().isdisjoint(BITS) for one in contacts):
+        return frozenset()
+    wheels = {robot.joint[name].child for names in drive.joints.values() for name in names if name in robot.joint}
+    steered = {robot.joint[name].child for name in drive.steering if name in robot.joint}
+    wheels -= steered
+    for link in robot.walk():
+        above = robot.joint_to.get(link.name)
+        if above is not None and (above.parent in wheels or (above.parent in steered and above.type == "continuous")):
+            wheels.add(link.name)
+        elif above is not None and above.parent in steered:
+            steered.add(link.name)
+    return frozenset(wheels)

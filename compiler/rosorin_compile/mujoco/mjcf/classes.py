@@ -1,8 +1,8 @@
 """Default classes: what geoms, joints and actuators of an MJCF of ours have in common, said once.
 
-All stand in one class with the name of the robot, and begin with it: two robots that are included in one scene share
-one space of names. Each element names its class itself, and no body has a ``childclass``: what stands verbatim in a
-body, or is attached to it, keeps MuJoCo's own defaults.
+All are in one class with the name of the robot, and begin with it: two robots that are included in one scene share one
+space of names. Each element names its class itself, and no body has a ``childclass``: what is verbatim in a body, or is
+attached to it, keeps MuJoCo's own defaults.
 
 Joints that move alike share a class, and so do actuators that are alike, where that makes the file shorter. Such a
 class is called after the words that the names of all its joints have: wrist of wrist_1_joint and wrist_2_joint.
@@ -11,15 +11,26 @@ class is called after the words that the names of all its joints have: wrist of 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from markupsafe import Markup
 
 from rosorin_compile.formats.templating import attribute, attributes
 
-from .bodies import COLLISION, COLLISION_GROUP, FRAME, FRAME_GROUP, SHOWN, SHOWN_WHEEL, VISUAL, VISUAL_GROUP, WHEEL
-from .masks import BESIDE_WHEELS, ROLLS
+from .bodies import (
+    BESIDE_WHEELS,
+    COLLISION,
+    COLLISION_GROUP,
+    FRAME,
+    FRAME_GROUP,
+    ROLLS,
+    SHOWN,
+    SHOWN_WHEEL,
+    VISUAL,
+    VISUAL_GROUP,
+    WHEEL,
+)
 
 # What each joint has for itself, and what many have in common that move otherwise.
 _OWN = ("name", "class", "type")
@@ -36,18 +47,16 @@ Texts = Mapping[str, str]
 
 
 class Part(NamedTuple):
-    """An element as printed, with what stands in it."""
+    """An element as printed; ``replicate`` are the attributes of the element around it, ``text`` is of a template."""
 
     tag: str
-    attributes: Markup
-    elements: Sequence[Part] = ()
+    attributes: Markup | str = ""
+    replicate: Markup | str = ""
+    text: str = ""
 
 
 class Named(NamedTuple):
-    """An element that may have a class: its tag, its name, its other attributes, the joint that names its class.
-
-    Elements that are alike may share one object of attributes, which is looked at once.
-    """
+    """An element that may have a class: its tag, its name, its other attributes, the joint that names its class."""
 
     tag: str
     name: str
@@ -56,7 +65,7 @@ class Named(NamedTuple):
 
 
 class Class(NamedTuple):
-    """A default class: its name, what stands in it, and classes in it."""
+    """A default class: its name, the elements in it, and classes in it."""
 
     name: str
     parts: Sequence[Part] = ()
@@ -76,31 +85,33 @@ class _Shared(NamedTuple):
 
 
 class Classes:
-    """The default classes of a robot: ``of`` says the class of an element that has one."""
+    """The default classes of a robot; ``elements`` share them, ``kept`` are texts that have classes of their own."""
 
     def __init__(self, robot: str, elements: Sequence[Named], kept: Iterable[str]) -> None:
         self._taken = {name for text in kept for name in _CLASS.findall(text)} | {"main"}
         self.outer = self._free(robot)
-        self._prefix = f"{self.outer}_"
         self._elements = elements
         self._names: dict[int, str] = {}
-        self._printed: dict[tuple[int, str], Markup] = {}
-        self.shared = self._share()
+        self._taken |= {self.named(purpose) for purpose in (VISUAL, COLLISION, WHEEL, SHOWN, SHOWN_WHEEL, FRAME)}
+        self.shared: dict[str, list[_Shared]] = {}
+        for shared in self._groups():
+            name = self._with_joints(shared) or self._called(shared)
+            if self._saved(shared) > 0:
+                if name not in self.shared:
+                    self._free(name)
+                self.shared.setdefault(name, []).append(shared)
+                self._names |= dict.fromkeys(shared.members, name)
 
     def named(self, purpose: str) -> str:
         """Return the name of the class of geoms (``visual``, ``collision``, ``wheel_collision``) or of frames."""
-        return f"{self._prefix}{purpose}"
+        return f"{self.outer}_{purpose}"
 
     def printed(self, place: int) -> Markup:
-        """Return the attributes of the element at a place in the list: those of its class are said there."""
+        """Return the attributes of the element at a place in the list without those of its class."""
         element, name = self._elements[place], self._names.get(place, "")
-        key = (id(element.values), name)
-        printed = self._printed.get(key)
-        if printed is None:
-            said = next((one.values for one in self.shared[name] if one.tag == element.tag), {}) if name else {}
-            own = {word: text for word, text in element.values.items() if word not in said}
-            printed = self._printed[key] = attributes(**{"class": name}, **own) if name else attributes(**own)
-        return attribute("name", element.name) + printed
+        common = next((one.values for one in self.shared.get(name, ()) if one.tag == element.tag), {})
+        own = {word: text for word, text in element.values.items() if word not in common}
+        return attribute("name", element.name) + attributes(**({"class": name} if name else {}), **own)
 
     def tree(self, used: Collection[str], rolls: bool, groups: Mapping[str, int]) -> Class:
         """Return the classes as the file has them: of geoms those that are ``used``; ``rolls``: some are of wheels.
@@ -129,97 +140,65 @@ class Classes:
         self._taken.add(name)
         return name
 
-    def _share(self) -> dict[str, list[_Shared]]:
-        """Return what elements share, by the name of the class: actuators with their joints, if all are of it."""
-        self._taken |= {self.named(purpose) for purpose in (VISUAL, COLLISION, WHEEL, SHOWN, SHOWN_WHEEL, FRAME)}
-        made: dict[str, list[_Shared]] = {}
-        for shared in self._groups(made):
-            name = self._with_joints(shared, made) or self._called(shared)
-            if self._saved(shared, made) > 0:
-                if name not in made:
-                    self._free(name)
-                made.setdefault(name, []).append(shared)
-                self._names |= dict.fromkeys(shared.members, name)
-        return made
-
-    def _groups(self, made: Mapping[str, Sequence[_Shared]]) -> Iterator[_Shared]:
+    def _groups(self) -> Iterator[_Shared]:
         """Yield what elements share that move alike; those of one axis and range alone, where their names say so.
 
         Hips and knees of many legs are two classes, though they may have the same damping.
         """
-        for tag, members in self._cut(range(len(self._elements)), _SIDE):
-            whole = self._shared(tag, members)
-            cut = self._cut(members, ())
-            parts = [self._shared(tag, inner) for _, inner in cut] if len(cut) > 1 else [whole]
-            saved = [self._saved(one, made) for one in parts]
-            words = {one.words for one in parts} - {"", "joint"}
-            told_apart = len(words) == len(parts) and min(saved) > 0
-            shorter = sum(max(0, more) for more in saved) >= self._saved(whole, made)
-            yield from parts if told_apart or shorter else [whole]
+        for members in self._alike(range(len(self._elements)), _SIDE):
+            whole, cut = self._shared(members), self._alike(members, ())
+            parts = [self._shared(inner) for inner in cut] if len(cut) > 1 else [whole]
+            saved = [self._saved(one) for one in parts]
+            apart = len({one.words for one in parts} - {"", "joint"}) == len(parts) and min(saved) > 0
+            shorter = sum(max(0, more) for more in saved) >= self._saved(whole)
+            yield from parts if apart or shorter else [whole]
 
-    def _cut(self, places: Iterable[int], without: Sequence[str]) -> list[tuple[str, list[int]]]:
-        """Return groups of elements of a kind that are alike but for their names and some attributes."""
-        groups: dict[Hashable, list[int]] = {}
-        known: dict[tuple[str, int], Hashable] = {}
+    def _alike(self, places: Iterable[int], without: Sequence[str]) -> list[list[int]]:
+        groups: dict[object, list[int]] = {}
         for place in places:
-            element = self._elements[place]
-            if element.tag != "joint" and element.tag not in _KINDS:  # it is like no other
-                groups[element.tag, element.name, place] = [place]
-                continue
-            key = (element.tag, id(element.values))
-            if key not in known:
-                known[key] = (element.tag, frozenset(_alike(element, without)))
-            groups.setdefault(known[key], []).append(place)
-        return [(self._elements[members[0]].tag, members) for members in groups.values()]
+            tag, values = self._elements[place].tag, self._elements[place].values
+            others = (*(_OWN if tag == "joint" else _OF_ACTUATOR), *without)
+            key = frozenset((word, text) for word, text in values.items() if word not in others)
+            is_alone = tag != "joint" and tag not in _KINDS
+            groups.setdefault((tag, place) if is_alone else (tag, key), []).append(place)
+        return list(groups.values())
 
-    def _shared(self, tag: str, members: Sequence[int]) -> _Shared:
+    def _shared(self, members: Sequence[int]) -> _Shared:
+        """Return the attributes that all elements have, in the order of the first one."""
         elements = [self._elements[place] for place in members]
-        return _Shared(tag, _common(elements), tuple(members), _words_of([one.joint for one in elements]))
+        own = _OWN if elements[0].tag == "joint" else _OF_ACTUATOR
+        common = {
+            word: text
+            for word, text in elements[0].values.items()
+            if word not in own and all(one.values.get(word) == text for one in elements)
+        }
+        return _Shared(elements[0].tag, common, tuple(members), _words_of([one.joint for one in elements]))
 
-    def _with_joints(self, shared: _Shared, made: Mapping[str, Sequence[_Shared]]) -> str:
+    def _with_joints(self, shared: _Shared) -> str:
         """Return the class that has all joints of these actuators, and can have them, too; empty if there is none."""
-        joints = {self._elements[place].joint for place in shared.members} if made else set()
-        for name, parts in made.items():
-            known = {self._elements[place].joint for place in parts[0].members}
-            if parts[0].tag == "joint" != shared.tag and len(parts) == 1 and joints <= known:
+        joints = {self._elements[place].joint for place in shared.members}
+        for name, (first, *more) in self.shared.items() if shared.tag != "joint" else ():
+            known = {self._elements[place].joint for place in first.members}
+            if first.tag == "joint" and not more and joints <= known:
                 return name
         return ""
 
     def _called(self, shared: _Shared) -> str:
         """Return a name that no class has: after what the names of the joints have in common, or after the first."""
         first = self._elements[shared.members[0]].joint
-        own = _words_of([first])
-        words = [shared.words or shared.tag, own if "_" in own else first or shared.tag]
-        names = [
-            f"{self._prefix}{word}" for word in (*words, *(f"{words[0]}_{n}" for n in range(2, len(self._taken) + 2)))
-        ]
-        return next(name for name in names if name not in self._taken)
+        own, word = _words_of([first]), shared.words or shared.tag
+        words = [word, own if "_" in own else first or shared.tag]
+        words += [f"{word}_{n}" for n in range(2, len(self._taken) + 2)]
+        return next(name for name in map(self.named, words) if name not in self._taken)
 
-    def _saved(self, shared: _Shared, made: Mapping[str, Sequence[_Shared]]) -> int:
+    def _saved(self, shared: _Shared) -> int:
         """Return by how many characters the file gets shorter by a class, or by more in one that is made already."""
-        joined = self._with_joints(shared, made)
+        joined = self._with_joints(shared)
         name = joined or self._called(shared)
         said, named = len(attributes(**shared.values)), len(f' class="{name}"')
         around = len(f"        <{shared.tag}/>\n")
         around += 0 if joined else len(f'      <default class="{name}">\n      </default>\n')
         return len(shared.members) * (said - named) - said - around if said else 0
-
-
-def _alike(element: Named, without: Sequence[str]) -> Iterable[tuple[str, str]]:
-    """Return the attributes by which elements share a class."""
-    others = (*(_OWN if element.tag == "joint" else _OF_ACTUATOR), *without)
-    return [(key, text) for key, text in element.values.items() if key not in others]
-
-
-def _common(members: Sequence[Named]) -> Texts:
-    """Return the attributes that all elements have, in the order of the first one."""
-    first, own = members[0], _OWN if members[0].tag == "joint" else _OF_ACTUATOR
-    every = {id(member.values): member.values for member in members}.values()
-    return {
-        key: text
-        for key, text in first.values.items()
-        if key not in own and all(values.get(key) == text for values in every)
-    }
 
 
 def _words_of(names: Sequence[str]) -> str:

@@ -1,5 +1,8 @@
 """Compare two compiled models of MuJoCo object by object, in each array of mjModel that ``mujoco.introspect`` has.
 
+Objects are matched by name, or by the name that the import gave them; those without a name by type and place. Frames
+are compared where MuJoCo puts them, in the first pose and in a random one.
+
 Equal for MuJoCo, and therefore no difference, are: added sites and bodies without mass (a link is a body and a site), a
 site that became a body, a visual added to a collision shape, both signs of a quaternion, other principal axes, and the
 origin to which MuJoCo moves a mesh. This runs in the child process.
@@ -8,73 +11,113 @@ origin to which MuJoCo moves a mesh. This runs in the child process.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from .compiled_model import (
-    BALL,
-    FREE,
-    HFIELD,
-    KINDS,
-    MESH,
-    PIECES,
-    REFERENCES,
-    SDF,
-    SLIDE,
-    Model,
-    Names,
-    match,
-    rotation,
-)
+# Each kind of object with the prefix of its arrays in mjModel, those that are named by others first.
+_PREFIXES = {"joint": "jnt", "texture": "tex", "material": "mat", "camera": "cam", "equality": "eq"}
+_KINDS = """body joint mesh hfield texture material geom site camera light pair flex skin tendon equality actuator
+sensor numeric text tuple key"""
+KINDS = {kind: _PREFIXES.get(kind, kind) for kind in _KINDS.split()}
+_KIND_OF_EXTENT = {f"n{prefix}": kind for kind, prefix in KINDS.items()}
 
+# Long arrays in which an object has a piece, by their length: the kind, where the piece begins, and its size.
+_PIECE_TABLE = """nq joint jnt_qposadr
+nv joint jnt_dofadr
+nmocap body body_mocapid
+nmeshface mesh mesh_faceadr mesh_facenum
+nmeshtexcoord mesh mesh_texcoordadr mesh_texcoordnum
+nhfielddata hfield hfield_adr hfield_nrow hfield_ncol
+ntexdata texture tex_adr tex_height tex_width tex_nchannel
+nnumericdata numeric numeric_adr numeric_size
+ntextdata text text_adr text_size
+ntupledata tuple tuple_adr tuple_size
+nu actuator actuator_ctrladr actuator_ctrlnum
+nout actuator actuator_outadr actuator_outnum
+na actuator actuator_actadr actuator_actnum
+nwrap tendon tendon_adr tendon_num"""
+_PIECES = {extent: piece for extent, *piece in map(str.split, _PIECE_TABLE.splitlines())}
+_COORDINATES = {"nq": {0: 7, 1: 4}, "nv": {0: 6, 1: 3}}  # of free joints and balls
+
+# Fields with the number of another object: its kind, or the field that decides it.
+_REFERENCE_TABLE = """geom_dataid:geom_type site_matid:material site_dataid:mesh tendon_matid:material mat_texid:texture
+cam_targetbodyid:body light_targetbodyid:body light_texid:texture pair_geom1:geom pair_geom2:geom eq_obj1id:eq_type
+eq_obj2id:eq_type actuator_trnid:actuator_trntype sensor_objid:sensor_objtype sensor_refid:sensor_reftype
+tuple_objid:tuple_objtype wrap_objid:wrap_type"""
+_REFERENCES = dict(pair.split(":") for pair in _REFERENCE_TABLE.split())
+# The kinds of objects that a type stands for, by the enumeration of MuJoCo; other types are those of objects.
+_TARGETS = {
+    "actuator_trntype": ("mjtTrn", "JOINT:joint JOINTINPARENT:joint SLIDERCRANK:site SITE:site SO3:site TENDON:tendon"
+                         " BODY:body"),
+    "eq_type": ("mjtEq", "JOINT:joint TENDON:tendon FLEX:flex"),
+    "geom_type": ("mjtGeom", "HFIELD:hfield MESH:mesh SDF:mesh"),
+    "wrap_type": ("mjtWrap", "JOINT:joint SITE:site SPHERE:geom CYLINDER:geom"),
+}  # fmt: skip
+# What objects without a name have in common with their match, besides being the nearest one.
+_SIGNATURES = {
+    fields.partition("_")[0]: fields.split()
+    for fields in (
+        *("jnt_bodyid jnt_type", "geom_bodyid geom_type", "site_bodyid site_type", "cam_bodyid cam_mode"),
+        *("light_bodyid light_mode", "pair_geom1 pair_geom2", "eq_type eq_obj1id eq_obj2id"),
+        *("tendon_type tendon_num", "actuator_trntype actuator_trnid", "sensor_type sensor_objid"),
+        "tex_type tex_height tex_width",
+    )
+}
+# Where MuJoCo puts objects: position and rotation in mjData.
+_FRAMES = {kind: (f"{kind[:4]}_xpos", f"{kind[:4]}_xmat") for kind in ("geom", "site")}
+_FRAMES |= {"body": ("xpos", "xmat"), "joint": ("xanchor", "xaxis"), "camera": ("cam_xpos", "cam_xmat")}
+_FRAMES["light"] = ("light_xpos", "light_xdir")
 # Fields that follow from others or from the first pose, and those that methods of ``Comparison`` compare.
 _DERIVED = re.compile(
     r"body_(rootid|weldid|treeid|simple|sameframe|subtreemass|invweight0|margin|contype|conaffinity)"
     r"|dof_(bodyid|jntid|parentid|treeid|invweight0|M0|length)|D_diag|jnt_actuatorid|geom_(sameframe|aabb|rbound)"
     r"|site_sameframe|(cam|light)_(poscom0|pos0|mat0|dir0)|mesh_(extrema|scale)|pair_signature|actuator_ctrlspec"
     r"|tendon_(actuatorid|treeid|length0|invweight0)|actuator_(acc0|length0)|flex_(vert0|node0|size|rigid|centered)"
-    r"|flex_(elemedge|elemlayer|shell)|flexedge_(invweight0|rigid)|.*_rownnz|.*(?<!ctrl|.out|.act)num|.*adr"
+    r"|flex_(elemedge|elemlayer|shell)|(flex|skin)_\w*(bodyid|matid)|flexedge_(invweight0|rigid)|.*_rownnz|.*(?<!ctrl|.out|.act)num|.*adr"
 )
 _BY_METHODS = re.compile(
     r"body_(parentid|pos|quat|mass|ipos|iquat|inertia|mocapid)|jnt_(bodyid|pos|axis)|(geom|site|cam|light)_bodyid"
-    r"|(geom|site|cam|mesh)_(pos|quat)|light_(pos|dir)|geom_(size|group|rgba|matid)|key_(q|c|a|m).*|wrap_prm"
+    r"|(geom|site|cam|mesh)_(pos|quat)|light_(pos|dir)|geom_(group|rgba|matid)|key_(q|c|a|m).*|wrap_prm"
 )
-
-# A field that has no effect unless another one is set.
-_GATES = {
-    **dict.fromkeys(("jnt_solref", "jnt_solimp", "jnt_margin", "jnt_range"), "jnt_limited"),
-    "jnt_actfrcrange": "jnt_actfrclimited",
-    "tendon_range": "tendon_limited",
-    "tendon_actfrcrange": "tendon_actfrclimited",
-    "actuator_ctrlrange": "actuator_ctrllimited",
-    "actuator_forcerange": "actuator_forcelimited",
-    "actuator_actrange": "actuator_actlimited",
-}
-_OF_CONTACTS = (
-    "condim",
-    "priority",
-    "solmix",
-    "solref",
-    "solimp",
-    "friction",
-    "margin",
-    "gap",
-    "surfacevel",
-    "adhesion",
+# Fields that have no effect unless another one is set.
+_GATED = re.compile(r"(jnt|tendon|actuator)_(solref|solimp|margin|range|actfrcrange|ctrlrange|forcerange|actrange)")
+_GATES = {"actfrcrange": "actfrclimited", "ctrlrange": "ctrllimited", "forcerange": "forcelimited"}
+_GATES["actrange"] = "actlimited"
+_OF_CONTACTS = re.compile(r"geom_(condim|priority|solmix|solref|solimp|friction|margin|gap|surfacevel|adhesion)")
+_WORDS = {"qpos0": "first position", "qpos_spring": "rest of the spring"}
+_OF_KEYS = (
+    *(("qpos", "nq", "position"), ("qvel", "nv", "speed"), ("ctrl", "nu", "control"), ("act", "na", "activation")),
+    *(("mpos", "nmocap", "place"), ("mquat", "nmocap", "orientation")),
 )
+# Objects that change a simulation if ours alone has them.
+_MATTER = ("body", "joint", "geom", "pair", "equality", "tendon", "actuator", "sensor", "key", "flex", "skin")
 
-_SIZES = {2: 1, 3: 2, 5: 2}  # numbers of geom_size that mean something: of spheres, capsules, cylinders
+SLIDE, BALL, FREE = 2, 1, 0  # mjtJoint
+_MESH, _SDF = 7, 8  # mjtGeom
+_SIZES = {2: 1, 3: 2, 5: 2, 1: 0, 7: 0, 8: 0}  # numbers of sizes that mean something: of spheres, capsules, cylinders
 _WELD, _JOINED = 1, 1  # mjEQ_WELD, mjWRAP_JOINT
 _FILTER_PARENT = 1 << 10  # mjDSBL_FILTERPARENT
 _VIEWER = ("global_", "headlight", "map", "quality", "rgba", "scale")  # groups of mjVisual
-_CHOSEN = 2  # mjSLEEP_AUTO_ALLOWED: up to this, MuJoCo chose the policy itself
-NO_MASS = 1e-12  # kg: what MuJoCo needs where there is none
+_NO_COLOUR = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)  # a geom of this colour has that of its material
+_NO_MASS = 1e-12  # kg: what MuJoCo needs where there is none
 _NUMBER, _RELATIVE = 1e-12, 1e-9  # MuJoCo turns degrees, quaternions and axes into others
-POSE, SINGLE, SIMULATED = 1e-9, 1e-6, 1e-6
+_POSE, _SINGLE, _SIMULATED = 1e-9, 1e-6, 1e-6
+_VERTEX = 1e-5  # of the size of a mesh
 _SHOWN = 20  # numbers in a message
+
+STATES = 20
+_TOLERANCE = 1e-6  # m, an entry of a rotation, and a share of the largest acceleration
+# Differences that no motion shows: kinds of objects, and fields; a missing scene touches nothing.
+_STILL = re.compile(
+    r"(camera|light|texture|material|numeric|text|tuple|sensor|key|skin|viewer) .*|site (type|size)"
+    r"|\w+ (name|group|rgba|matid|user|castshadow|nuserdata|njmax|nconmax)"
+)
+_GONE = ("geom", "mesh", "hfield", "site")
+
+Names = Mapping[str, Mapping[int, str]]  # that the import gave, by kind and number in the source
 
 
 class Difference(NamedTuple):
@@ -85,14 +128,111 @@ class Difference(NamedTuple):
     text: str
 
 
-class Comparison:
-    """Two models, which object is which in them, and the differences."""
+class Model:
+    """A compiled model with the names of its objects, and ``data`` in which kinematics are computed."""
 
-    def __init__(self, source: Model, ours: Model, given: Names) -> None:
-        self.source, self.ours = source, ours
-        self.maps = match(source, ours, given)
-        self.given = given
+    def __init__(self, mujoco: Any, model: Any) -> None:
+        self.mj, self.data = model, mujoco.MjData(model)
+        numbers = {kind: getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}") for kind in KINDS}
+        self.kind_of = {int(number): kind for kind, number in numbers.items()}
+        self.kind_of[int(mujoco.mjtObj.mjOBJ_XBODY)] = "body"
+        self.names = {
+            kind: [mujoco.mj_id2name(model, numbers[kind], at) or "" for at in range(getattr(model, f"n{prefix}"))]
+            for kind, prefix in KINDS.items()
+        }
+        self.targets = {
+            field: {
+                int(number): dict(pair.split(":") for pair in kinds.split())[word]
+                for name, number in getattr(mujoco, enumeration).__members__.items()
+                if (word := name.rpartition("_")[2]) + ":" in kinds
+            }
+            for field, (enumeration, kinds) in _TARGETS.items()
+        }
+
+    def value(self, field: str, extent: str, index: int) -> Any:
+        """Return the row of an object in an array of mjModel, or its piece of a long one."""
+        array = getattr(self.mj, field)
+        data = np.frombuffer(array, np.uint8) if isinstance(array, bytes) else np.asarray(array)
+        return data[self.piece(extent, index)] if extent in _PIECES else data[index]
+
+    def piece(self, extent: str, index: int) -> slice:
+        """Return where an object has its piece of long arrays."""
+        _, address, *sizes = _PIECES[extent]
+        start = int(np.ravel(getattr(self.mj, address))[index])
+        count = int(np.prod([np.ravel(getattr(self.mj, size))[index] for size in sizes]))
+        if extent in _COORDINATES:
+            count = _COORDINATES[extent].get(int(self.mj.jnt_type[index]), 1)
+        return slice(start, start + count) if start >= 0 else slice(0, 0)
+
+    def references(self, field: str, extent: str, index: int) -> list[tuple[str, int]]:
+        """Return the objects that a field names, each with its kind; the kind of a plain number is empty."""
+        numbers = [int(number) for number in np.atleast_1d(self.value(field, extent, index))]
+        by = _REFERENCES[field]
+        if by in KINDS:
+            return [(by, number) for number in numbers]
+        types = np.resize(self.value(by, extent, index), len(numbers)).tolist()
+        if by == "eq_type" and types[:1] and types[0] not in self.targets[by]:
+            types, by = [int(self.mj.eq_objtype[index])], "eq_objtype"
+        kinds = self.targets.get(by, self.kind_of)
+        found = [(kinds.get(int(which), ""), number) for which, number in zip(types, numbers, strict=True)]
+        if field == "wrap_objid":  # the site at the side of a solid is a number among others
+            prm = self.value("wrap_prm", extent, index)
+            found += [("site" if of == "geom" else "", n) for (of, _), n in zip(found, prm, strict=True)]
+        return found
+
+    def called(self, kind: str, index: int) -> str:
+        """Return what to call an object in a message."""
+        name = self.names[kind][index]
+        if name or kind not in _FRAMES or kind == "body":
+            return f"{kind} {name or index}"
+        return f"{kind} {index} of {self.called('body', self.body_of(kind, index))}"
+
+    def body_of(self, kind: str, index: int) -> int:
+        """Return the body of a geom, site, joint, camera or light; of a body the one that it is in."""
+        return int(getattr(self.mj, "body_parentid" if kind == "body" else f"{KINDS[kind]}_bodyid")[index])
+
+    def frame(self, kind: str, index: int) -> tuple[Any, Any]:
+        """Return position and rotation of an object in the world; the direction of a light, the axis of a joint."""
+        pos, turn = (getattr(self.data, name)[index] for name in _FRAMES[kind])
+        return pos, turn.reshape(3, -1)
+
+    def mesh_of(self, geom: int) -> int:
+        """Return the mesh of a geom, or -1."""
+        return int(self.mj.geom_dataid[geom]) if self.mj.geom_type[geom] in (_MESH, _SDF) else -1
+
+    def vertices(self, geom: int) -> Any:
+        """Return the vertices (m) of the mesh of a geom in the world."""
+        mesh, (pos, turn) = self.mesh_of(geom), self.frame("geom", geom)
+        start = int(self.mj.mesh_vertadr[mesh])
+        return self.mj.mesh_vert[start : start + int(self.mj.mesh_vertnum[mesh])] @ turn.T + pos
+
+    def collides(self, geom: int) -> bool:
+        """Return True if a geom can touch others by its masks."""
+        return bool(self.mj.geom_contype[geom] or self.mj.geom_conaffinity[geom])
+
+    def colour(self, geom: int) -> Any:
+        """Return the colour in which a geom is seen: that of its material, unless it has its own."""
+        own, material = self.mj.geom_rgba[geom], int(self.mj.geom_matid[geom])
+        return self.mj.mat_rgba[material] if material >= 0 and np.allclose(own, _NO_COLOUR, 1e-6, 1e-6) else own
+
+    def is_colour(self, material: int) -> bool:
+        """Return True if a material is nothing but a colour."""
+        usual = {"emission": 0, "specular": 0.5, "shininess": 0.5, "reflectance": 0, "metallic": -1, "roughness": -1}
+        values = (usual | {"texuniform": 0, "texrepeat": 1, "texid": -1}).items()
+        return all(np.all(getattr(self.mj, f"mat_{field}")[material] == value) for field, value in values)
+
+
+class Comparison:
+    """Two models, which object is which in them (``maps``: by kind, from source to ours), and the differences."""
+
+    def __init__(self, mujoco: Any, source: Any, ours: Any, given: Names) -> None:
+        self.mujoco, self.given = mujoco, given
+        self.source, self.ours = Model(mujoco, source), Model(mujoco, ours)
+        self.maps: dict[str, dict[int, int]] = {}
         self.found: list[Difference] = []
+        self.place(None)
+        for kind in KINDS:
+            self._match(kind)
 
     def run(self, statistic: Any = None) -> list[Difference]:
         """Compare everything; ``statistic`` is the <statistic> of the source's mjSpec, nan where it has no value."""
@@ -102,18 +242,10 @@ class Comparison:
             extent = str(field.array_extent[0]) if getattr(field, "array_extent", None) else ""
             if extent and not _DERIVED.fullmatch(field.name) and not _BY_METHODS.fullmatch(field.name):
                 self._array(field.name, extent)
-        for one, other in self.maps["body"].items():
-            self._body(one, other)
-        for one, other in self.maps["joint"].items():
-            self._joint(one, other)
+        self._bodies()
+        self._frames()
         self._geoms()
-        for kind in ("site", "camera", "light"):
-            for one, other in self.maps[kind].items():
-                self._frame(kind, one, other)
-        for one, other in self.maps["mesh"].items():
-            self._mesh(one, other)
-        for one, other in self.maps["key"].items():
-            self._key(one, other)
+        self._keys()
         self._order()
         self._touching()
         return self.found
@@ -127,6 +259,144 @@ class Comparison:
         if not close(one, other):
             self.tell(kind, index, field, f"{what or field} {in_words(one, other)}")
 
+    def place(self, chance: Any) -> None:
+        """Put both models into their first pose, or with a generator into the same random one.
+
+        Joints are then within their limits, or half a radian or metre around.
+        """
+        source, first, second = self.source, self.source.data, self.ours.data
+        first.qpos[:], second.qpos[:] = source.mj.qpos0, self.ours.mj.qpos0
+        for one, other in self.maps.get("joint", {}).items() if chance else ():
+            here, there = source.piece("nq", one), self.ours.piece("nq", other)
+            numbers = source.mj.qpos0[here] + chance.uniform(-0.5, 0.5, here.stop - here.start)
+            if len(numbers) == 1 and source.mj.jnt_limited[one]:
+                numbers[0] = chance.uniform(*source.mj.jnt_range[one])
+            if len(numbers) > 1:
+                numbers[-4:] /= np.linalg.norm(numbers[-4:])
+            first.qpos[here] = second.qpos[there][:] = numbers
+        for model in (source, self.ours):
+            for step in ("mj_kinematics", "mj_comPos", "mj_camlight"):
+                getattr(self.mujoco, step)(model.mj, model.data)
+
+    def moves_alike(self) -> bool:
+        """Return True if the models must move in the same way in spite of the differences found."""
+        return all(
+            _STILL.fullmatch(f"{one.kind} {one.field}") or (one.kind in _GONE and one.text.endswith(": is not in ours"))
+            for one in self.found
+        )
+
+    def motion(self) -> dict[str, Any]:
+        """Return the largest difference of frames and accelerations in random states, under random controls, and where.
+
+        Frames differ by m or an entry of a rotation, accelerations by a share of the largest one. If they differ, both
+        are compared without constraints: of two meshes deep in each other a contact comes and goes by one bit, and
+        constraints that exclude each other have no single solution. The fields of contacts, limits and equalities are
+        compared in any case. Geoms that ours does not have (``scene``) touch nothing.
+        """
+        models = self.source.mj, self.ours.mj
+        scene = [geom for geom in range(models[0].ngeom) if geom not in self.maps["geom"]]
+        models[0].geom_contype[scene] = models[0].geom_conaffinity[scene] = 0
+        largest, where, constraints = self._motion()
+        if largest > _TOLERANCE and constraints:
+            for model in models:
+                model.opt.disableflags |= int(self.mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+            largest, where, constraints = self._motion()
+        found = {"largest": largest, "where": where, "constraints": constraints, "scene": len(scene)}
+        return {**found, "states": STATES, "differs": largest > _TOLERANCE}
+
+    def _motion(self) -> tuple[float, str, int]:
+        source, ours, first, second = self.source, self.ours, self.source.data, self.ours.data
+        bodies, chance = np.array(list(self.maps["body"].items()), dtype=int), np.random.default_rng(1)
+        largest, where, constraints = 0.0, "", 0
+        for _ in range(STATES):
+            self.place(chance)
+            for one, other in self.maps["joint"].items():
+                here, there = source.piece("nv", one), ours.piece("nv", other)
+                first.qvel[here] = second.qvel[there] = chance.uniform(-1, 1, here.stop - here.start)
+            for one, other in self.maps["actuator"].items():
+                here, there = source.piece("nu", one), ours.piece("nu", other)
+                limited = source.mj.actuator_ctrllimited[here][:, None]
+                limits = np.where(limited, source.mj.actuator_ctrlrange[here], (-0.5, 0.5))
+                first.ctrl[here] = second.ctrl[there] = chance.uniform(limits[:, 0], limits[:, 1])
+                here, there = source.piece("na", one), ours.piece("na", other)
+                first.act[here] = second.act[there] = chance.uniform(0, 1, here.stop - here.start)
+            self.mujoco.mj_forward(source.mj, first)
+            self.mujoco.mj_forward(ours.mj, second)
+            constraints += int(first.nefc)
+            off = np.abs(first.xpos[bodies[:, 0]] - second.xpos[bodies[:, 1]]).max(axis=1)
+            off = np.maximum(off, np.abs(first.xmat[bodies[:, 0]] - second.xmat[bodies[:, 1]]).max(axis=1))
+            found = [(float(off.max()), source.called("body", int(bodies[off.argmax(), 0])))]
+            scale = max(1.0, float(np.abs(first.qacc).max(initial=0)))
+            for one, other in self.maps["joint"].items():
+                apart = np.abs(first.qacc[source.piece("nv", one)] - second.qacc[ours.piece("nv", other)]).max()
+                found.append((float(np.nan_to_num(apart, nan=np.inf)) / scale, source.called("joint", one)))
+            most = max(found, key=lambda one: one[0])
+            if most[0] > largest:
+                largest, where = most
+        return largest, where, constraints
+
+    def _match(self, kind: str) -> None:
+        """Find the object of ours for each of the source: by name, else the nearest one of the same signature."""
+        source, ours = self.source, self.ours
+        by_name = {name: index for index, name in enumerate(ours.names[kind]) if name}
+        found = self.maps[kind] = {0: 0} if kind == "body" else {}
+        taken = set(found.values())
+        for index, own in enumerate(source.names[kind]):
+            name = self.given.get(kind, {}).get(index, "") or own
+            other = by_name.get(name)
+            if other is None and name and kind in ("material", "texture"):  # ours begin with the name of the robot
+                longer = [mine for mine in by_name if mine.endswith(f"_{name}")]
+                other = by_name[min(longer, key=len)] if longer else None
+            if other is not None and index not in found and other not in taken:
+                found[index] = other
+                taken.add(other)
+        waiting: dict[Any, list[int]] = {}
+        for index in range(len(ours.names[kind])):
+            if index not in taken:
+                waiting.setdefault(self._signature(ours, kind, index), []).append(index)
+        for index, name in enumerate(source.names[kind]):
+            if index in found or kind in ("mesh", "hfield", "material") or (kind == "texture" and name):
+                continue
+            same = waiting.get(self._signature(source, kind, index), [])
+            if same:
+                place = _place(source, kind, index)
+                apart = [round(float(np.abs(place - _place(ours, kind, at)).max(initial=0)), 9) for at in same]
+                nearest = same[apart.index(min(apart))]
+                same.remove(nearest)
+                found[index] = nearest
+        for one, other in found.items():  # the names of meshes are made up again
+            if kind == "geom" and (source.mesh_of(one) >= 0) == (ours.mesh_of(other) >= 0):
+                data = int(source.mj.geom_dataid[one]), int(ours.mj.geom_dataid[other])
+                if min(data) >= 0:
+                    self.maps["mesh" if source.mesh_of(one) >= 0 else "hfield"][data[0]] = data[1]
+            if kind == "material":
+                for theirs, mine in zip(source.mj.mat_texid[one], ours.mj.mat_texid[other], strict=True):
+                    if theirs >= 0 and mine >= 0:
+                        self.maps["texture"].setdefault(int(theirs), int(mine))
+
+    def _signature(self, model: Model, kind: str, index: int) -> Any:
+        """Return what an object has in common with its match, in the numbers of ours."""
+
+        def mapped(of: str, number: int) -> int:
+            is_ours = model is self.ours or number < 0 or not of
+            return number if is_ours else self.maps.get(of, {}).get(number, -2 - number)
+
+        if kind == "body":
+            return mapped("body", model.body_of(kind, index))
+        values: list[Any] = []
+        for field in _SIGNATURES.get(KINDS[kind], ()):
+            if field in _REFERENCES:
+                values.append(mapped(*model.references(field, f"n{KINDS[kind]}", index)[0]))
+            elif field.endswith("_bodyid"):
+                values.append(mapped("body", model.body_of(kind, index)))
+            else:
+                values.append(int(np.ravel(getattr(model.mj, field))[index]))
+        if kind == "geom":
+            mesh = model.mesh_of(index)
+            sizes = (int(model.mj.mesh_vertnum[mesh]), int(model.mj.mesh_facenum[mesh])) if mesh >= 0 else ()
+            return (*values, model.collides(index), *sizes)
+        return frozenset(values) if kind == "pair" else tuple(values)
+
     def _settings(self, statistic: Any) -> None:
         one, other = self.source.mj, self.ours.mj
         groups = [("option", one.opt, other.opt), ("size", one, other)]
@@ -134,9 +404,8 @@ class Comparison:
         groups += [("viewer", one.stat, other.stat)] if statistic is not None else []
         for kind, theirs, own in groups:
             for field in ("nuserdata", "njmax", "nconmax") if kind == "size" else _numbers_of(theirs):
-                if theirs is one.stat and not np.isfinite(getattr(statistic, field)).all():
-                    continue
-                if not close(getattr(theirs, field), getattr(own, field)):
+                is_set = theirs is not one.stat or np.isfinite(getattr(statistic, field)).all()
+                if is_set and not close(getattr(theirs, field), getattr(own, field)):
                     text = f"{field} {in_words(getattr(theirs, field), getattr(own, field))}"
                     self.found.append(Difference(kind, field, text))
 
@@ -153,86 +422,76 @@ class Comparison:
                     own = ours.names[kind][other]
                     if own not in (name, self.given.get(kind, {}).get(index)):
                         self.tell(kind, index, "name", f"is called {own or 'nothing'} in ours")
-        for kind in (
-            "body",
-            "joint",
-            "geom",
-            "pair",
-            "equality",
-            "tendon",
-            "actuator",
-            "sensor",
-            "key",
-            "flex",
-            "skin",
-        ):
+        for kind in _MATTER:
             for index in sorted(set(range(len(ours.names[kind]))) - set(self.maps[kind].values())):
                 is_harmless = (
                     (kind == "geom" and not ours.collides(index))
-                    or (kind == "body" and ours.mj.body_mass[index] <= NO_MASS)
+                    or (kind == "body" and ours.mj.body_mass[index] <= _NO_MASS)
                     or (kind == "key" and ours.names["key"][index] == "home")  # every robot of ours has one
                 )
                 if not is_harmless:
                     self.found.append(Difference(kind, "", f"{ours.called(kind, index)} is in ours alone"))
 
     def _array(self, array: str, extent: str) -> None:
-        """Compare an array of mjModel, object by object."""
-        kinds = {count: kind for kind, (_, count) in KINDS.items()} | {"nv": "joint"}
-        kind = PIECES[extent][0] if extent in PIECES else kinds.get(extent, "")
-        field = array.partition("_")[2]
-        if extent.startswith(("nflex", "nskin")):
-            self._whole(array)
-        elif array.endswith("_plugin"):
-            for one, other in self.maps[kind].items():
-                plugins = _plugin(self.source.mj, array, one), _plugin(self.ours.mj, array, other)
-                if plugins[0] != plugins[1]:
-                    self.tell(kind, one, "plugin", f"plugin {plugins[0]} in the source, {plugins[1]} in ours")
-        elif array in REFERENCES:
-            for one, other in self.maps[kind].items():
+        """Compare an array of mjModel, object by object; those of flexible bodies, skins and plugins as one piece."""
+        kind = _PIECES[extent][0] if extent in _PIECES else _KIND_OF_EXTENT.get(extent, "")
+        if extent.startswith(("nflex", "nskin", "nplugin")):
+            theirs, own = (np.asarray(getattr(model.mj, array)) for model in (self.source, self.ours))
+            if (own.size or not theirs.size) and not close(theirs, own):
+                found, _, field = array.partition("_")
+                self.found.append(Difference(found, field, f"{array} {in_words(theirs, own)}"))
+            return
+        for one, other in self.maps[kind].items() if kind else ():
+            if array in _REFERENCES:
                 self._reference(kind, array, extent, one, other)
-        elif kind:
-            for one, other in self.maps[kind].items():
-                if not self._is_void(kind, array, field, one, other):
-                    self._value(kind, array, extent, one, other)
+            elif not self._is_void(kind, array, one, other):
+                self._value(kind, array, extent, one, other)
 
-    def _is_void(self, kind: str, array: str, field: str, one: int, other: int) -> bool:
+    def _is_void(self, kind: str, array: str, one: int, other: int) -> bool:
         """Return True if a field of an object has no effect."""
         source, ours = self.source, self.ours
-        if array in _GATES:
-            gate, extent = _GATES[array], "nu" if array == "actuator_ctrlrange" else ""
+        gated = _GATED.fullmatch(array)
+        if gated and array != "tendon_margin":
+            gate, extent = f"{gated[1]}_{_GATES.get(gated[2], 'limited')}", "nu" if gated[2] == "ctrlrange" else ""
             return not (source.value(gate, extent, one).all() and ours.value(gate, extent, other).all())
-        if kind == "geom" and field in _OF_CONTACTS:
+        if array == "qpos_spring":
+            models = ((source.mj, one), (ours.mj, other))
+            return not any(np.any(mj.jnt_stiffness[i]) or np.any(mj.jnt_stiffnesspoly[i]) for mj, i in models)
+        if _OF_CONTACTS.fullmatch(array):
             return not source.collides(one)  # a pair that names it has its own
         if array in ("tendon_rgba", "tendon_width"):
             return bool(source.mj.wrap_type[source.mj.tendon_adr[one]] == _JOINED)  # is not drawn
         is_frame = kind == "site" and ours.names["site"][other] in ours.names["body"]  # as all bodies have one
-        return is_frame and field in ("type", "size", "rgba", "group")
+        return is_frame and array in ("site_type", "site_size", "site_rgba", "site_group")
 
     def _value(self, kind: str, array: str, extent: str, one: int, other: int) -> None:
         theirs, own = self.source.value(array, extent, one), self.ours.value(array, extent, other)
+        if array in ("geom_size", "site_size"):
+            count = _SIZES.get(int(getattr(self.source.mj, f"{kind}_type")[one]), 3)
+            theirs, own = theirs[:count], own[:count]
         if array.endswith("_user"):
             size = max(len(theirs), len(own))
             theirs, own = np.pad(theirs, (0, size - len(theirs))), np.pad(own, (0, size - len(own)))
         if array == "eq_data" and self.source.mj.eq_type[one] == _WELD:
             theirs, own = (np.concatenate([row[:6], rotation(row[6:10]).ravel(), row[10:]]) for row in (theirs, own))
-        if array == "actuator_lengthrange" and np.allclose(theirs, own, rtol=SIMULATED, atol=SIMULATED):
+        if array == "actuator_lengthrange" and np.allclose(theirs, own, rtol=_SIMULATED, atol=_SIMULATED):
             return  # found by a simulation
+        if extent == "nq":
+            if not _same_position(theirs, own):
+                self.tell(kind, one, array, f"{_WORDS[array]} {in_words(theirs, own)}")
+            return
         self.values(kind, one, array.partition("_")[2], theirs, own)
 
     def _reference(self, kind: str, array: str, extent: str, one: int, other: int) -> None:
         theirs, own = self.source.references(array, extent, one), self.ours.references(array, extent, other)
-        if array == "wrap_objid":  # the site at the side of a solid is a number among others
-            for mine, model, index in ((theirs, self.source, one), (own, self.ours, other)):
-                prm = model.value("wrap_prm", extent, index)
-                mine += [("site" if of == "geom" else "", n) for (of, _), n in zip(mine, prm, strict=True)]
         if len(theirs) != len(own) or not all(map(self._is_same, theirs, own)):
             texts = [
                 ", ".join("none" if n < 0 else model.called(of, int(n)) if of else f"{n:g}" for of, n in pairs)
                 for model, pairs in ((self.source, theirs), (self.ours, own))
             ]
             field = array.partition("_")[2]
-            what = f"{field} {texts[0] or 'nothing'} in the source, {texts[1] or 'nothing'} in ours"
-            self.tell(kind, one, field, what)
+            text = f"{field} {texts[0] or 'nothing'} in the source, {texts[1] or 'nothing'} in ours"
+            self.tell(kind, one, field, text)
 
     def _is_same(self, theirs: tuple[str, Any], own: tuple[str, Any]) -> bool:
         (kind, one), (other_kind, other) = theirs, own
@@ -242,193 +501,128 @@ class Comparison:
         if expected is None:
             return kind == "material" and self.source.is_colour(int(one))
         if kind == "body" and other >= 0 and self._is_rigid(expected, int(other)):
-            pos, turn = self.ours.seen_from(expected, int(other), np.zeros(3), np.eye(3))
-            return near(pos, np.zeros(3)) and near(turn, np.eye(3))
+            return all(map(near, self.ours.frame("body", expected), self.ours.frame("body", int(other))))
         if kind == "mesh":  # it may be in ours in several forms
             pairs = self.maps["geom"].items()
             forms = {int(self.ours.mj.geom_dataid[b]) for a, b in pairs if self.source.mj.geom_dataid[a] == one}
             return other in {expected, *forms}
         return bool(expected == other)
 
-    def _whole(self, array: str) -> None:
-        """Compare an array of all flexible bodies or skins as one piece: few robots have them."""
-        theirs, own = np.asarray(getattr(self.source.mj, array)), np.asarray(getattr(self.ours.mj, array))
-        if array in REFERENCES:
-            of = self.maps[REFERENCES[array]]
-            theirs = np.array([of.get(int(number), -2) if number >= 0 else -1 for number in theirs])
-        kind, _, field = array.partition("_")
-        if (own.size or not theirs.size) and not close(theirs, own):
-            self.found.append(Difference(kind[:4], field, f"{array} {in_words(theirs, own)}"))
-
     def _is_rigid(self, one: int, other: int) -> bool:
         """Return True if no joint of ours moves two bodies against each other."""
         return bool(self.ours.mj.body_weldid[one] == self.ours.mj.body_weldid[other])
 
-    def _body(self, one: int, other: int) -> None:
+    def _bodies(self) -> None:
         theirs, own = self.source.mj, self.ours.mj
-        is_captured, mine = bool(theirs.body_mocapid[one] >= 0), bool(own.body_mocapid[other] >= 0)
-        self.values("body", one, "mocapid", is_captured, mine, "motion capture")
-        self.values("body", one, "sleep", _sleep_policy(theirs, one), _sleep_policy(own, other), "sleep policy")
-        if not one:
-            return
-        above = next(body for body in self.source.above(one)[1:] if body in self.maps["body"])
-        base = self.maps["body"][above]
-        if base in self.ours.above(other):
-            place = np.zeros(3), np.eye(3)
-            self._poses(
-                "body", one, self.source.seen_from(above, one, *place), self.ours.seen_from(base, other, *place)
-            )
-        else:
-            self.tell("body", one, "parentid", f"is not in {self.ours.called('body', base)} in ours")
-        masses = float(theirs.body_mass[one]), float(own.body_mass[other])
-        if max(masses) <= NO_MASS:
-            return
-        self.values("body", one, "mass", *masses)
-        if not near(theirs.body_ipos[one], own.body_ipos[other]):
-            places = in_words(theirs.body_ipos[one], own.body_ipos[other])
-            self.tell("body", one, "ipos", f"centre of mass {places}")
-        a, b = (_inertia(mj, body) for mj, body in ((theirs, one), (own, other)))
-        if np.abs(a - b).max() > max(np.trace(a) * 1e-8, 1e-14):
-            moments = in_words(np.diag(a), np.diag(b))
-            self.tell("body", one, "inertia", f"inertia {moments}, along the axes of the body")
+        for one, other in self.maps["body"].items():
+            captured = bool(theirs.body_mocapid[one] >= 0), bool(own.body_mocapid[other] >= 0)
+            self.values("body", one, "mocapid", *captured, "motion capture")
+            masses = float(theirs.body_mass[one]), float(own.body_mass[other])
+            if not one or max(masses) <= _NO_MASS:
+                continue
+            self.values("body", one, "mass", *masses)
+            if not near(theirs.body_ipos[one], own.body_ipos[other]):
+                places = in_words(theirs.body_ipos[one], own.body_ipos[other])
+                self.tell("body", one, "ipos", f"centre of mass {places}")
+            a, b = (_inertia(mj, body) for mj, body in ((theirs, one), (own, other)))
+            if np.abs(a - b).max() > max(np.trace(a) * 1e-8, 1e-14):
+                moments = in_words(np.diag(a), np.diag(b))
+                self.tell("body", one, "inertia", f"inertia {moments}, along the axes of the body")
 
-    def _poses(self, kind: str, index: int, theirs: tuple[Any, Any], own: tuple[Any, Any]) -> None:
-        if not near(theirs[0], own[0]):
-            self.tell(kind, index, "pos", f"position {in_words(theirs[0], own[0])}")
-        if not near(theirs[1], own[1]):
-            self.tell(kind, index, "quat", f"orientation differs by {np.abs(theirs[1] - own[1]).max():.2g}")
+    def _frames(self) -> None:
+        """Compare where objects are in their bodies, in the first pose; of bodies and joints in a random one, too."""
+        for chance in (None, np.random.default_rng(1)):
+            self.place(chance)
+            before = {difference.text.partition(":")[0] for difference in self.found} if chance else set()
+            for kind in ("body", "joint") if chance else _FRAMES:
+                for one, other in self.maps[kind].items():
+                    if (one or kind != "body") and self.source.called(kind, one) not in before:
+                        self._frame(kind, one, other)
 
     def _frame(self, kind: str, one: int, other: int) -> None:
-        """Compare where something is in its body, which may be fixed to the body of the source in ours."""
-        base, holds = self.maps["body"].get(self.source.body_of(kind, one)), self.ours.body_of(kind, other)
-        if base is not None and not self._is_rigid(base, holds):
-            self.tell(kind, one, "bodyid", f"is on {self.ours.called('body', holds)} in ours")
-        elif base is not None:
-            own = self.ours.seen_from(base, holds, *self.ours.frame(kind, other))
-            self._poses(kind, one, self.source.frame(kind, one), own)
-
-    def _joint(self, one: int, other: int) -> None:
-        source, ours, theirs, own = self.source, self.ours, self.source.mj, self.ours.mj
-        kind = int(theirs.jnt_type[one])
-        if kind != own.jnt_type[other]:
+        source, ours = self.source, self.ours
+        base = source.body_of(kind, one)
+        while base not in self.maps["body"]:
+            base = source.body_of("body", base)
+        there = self.maps["body"][base]
+        if kind not in ("body", "joint") and not self._is_rigid(there, ours.body_of(kind, other)):
+            self.tell(kind, one, "bodyid", f"is on {ours.called('body', ours.body_of(kind, other))} in ours")
             return
-        body, moved = source.body_of("joint", one), ours.body_of("joint", other)
-        base = self.maps["body"].get(body)
-        above = self.maps["body"].get(int(theirs.body_parentid[body]), 0)
-        if base is not None and (moved not in ours.above(base) or moved in ours.above(above)):
-            self.tell("joint", one, "bodyid", f"moves {ours.called('body', moved)} in ours")
-        elif base is not None:
-            anchor, turn = ours.seen_from(base, moved, own.jnt_pos[other], np.eye(3))
-            axis = turn @ own.jnt_axis[other]
-            if kind not in (FREE, BALL) and not near(theirs.jnt_axis[one], axis):
-                self.tell("joint", one, "axis", f"axis {in_words(theirs.jnt_axis[one], axis)}")
-            if kind not in (FREE, SLIDE) and not near(theirs.jnt_pos[one], anchor):
-                self.tell("joint", one, "pos", f"anchor {in_words(theirs.jnt_pos[one], anchor)}")
-        models = ((source, one), (ours, other))
-        springs = any(np.any(m.mj.jnt_stiffness[i]) or np.any(m.mj.jnt_stiffnesspoly[i]) for m, i in models)
-        for field, what in (("qpos0", "first position"), ("qpos_spring", "rest of the spring")):
-            values = [getattr(model.mj, field)[model.positions(joint)] for model, joint in models]
-            if (field == "qpos0" or springs) and not _same_position(*values):
-                self.tell("joint", one, field, f"{what} {in_words(*values)}")
+        origins = source.frame("body", base), ours.frame("body", there)
+        if kind == "geom" and source.mesh_of(one) >= 0 and ours.mesh_of(other) >= 0:
+            self._mesh(one, other, origins)
+            return
+        (x, a), (y, b) = (
+            (turn.T @ (place[0] - pos), turn.T @ place[1])
+            for (pos, turn), place in zip(origins, (source.frame(kind, one), ours.frame(kind, other)), strict=True)
+        )
+        words = {"pos": "position"}
+        if kind == "joint":
+            types, words = (int(source.mj.jnt_type[one]), int(ours.mj.jnt_type[other])), {"pos": "anchor"}
+            if types[0] != types[1]:
+                return
+            if types[0] not in (FREE, BALL) and not near(a, b):
+                self.tell(kind, one, "axis", f"axis {in_words(a, b)}")
+            a, y = b, x if types[0] in (FREE, SLIDE) else y
+        if not near(x, y):
+            self.tell(kind, one, "pos", f"{words['pos']} {in_words(x, y)}")
+        if not near(a, b):
+            self.tell(kind, one, "quat", f"orientation differs by {np.abs(a - b).max():.2g}")
+
+    def _mesh(self, one: int, other: int, origins: Any) -> None:
+        """Compare the vertices of two meshes in the frame of the body: MuJoCo moves the origins of meshes."""
+        source, ours = self.source, self.ours
+        places, own = (
+            (vertices - pos) @ turn
+            for (pos, turn), vertices in zip(origins, (source.vertices(one), ours.vertices(other)), strict=True)
+        )
+        scale = _VERTEX * max(1e-3, float(np.abs(places).max(initial=0)))
+        if places.shape != own.shape or np.ptp(places - own, axis=0).max(initial=0) > scale:
+            self.tell("mesh", source.mesh_of(one), "vertices", "vertices differ")
+        elif np.abs(places - own).max(initial=0) > scale:
+            self.tell("geom", one, "pos", f"position {in_words(*np.round((places[0], own[0]), 7))}")
 
     def _geoms(self) -> None:
-        theirs, own, twins = self.source.mj, self.ours.mj, self._twins()
+        theirs, own = self.source.mj, self.ours.mj
         for one, other in self.maps["geom"].items():
-            kind = int(theirs.geom_type[one])
+            kind, collides = int(theirs.geom_type[one]), self.source.collides(one)
             if kind != own.geom_type[other]:
                 continue
-            self._frame("geom", one, other)
-            if kind not in (MESH, SDF, HFIELD):
-                count = _SIZES.get(kind, 3)
-                self.values("geom", one, "size", theirs.geom_size[one][:count], own.geom_size[other][:count])
             groups = theirs.geom_group[one], own.geom_group[other]
-            if groups[1] not in (groups[0], *((0, 3) if self.source.collides(one) else (1, 2))):
+            if groups[1] not in (groups[0], *((0, 3) if collides else (1, 2))):
                 self.values("geom", one, "group", *groups)
-            material, seen = int(theirs.geom_matid[one]), twins.get(other, other)
-            expected = self.maps["material"].get(material, -1)
-            of_ours = (int(own.geom_matid[geom]) for geom in (other, seen))
-            if (
-                expected >= 0
-                and not self.source.is_colour(material)
-                and not any(_same_material(own, number, expected) for number in of_ours)
-            ):
-                self.tell("geom", one, "matid", f"has not {self.source.called('material', material)} in ours")
-            if not close(self.source.colour(one), self.ours.colour(other)):
-                self.values("geom", one, "rgba", self.source.colour(one), self.ours.colour(seen), what="colour")
+            if not collides:  # what is seen of a collision shape may be a visual in ours
+                self.values("geom", one, "rgba", self.source.colour(one), self.ours.colour(other), what="colour")
 
-    def _twins(self) -> dict[int, int]:
-        """Return the visual that ours has at the place of a collision shape, by the number of that."""
-        mj, known = self.ours.mj, set(self.maps["geom"].values())
-
-        def solid(geom: int) -> Any:
-            numbers = (*mj.geom_pos[geom], *mj.geom_quat[geom], *mj.geom_size[geom])
-            return (int(mj.geom_bodyid[geom]), int(mj.geom_type[geom]), int(mj.geom_dataid[geom]), *numbers)
-
-        waiting: dict[Any, list[int]] = {}
-        for geom in range(mj.ngeom):
-            if geom not in known and not self.ours.collides(geom):
-                waiting.setdefault(solid(geom), []).append(geom)
-        pairs = ((geom, waiting.get(solid(geom), [])) for geom in sorted(known))
-        return {geom: same.pop(0) if len(same) > 1 else same[0] for geom, same in pairs if same}
-
-    def _mesh(self, one: int, other: int) -> None:
-        if other < 0:
-            return
-        theirs, own = self.source.mesh(one), self.ours.mesh(other)
-        for what, a, b in zip(("vertices", "normals"), theirs[:2], own[:2], strict=True):
-            if a.shape != b.shape or np.abs(a - b).max(initial=0) > 1e-5 * max(1e-3, np.abs(a).max(initial=0)):
-                self.tell("mesh", one, what, f"{what} differ")
-        if theirs[2] and theirs[2] != own[2]:  # only a mesh that collides has a hull
-            self.tell("mesh", one, "graph", f"vertices of the hull {in_words(theirs[2], own[2])}")
-
-    def _key(self, one: int, other: int) -> None:
-        source, ours = self.source, self.ours
-        for joint, mine in self.maps["joint"].items():
-            if source.mj.jnt_type[joint] != ours.mj.jnt_type[mine]:
-                continue
-            name = source.called("joint", joint)
-            values = source.mj.key_qpos[one][source.positions(joint)], ours.mj.key_qpos[other][ours.positions(mine)]
-            if not _same_position(*values):
-                self.tell("key", one, "qpos", f"position of {name} {in_words(*values)}")
-            values = source.mj.key_qvel[one][source.dofs(joint)], ours.mj.key_qvel[other][ours.dofs(mine)]
-            self.values("key", one, "qvel", *values, what=f"speed of {name}")
-        for actuator, mine in self.maps["actuator"].items():
-            name = source.called("actuator", actuator)
-            values = (
-                source.mj.key_ctrl[one][source.piece("nu", actuator)],
-                ours.mj.key_ctrl[other][ours.piece("nu", mine)],
-            )
-            self.values("key", one, "ctrl", *values, what=f"control of {name}")
-            values = (
-                source.mj.key_act[one][source.activations(actuator)],
-                ours.mj.key_act[other][ours.activations(mine)],
-            )
-            self.values("key", one, "act", *values, what=f"activation of {name}")
-        for body, mine in self.maps["body"].items():
-            captured = int(source.mj.body_mocapid[body]), int(ours.mj.body_mocapid[mine])
-            if min(captured) < 0:
-                continue
-            rows = list(zip((source.mj, ours.mj), (one, other), captured, strict=True))
-            places = [np.reshape(mj.key_mpos[key], (-1, 3))[at] for mj, key, at in rows]
-            turns = [np.reshape(mj.key_mquat[key], (-1, 4))[at] for mj, key, at in rows]
-            self.values("key", one, "mpos", places[0], places[1], f"place of {source.called('body', body)}")
-            if not near(rotation(turns[0]), rotation(turns[1])):
-                self.tell("key", one, "mquat", f"orientation of {source.called('body', body)} {in_words(*turns)}")
+    def _keys(self) -> None:
+        for one, other in self.maps["key"].items():
+            for field, extent, word in _OF_KEYS:
+                kind = _PIECES[extent][0]
+                for at, mine in self.maps[kind].items():
+                    theirs, own = (
+                        np.reshape(row, (-1, {"mpos": 3, "mquat": 4}.get(field, 1)))[model.piece(extent, index)].ravel()
+                        for row, model, index in (
+                            (getattr(self.source.mj, f"key_{field}")[one], self.source, at),
+                            (getattr(self.ours.mj, f"key_{field}")[other], self.ours, mine),
+                        )
+                    )
+                    is_turn = field in ("qpos", "mquat") and len(theirs) == len(own) > 0
+                    if not (_same_position(theirs, own) if is_turn else close(theirs, own)):
+                        what = f"{word} of {self.source.called(kind, at)}"
+                        self.tell("key", one, field, f"{what} {in_words(theirs, own)}")
 
     def _order(self) -> None:
         """Compare the order of joints, controls and measurements, and which keys come first: programs count them."""
         keys = [other for _, other in sorted(self.maps["key"].items())]
         if keys != list(range(len(keys))):
-            self.found.append(
-                Difference("order", "key", "the keys of the source are not the first ones, in their order")
-            )
+            text = "the keys of the source are not the first ones, in their order"
+            self.found.append(Difference("order", "key", text))
         for kind, field in (("joint", "jnt_qposadr"), ("actuator", "actuator_ctrladr"), ("sensor", "sensor_adr")):
             places = [int(getattr(self.ours.mj, field)[other]) for _, other in sorted(self.maps[kind].items())]
             if places != sorted(places):
                 self.found.append(Difference("order", kind, f"the {kind}s are in another order in ours"))
 
     def _touching(self) -> None:
-        """Compare which bodies may touch."""
         source, geoms = self.source, list(self.maps["geom"])
         theirs, own = may_touch(source.mj, geoms), may_touch(self.ours.mj, list(self.maps["geom"].values()))
         texts = set()
@@ -439,15 +633,24 @@ class Comparison:
         self.found += [Difference("contact", "", text) for text in sorted(texts)]
 
 
-def _numbers_of(struct: Any) -> Iterator[str]:
-    return (name for name in dir(struct) if not name.startswith("_") and not callable(getattr(struct, name)))
+def _place(model: Model, kind: str, index: int) -> Any:
+    if kind not in ("geom", "site", "camera", "light"):
+        return np.zeros(0)
+    sizes = model.mj.geom_size[index] if kind == "geom" else ()
+    return np.concatenate([model.frame(kind, index)[0], sizes])
 
 
-def _sleep_policy(mj: Any, body: int) -> int:
-    """Return the policy that the file has for the tree of a body; 0 is what MuJoCo chose."""
-    tree = int(mj.body_treeid[body])
-    policy = int(mj.tree_sleep_policy[tree]) if tree >= 0 else 0
-    return policy if policy > _CHOSEN else 0
+def rotation(quaternion: Any) -> Any:
+    """Return the rotation matrix of a quaternion (w, x, y, z)."""
+    made = np.zeros(9)
+    import_module("mujoco").mju_quat2Mat(
+        made, np.asarray(quaternion, dtype=float) / (np.linalg.norm(quaternion) or 1.0)
+    )
+    return made.reshape(3, 3)
+
+
+def _numbers_of(struct: Any) -> list[str]:
+    return [name for name in dir(struct) if not name.startswith("_") and not callable(getattr(struct, name))]
 
 
 def _inertia(mj: Any, body: int) -> Any:
@@ -458,30 +661,9 @@ def _inertia(mj: Any, body: int) -> Any:
 
 def _same_position(one: Any, other: Any) -> bool:
     """Return True if two positions of a joint are equal: the quaternion of a ball or free joint has two signs."""
-    if len(one) == 1:
+    if len(one) < 4:
         return near(one, other)
     return near(one[:-4], other[:-4]) and near(rotation(one[-4:]), rotation(other[-4:]))
-
-
-def _same_material(mj: Any, one: int, other: int) -> bool:
-    """Return True if two materials of a model look the same: ours may have one twice."""
-    if one < 0 or other < 0:
-        return one == other
-    fields = [name for name in dir(mj) if name.startswith("mat_") and name != "mat_texid"]
-    textured = [bool((mj.mat_texid[index] >= 0).any()) for index in (one, other)]
-    return textured[0] == textured[1] and all(close(getattr(mj, f)[one], getattr(mj, f)[other]) for f in fields)
-
-
-def _plugin(mj: Any, array: str, index: int) -> str:
-    """Return which plugin an object has, with its settings; empty for none."""
-    instance = int(np.ravel(getattr(mj, array))[index])
-    if instance < 0:
-        return ""
-    ends = [*np.ravel(mj.plugin_attradr)[1:], mj.npluginattr]
-    raw = mj.plugin_attr
-    data = raw if isinstance(raw, bytes) else np.asarray(raw).astype(np.uint8).tobytes()
-    settings = data[int(np.ravel(mj.plugin_attradr)[instance]) : int(ends[instance])].decode("utf-8", "replace")
-    return f"{int(np.ravel(mj.plugin)[instance])}: {settings!r}"
 
 
 def may_touch(mj: Any, geoms: Sequence[int]) -> Any:
@@ -514,13 +696,13 @@ def _equal(a: Any, b: Any) -> Any:
     if "f" not in a.dtype.kind + b.dtype.kind:
         return a == b
     is_single = np.float32 in (a.dtype, b.dtype)
-    relative, absolute = (SINGLE, SINGLE) if is_single else (_RELATIVE, _NUMBER)
+    relative, absolute = (_SINGLE, _SINGLE) if is_single else (_RELATIVE, _NUMBER)
     return np.isclose(a, b, relative, absolute, equal_nan=True)
 
 
 def near(one: Any, other: Any) -> bool:
     """Return True if two positions, or two rotation matrices, are equal within rounding error."""
-    return bool(np.abs(np.asarray(one, dtype=float) - other).max(initial=0) <= POSE)
+    return bool(np.abs(np.asarray(one, dtype=float) - other).max(initial=0) <= _POSE)
 
 
 def in_words(one: Any, other: Any) -> str:

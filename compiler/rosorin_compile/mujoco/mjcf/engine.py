@@ -1,25 +1,53 @@
 """The program of the child process: MuJoCo reads a file, and what it made of it is written as JSON.
 
 It runs in a process of its own: a file that makes MuJoCo's native code crash, hang or eat all memory ends that process
-and not the command. ``process`` starts it. Nothing of the package is imported here but what this file says.
+and not the command. ``process`` starts it.
+
+MuJoCo's own writer says each element in the words of the format, in radians, with includes, replicas and attached
+models in place, and only what differs from its class. Here the classes are resolved as well (``_elements``), so that an
+element has all that the file says of it, wherever it says it.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import re
 import warnings
+from collections.abc import Iterator, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 from rosorin_compile.source import files
 
-from .resolved import KINDS, is_named, name_all, resolved, without_made_up
-
 _WRITTEN_FOR = 4  # the MuJoCo that our MJCF is written for
-
 MAX_MEMORY = 16 * 2**30  # bytes of address space: MuJoCo reserves more than it uses
+
+_INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast")  # mjtIntegrator
+# What is read of each kind of object: its kind, the prefix of its arrays in mjModel, and the arrays.
+_TABLES = {
+    "bodies": ("BODY", "body", "parentid pos quat mass ipos iquat inertia"),
+    "joints": ("JOINT", "jnt", "bodyid type pos axis limited range qposadr dofadr actfrclimited actfrcrange"),
+    "geoms": ("GEOM", "geom", "bodyid pos quat type size contype conaffinity group rgba matid dataid"),
+    "sites": ("SITE", "site", "bodyid pos quat"),
+    "cameras": ("CAMERA", "cam", "bodyid pos quat"),
+    "lights": ("LIGHT", "light", "bodyid pos dir"),
+    "materials": ("MATERIAL", "mat", "rgba texid"),
+    "meshes": ("MESH", "mesh", "pos quat scale"),
+    "equalities": ("EQUALITY", "eq", "type obj1id obj2id active0 data solref solimp"),
+    "actuators": ("ACTUATOR", "actuator", "trnid gaintype biastype gainprm gear forcelimited forcerange ctrladr"),
+    "keys": ("KEY", "key", "qpos ctrl"),
+}
+# The kinds of objects that a body holds, by the lists of MjSpec, and the tags of their elements.
+_HELD = {"joints": ("joint", "freejoint"), "geoms": ("geom",), "sites": ("site",), "cameras": ("camera",)}
+_HELD["lights"] = ("light",)
+_LISTED = {"tendons": "tendon", "equalities": "equality", "actuators": "actuator", "sensors": "sensor"}
+_WHOLE = ("extension", "size", "visual", "statistic", "custom", "deformable")  # sections that are kept as they are
+_NO_NAME = "rosorin-compile without name "  # begins the names that nameless objects have while MuJoCo writes
+# Attributes of any number of values, which replace those of a class; of all others the first ones do.
+_OPEN = ("user", "data", "qpos", "qvel", "act", "ctrl", "mpos", "mquat", "vertex", "face")
 
 
 def main(job: str, request: str, answer: str, cpu_seconds: int) -> None:
@@ -33,7 +61,7 @@ def main(job: str, request: str, answer: str, cpu_seconds: int) -> None:
         mujoco.set_mju_user_warning(lambda _: None)  # which would go into a file in the working folder
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            made = proof(mujoco, asked["path"], asked, here)
+            made = _proof(mujoco, asked, here)
     else:
         made = read(mujoco, Path(asked["path"]), here)
     Path(answer).write_text(json.dumps(made), encoding="utf-8")
@@ -44,26 +72,87 @@ def read(mujoco: Any, path: Path, here: Path) -> dict[str, Any]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
-            spec = _read(mujoco, path, here)
-            # What these would take away of the robot (fixed bodies, visuals) is a matter of the simulation's speed.
-            spec.compiler.fusestatic = spec.compiler.discardvisual = False
+            spec = _spec(mujoco, path, here)
             _strip_paths(spec)
-            name_all(spec)
-            made: dict[str, Any] = facts(mujoco, spec, spec.compile())
-            if not hasattr(spec.compiler, "savecompiled"):
-                made["rounded_by"] = mujoco.__version__
+            _name_all(spec)
+            made = _facts(mujoco, spec, spec.compile())
         except Exception as problem:  # whatever the reader refuses is reported, not raised
-            made = {"refused": without_made_up(reason(mujoco, problem)[0])}
+            made = {"refused": re.sub(rf"{_NO_NAME}\d+", "", reason(mujoco, problem)[0])}
     return {**made, "warnings": [str(warning.message) for warning in caught]}
+
+
+def load(mujoco: Any, text: str, folder: str) -> tuple[str, bool]:
+    """Return why MuJoCo refuses an MJCF that is in a folder, or "", and whether it is too old for it."""
+    mujoco.set_mju_user_warning(lambda _: None)  # which would go into a file in the working folder
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            spec = mujoco.MjSpec.from_string(text)
+            spec.modelfiledir = folder
+            spec.compile()
+        except Exception as problem:
+            why, outdated = reason(mujoco, problem)
+            return why or type(problem).__name__, outdated
+        finally:
+            mujoco.set_mju_user_warning(None)
+    return "", False
 
 
 def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
     """Return why MuJoCo refuses a model, and whether it is too old to know what MuJoCo 4 does."""
-    told = str(problem)
-    unknown = isinstance(problem, AttributeError) or "unrecognized" in told
-    if not unknown or int(mujoco.__version__.partition(".")[0]) >= _WRITTEN_FOR:
-        return told, False
-    return f"MuJoCo {mujoco.__version__} is too old for it, MuJoCo {_WRITTEN_FOR} may know it: {told}", True
+    why, version = str(problem), mujoco.__version__
+    is_new, is_unknown = int(version.partition(".")[0]) >= _WRITTEN_FOR, "unrecognized" in why
+    if is_new:
+        is_gone = is_unknown and "composite" in why
+        return (f"MuJoCo {version} no longer reads <composite>, MuJoCo 3 does: {why}" if is_gone else why), False
+    if not (isinstance(problem, AttributeError) or is_unknown):
+        return why, False
+    return f"MuJoCo {version} is too old for it, MuJoCo {_WRITTEN_FOR} may know it: {why}", True
+
+
+def _proof(mujoco: Any, asked: dict[str, Any], here: Path) -> dict[str, Any]:
+    """Return how the MJCF at ``path`` differs from a text of ours, field by field, and in motion if nothing does.
+
+    ``asked`` has the ``path``, the ``text``, the files of its meshes by the names that it has for them (``files``), and
+    the ``names`` that the import gave by kind and index.
+    """
+    from .compare_models import Comparison
+
+    theirs, ours = _spec(mujoco, Path(asked["path"]), here), mujoco.MjSpec.from_string(asked["text"])
+    ours.modelfiledir = str(Path(asked["path"]).parent)
+    for asset in (*ours.meshes, *ours.textures, *ours.hfields, *ours.skins):
+        asset.file = asked["files"].get(asset.file, asset.file)
+    for texture in ours.textures:
+        texture.cubefiles = [asked["files"].get(file, file) for file in texture.cubefiles]
+    given = {kind: {int(index): name for index, name in names.items()} for kind, names in asked["names"].items()}
+    source = theirs.compile()
+    try:
+        made = ours.compile()
+    except Exception as problem:  # whatever MuJoCo has against it
+        return {"refused": " ".join(str(problem).split())}
+    comparison = Comparison(mujoco, source, made, given)
+    answer: dict[str, Any] = {"differences": comparison.run(theirs.stat)}
+    answer["counts"] = {kind: len(names) for kind, names in comparison.source.names.items()}
+    return {**answer, "motion": comparison.motion()} if comparison.moves_alike() else answer
+
+
+def _spec(mujoco: Any, path: Path, here: Path) -> Any:
+    """Return the MjSpec of a file; MuJoCo itself refuses one whose name does not end in .xml.
+
+    ``here`` is the working folder of this process.
+    """
+    if path.suffix == ".xml":
+        spec = mujoco.MjSpec.from_file(str(path))
+    else:
+        os.chdir(path.parent)  # where a text's includes are looked for
+        try:
+            spec = mujoco.MjSpec.from_string(files.read_text(path))
+        finally:
+            os.chdir(here)  # what MuJoCo logs goes there, not beside the file
+        spec.modelfiledir = str(path.parent)
+    # What these would take away of the robot (fixed bodies, visuals) is a matter of the simulation's speed.
+    spec.compiler.fusestatic = spec.compiler.discardvisual = False
+    return spec
 
 
 def _strip_paths(spec: Any) -> None:
@@ -75,74 +164,14 @@ def _strip_paths(spec: Any) -> None:
             texture.cubefiles = [file.replace("\\", "/").rpartition("/")[2] for file in texture.cubefiles]
 
 
-def load(mujoco: Any, text: str, folder: str) -> tuple[str, bool]:
-    """Return why MuJoCo refuses an MJCF that stands in a folder, and whether it is too old for it.
-
-    The reason is empty if it loads it. A file is read to its end.
-    """
-    mujoco.set_mju_user_warning(lambda _: None)  # which would go into a file in the working folder
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        try:
-            spec = mujoco.MjSpec.from_string(text)
-            spec.modelfiledir = folder
-            spec.compile()
-        except Exception as problem:
-            told, outdated = reason(mujoco, problem)
-            return told or type(problem).__name__, outdated
-        finally:
-            mujoco.set_mju_user_warning(None)
-    return "", False
-
-
-def proof(mujoco: Any, path: str, asked: dict[str, Any], here: Path) -> dict[str, Any]:
-    """Return how the MJCF at ``path`` differs from a text of ours, field by field, and in motion if nothing does.
-
-    ``asked`` has the ``text``, the files of its meshes by the names that it has for them (``files``), and the ``names``
-    that the import gave by kind and index.
-    """
-    from .accelerations import compare_motion, moves_alike
-    from .compare_models import Comparison
-    from .compiled_model import Model
-
-    theirs = _read(mujoco, Path(path), here)
-    theirs.compiler.fusestatic = theirs.compiler.discardvisual = False
-    ours = mujoco.MjSpec.from_string(asked["text"])
-    ours.modelfiledir = str(Path(path).parent)
-    for asset in (*ours.meshes, *ours.textures, *ours.hfields, *ours.skins):
-        asset.file = asked["files"].get(asset.file, asset.file)
-    for texture in ours.textures:
-        texture.cubefiles = [asked["files"].get(file, file) for file in texture.cubefiles]
-    given = {kind: {int(index): name for index, name in names.items()} for kind, names in asked["names"].items()}
-    source = theirs.compile()
-    try:
-        made = ours.compile()
-    except Exception as problem:  # whatever MuJoCo has against it
-        return {"refused": " ".join(str(problem).split())}
-    models = Model(mujoco, source, theirs), Model(mujoco, made, ours)
-    comparison = Comparison(*models, given)
-    found = comparison.run(theirs.stat)
-    counts = {kind: len(names) for kind, names in models[0].names.items()}
-    answer: dict[str, Any] = {"differences": found, "counts": counts}
-    if moves_alike(found):
-        answer["motion"] = compare_motion(mujoco, comparison)._asdict()
-    return answer
-
-
-def _read(mujoco: Any, path: Path, here: Path) -> Any:
-    """Return the MjSpec of a file; MuJoCo itself refuses one whose name does not end in .xml.
-
-    ``here`` is the working folder of this process.
-    """
-    if path.suffix == ".xml":
-        return mujoco.MjSpec.from_file(str(path))
-    os.chdir(path.parent)  # where a text's includes are looked for
-    try:
-        spec = mujoco.MjSpec.from_string(files.read_text(path))
-    finally:
-        os.chdir(here)  # what MuJoCo logs goes there, not beside the file
-    spec.modelfiledir = str(path.parent)
-    return spec
+def _name_all(spec: Any) -> None:
+    """Give every object without a name one, by which its element can be found."""
+    count = 0
+    for kind in (*_HELD, "bodies", "pairs", *_LISTED):
+        for thing in getattr(spec, kind):
+            if not thing.name and not (kind == "bodies" and thing.parent is None):
+                thing.name = f"{_NO_NAME}{count}"
+                count += 1
 
 
 def _limit(cpu_seconds: int) -> None:
@@ -158,121 +187,146 @@ def _limit(cpu_seconds: int) -> None:
         resource.setrlimit(kind, (least, least + grace))
 
 
-_INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast")  # mjtIntegrator
-
-_NOTHING: dict[str, Any] = {"tag": "", "attributes": {}, "inner": []}
-
-# What is read of each kind of object: its kind, the prefix of its arrays in mjModel, and our word for each array.
-_PLACE = {"body": "bodyid", "pos": "pos", "quat": "quat"}
-_TABLES: dict[str, tuple[str, str, dict[str, str]]] = {
-    "bodies": (
-        "BODY",
-        "body",
-        {"parent": "parentid", "pos": "pos", "quat": "quat", "mass": "mass", "ipos": "ipos", "iquat": "iquat"}
-        | {"inertia": "inertia"},
-    ),
-    "joints": (
-        "JOINT",
-        "jnt",
-        {"body": "bodyid", "type": "type", "pos": "pos", "axis": "axis", "limited": "limited", "range": "range"}
-        | {"address": "qposadr", "dof": "dofadr", "forced": "actfrclimited", "force": "actfrcrange"},
-    ),
-    "geoms": (
-        "GEOM",
-        "geom",
-        {**_PLACE, "type": "type", "size": "size", "contype": "contype", "conaffinity": "conaffinity"}
-        | {"group": "group", "rgba": "rgba", "material": "matid", "data": "dataid"},
-    ),
-    "sites": ("SITE", "site", _PLACE),
-    "cameras": ("CAMERA", "cam", {**_PLACE, "mode": "mode"}),
-    "lights": ("LIGHT", "light", {"body": "bodyid", "pos": "pos", "dir": "dir"}),
-    "materials": ("MATERIAL", "mat", {"rgba": "rgba", "textures": "texid"}),
-    "meshes": ("MESH", "mesh", {"pos": "pos", "quat": "quat", "scale": "scale"}),
-    "equalities": (
-        "EQUALITY",
-        "eq",
-        {"type": "type", "first": "obj1id", "second": "obj2id", "active": "active0", "data": "data"}
-        | {"solref": "solref", "solimp": "solimp"},
-    ),
-    "actuators": (
-        "ACTUATOR",
-        "actuator",
-        {"transmission": "trntype", "target": "trnid", "gain": "gaintype", "bias": "biastype", "dynamics": "dyntype"}
-        | {"gainprm": "gainprm", "biasprm": "biasprm", "gear": "gear", "forced": "forcelimited", "force": "forcerange"}
-        | {"controlled": "ctrllimited", "control": "ctrlrange", "at": "ctrladr"},
-    ),
-    "keys": ("KEY", "key", {"qpos": "qpos", "ctrl": "ctrl"}),
-}
-
-
-def facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
-    """Return the compiled model as lists of plain values; indices are those of MuJoCo, -1 is none."""
-    elements = resolved(spec)
-    by_name = {word: elements.pop(word) for word in (*KINDS, "bodies")}
+def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
+    """Return the compiled model as lists of plain values by MuJoCo's names, and what only the file says."""
+    has_digits = hasattr(spec.compiler, "savecompiled")
+    if has_digits:  # before MuJoCo 4 it writes six digits
+        spec.compiler.savecompiled = False
+    elements = _elements(ElementTree.fromstring(spec.to_xml()))  # noqa: S314 - MuJoCo's own text
     made: dict[str, Any] = {"name": spec.modelname, "elements": elements}
+    made |= {} if has_digits else {"rounded_by": mujoco.__version__}
     for word, (kind, prefix, fields) in _TABLES.items():
-        columns = {key: getattr(model, f"{prefix}_{field}").tolist() for key, field in fields.items()}
-        for key in ("controlled", "control") if word == "actuators" else ():  # of the first of its controls
-            columns[key] = [columns[key][at] for at in columns["at"]]
+        columns = {field: getattr(model, f"{prefix}_{field}").tolist() for field in fields.split()}
+        if word == "actuators":  # of the first of its controls
+            for field in ("ctrllimited", "ctrlrange"):
+                values = getattr(model, f"actuator_{field}").tolist()
+                columns[field] = [values[at] for at in columns["ctrladr"]]
         count = len(next(iter(columns.values())))
-        kind_of_object = getattr(mujoco.mjtObj, f"mjOBJ_{kind}")
-        names = [mujoco.mj_id2name(model, kind_of_object, index) or "" for index in range(count)]
-        columns["name"] = [name if is_named(name) else "" for name in names]
-        if word in by_name:
-            columns["element"] = [by_name[word].get(name, _NOTHING) for name in names]
+        names = [mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), at) or "" for at in range(count)]
+        columns["name"] = ["" if name.startswith(_NO_NAME) else name for name in names]
+        if word == "bodies" or word in _HELD:
+            nothing, by_name = {"tag": "", "attributes": {}, "inner": []}, elements.pop(word)
+            columns["element"] = [by_name.get(name, nothing) for name in names]
         made[word] = [{key: column[index] for key, column in columns.items()} for index in range(count)]
-    made |= {
-        "excludes": model.exclude_signature.tolist(),
-        "zero": model.qpos0.tolist(),
-        "damping": model.dof_damping.ravel().tolist(),
-        "armature": model.dof_armature.tolist(),
-        "friction": model.dof_frictionloss.tolist(),
-        "integrator": _INTEGRATORS[int(model.opt.integrator)],
-    }
-    _authored(spec, made)
-    return made
-
-
-def _authored(spec: Any, made: dict[str, Any]) -> None:
-    """Add what only the file says, and no compiled model: classes, written inertias, files and frames of meshes."""
+    for word in ("exclude_signature", "qpos0", "dof_damping", "dof_armature", "dof_frictionloss"):
+        made[word] = getattr(model, word).ravel().tolist()
+    made["integrator"] = _INTEGRATORS[int(model.opt.integrator)]
     for geom in spec.geoms:
         made["geoms"][geom.id]["class"] = geom.classname.name if geom.classname else ""
     for body in spec.bodies:
         if body.explicitinertial:
             full = body.fullinertia.tolist()
-            said = {"pos": body.ipos.tolist(), "full": full if full[0] == full[0] else None}
-            made["bodies"][body.id]["said"] = said
+            made["bodies"][body.id]["text"] = {"pos": body.ipos.tolist(), "full": full if full[0] == full[0] else None}
     usual = type(spec)().add_mesh().inertia
     for mesh in spec.meshes:
         entry = made["meshes"][mesh.id]
-        entry["file"] = mesh.file
-        entry["folder"] = _folder(mesh.compiler, spec, "meshdir")
+        entry |= {"file": mesh.file, "folder": _folder(mesh, spec, "meshdir")}
         entry["taken"] = "" if mesh.inertia == usual else mesh.inertia.name.rpartition("_")[2].lower()
         entry["reference"] = {"pos": mesh.refpos.tolist(), "quat": mesh.refquat.tolist()}
-    files = {texture.id: _joined(texture, spec, "texturedir") for texture in spec.textures}
-    kinds = {
-        "mesh": ("meshdir", spec.meshes),
-        "hfield": ("meshdir", spec.hfields),
-        "texture": ("texturedir", spec.textures),
-    }
+    kinds = {"mesh": ("meshdir", spec.meshes), "hfield": ("meshdir", spec.hfields)}
+    kinds["texture"] = ("texturedir", spec.textures)
     made["folders"] = {
-        kind: {asset.name: _folder(asset.compiler, spec, word) for asset in assets}
-        for kind, (word, assets) in kinds.items()
+        kind: {asset.name: _folder(asset, spec, word) for asset in assets} for kind, (word, assets) in kinds.items()
     }
     made["folders"]["skin"] = {"": (spec.compiler.meshdir or "").replace("\\", "/")}
-    meshes = [_joined(asset, spec, "meshdir") for asset in (*spec.meshes, *spec.hfields)]
-    made["assets"] = [file for file in dict.fromkeys([*meshes, *files.values()]) if file]
+    paths = {kind: {one.id: _joined(one, spec, word) for one in assets} for kind, (word, assets) in kinds.items()}
+    made["assets"] = [file for file in dict.fromkeys(file for some in paths.values() for file in some.values()) if file]
     for entry in made["materials"]:
-        used = [files.get(index, "") for index in entry.pop("textures")]
+        used = [paths["texture"].get(index, "") for index in entry["texid"]]
         entry["texture"] = next((file for file in used if file), "")
+    return made
 
 
-def _folder(compiler: Any, spec: Any, word: str) -> str:
-    """Return the folder that files of a kind are looked for in, relative to the main file."""
-    return (getattr(compiler, word, "") or getattr(spec.compiler, word, "") or "").replace("\\", "/")
+def _folder(asset: Any, spec: Any, word: str) -> str:
+    return (getattr(asset.compiler, word, "") or getattr(spec.compiler, word, "") or "").replace("\\", "/")
 
 
 def _joined(asset: Any, spec: Any, word: str) -> str:
-    """Return the file of a mesh, height field or texture, relative to the main file; empty if it has none."""
-    folder = _folder(asset.compiler, spec, word).rstrip("/")
+    folder = _folder(asset, spec, word).rstrip("/")
     return f"{folder}/{asset.file}" if asset.file and folder else asset.file
+
+
+def _elements(root: Any) -> dict[str, Any]:
+    """Return the elements of a text that MuJoCo has written, with the attributes of their classes.
+
+    An element is its ``tag``, its ``attributes`` and the elements in it (``inner``). ``bodies`` and the kinds of
+    ``_HELD`` are by name; in a body is here what is of no kind. The sections are lists in the order of the file.
+    """
+    classes: dict[str, dict[str, dict[str, str]]] = {}
+
+    def read_class(default: Any, above: dict[str, dict[str, str]], name: str) -> None:
+        own = dict(above)
+        for child in default:
+            if child.tag != "default":
+                own[child.tag] = _merged(own.get(child.tag, {}), child.attrib)
+        classes[default.get("class") or name] = own
+        for child in default.findall("default"):
+            read_class(child, own, "")
+
+    def attributes(element: Any, kind: str, childclass: str = "") -> dict[str, str]:
+        usual = classes.get(element.get("class") or childclass or "main", {}).get(kind, {})
+        made = _merged(usual, element.attrib)
+        return {key: value for key, value in made.items() if key not in ("class", "childclass")}
+
+    def direct(element: Any, childclass: str) -> Iterator[tuple[Any, str]]:
+        """Yield the elements in a body itself, in frames or not, with the class that holds there."""
+        own = element.get("childclass") or childclass
+        for child in element:
+            if child.tag == "frame":
+                yield from direct(child, own)
+            else:
+                yield child, own
+
+    def body(element: Any, name: str, childclass: str) -> None:
+        held = made["bodies"].setdefault(name, {"tag": "body", "attributes": {}, "inner": []})
+        held["attributes"] |= attributes(element, "body")
+        for child, own in direct(element, childclass):
+            kind = next((kind for kind, tags in _HELD.items() if child.tag in tags), "")
+            if child.tag == "body":
+                body(child, child.get("name", ""), own)
+            elif kind:
+                usual = "" if child.tag == "freejoint" else child.tag
+                made[kind][child.get("name", "")] = _node(child, attributes(child, usual, own))
+            elif child.tag != "inertial":
+                held["inner"].append(_node(child, child.attrib))
+
+    for default in root.findall("default"):
+        read_class(default, {}, "main")
+    made: dict[str, Any] = {kind: {} for kind in (*_HELD, "bodies")}
+    for world in root.findall("worldbody"):
+        body(world, "world", "")
+    for word, section in _LISTED.items():
+        kind = "general" if section == "actuator" else section
+        made[word] = [_node(one, attributes(one, kind)) for one in root.iterfind(f"{section}/*")]
+    made["pairs"] = [_node(one, attributes(one, "pair")) for one in root.iterfind("contact/pair")]
+    for tag in ("material", "texture", "mesh", "hfield"):
+        made[f"{tag}_assets"] = [_node(one, attributes(one, tag)) for one in root.iterfind(f"asset/{tag}")]
+    made["options"] = {key: value for option in root.findall("option") for key, value in option.attrib.items()}
+    for flag in root.iterfind("option/flag"):
+        made["options"] |= {f"flag {key}": value for key, value in flag.attrib.items()}
+    made["keys"] = [dict(key.attrib) for key in root.iterfind("keyframe/*")]
+    made["whole"] = [_node(one, one.attrib) for tag in _WHOLE for one in root.findall(tag)]
+    return made
+
+
+def _node(element: Any, attributes: Mapping[str, str]) -> dict[str, Any]:
+    own = {key: value for key, value in attributes.items() if key != "name" or not value.startswith(_NO_NAME)}
+    own = {key: value for key, value in own.items() if key != "name" or value}
+    return {"tag": element.tag, "attributes": own, "inner": [_node(child, child.attrib) for child in element]}
+
+
+def _merged(usual: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:
+    """Return the attributes of a class with those of an element over them: of a list as many numbers as it says."""
+    made = dict(usual)
+    for key, value in own.items():
+        words, before = value.split(), made.get(key, "").split()
+        few = key not in _OPEN and len(words) < len(before) and _are_numbers([*words, *before])
+        made[key] = " ".join([*words, *before[len(words) :]]) if few else value
+    return made
+
+
+def _are_numbers(words: list[str]) -> bool:
+    try:
+        return all(float(word) is not None for word in words)
+    except ValueError:
+        return False

@@ -73,6 +73,5 @@ def field_of(shape: Shape, grid: HeightMap) -> Field:
 
 
 def _cell(grid: HeightMap, corner: tuple[float, float, float]) -> tuple[int, int]:
-    """Return the cell that begins at a corner of a box."""
     x, y = ((at - start) / grid.cell for at, start in zip(corner, grid.origin, strict=False))
     return round(x), round(y)

@@ -1,23 +1,44 @@
-"""Bodies become links, with their inertials, sites, cameras and lights."""
+"""Bodies become links with their inertials, sites, cameras and lights, and what moves them becomes joints.
+
+MuJoCo moves a body by any number of joints anywhere in it; here one joint moves one link.
+
+- A body without joints is fixed. A hinge with a range is revolute, one without continuous; a slide is prismatic.
+- A joint whose ``pos`` is not the origin of its body gets a link at that anchor, and the body is fixed to it: every
+  body keeps its frame.
+- Several joints in one body are a chain of links without mass, in MuJoCo's order; those that an MJCF of ours has for a
+  planar or floating joint are that.
+- Zero is that of the file. If a body is at another position than zero (``ref``), the origin of its joint is turned or
+  moved back by it, and ``mjcf`` of the joint keeps it.
+- A ball stays one; its range (a cone) is among MuJoCo's own words.
+- A free joint of the only top body is no joint of the robot: the simulation knows where the robot is (``base: free``).
+  Of one among several top bodies it is a floating joint to the ground.
+
+Limits: readers of URDF need more than MJCF has, and what stands in for it is declared as a stand-in.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rosorin_compile.model import Link, Transform
-from rosorin_compile.model.geometry import Rows
+from rosorin_compile.model import Link, Transform, Vector
+from rosorin_compile.model.geometry import plane_axes, rotation_about
 from rosorin_compile.model.link import limited_fields
-from rosorin_compile.source.diagnostics import counted, first_of
+from rosorin_compile.source.diagnostics import Span, counted, first_of, listed
 from rosorin_compile.source.tree import Map
+from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.xml.markup import Element
 
-from .masses import LEAST_EIGENVALUE
-from .reading import Reading
+from .actuators import Drive
+from .omissions import LEAST, LEAST_EIGENVALUE
+from .reading import BALL, FREE, HINGE, SLIDE, Reading
 from .values import (
     NO_POSE,
     full_inertia,
     is_unturned,
+    listing,
+    numbers,
     placing,
     put,
     put_number,
@@ -25,41 +46,94 @@ from .values import (
     put_source,
     put_words,
     rotation,
-    shift,
     tidy,
+    tidy_position,
     tidy_vector,
     transform,
+    unit,
 )
 
 GROUND = "ground"
 NO_MASS = 1e-12  # kg: less than a grain of dust; MuJoCo loads no moving body without any
+STAND_IN_EFFORT = 1000.0  # N*m or N
+STAND_IN_VELOCITY = 10.0  # rad/s or m/s
+STAND_IN_TRAVEL = 1000.0  # m
 _SAME = 1e-9  # relative: MuJoCo's way through principal axes and back
+_SAME_AXIS = 1e-12
+_UNFELT = 1e6  # times the inertia of a link without mass
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _POSED = ("name", "pos", "quat")
 # The sections of marks in a link, with the tag of their elements and the form of their entries.
 _MARKS = {"sites": ("site", "site"), "cameras": ("camera", "mjcf_camera"), "lights": ("light", "light")}
+# Attributes that are read of the compiled model or follow from the kind of the joint, and those of dynamics.
+_READ = (
+    *("name", "type", "pos", "axis", "range", "limited", "ref", "springref"),
+    *("actuatorfrcrange", "actuatorfrclimited"),
+)
+_OF_LIMITS = ("solreflimit", "solimplimit", "margin")
+_OF_DYNAMICS = {"damping": "damping", "frictionloss": "friction", "armature": "armature", "stiffness": "stiffness"}
+# Several joints that are one: their types, what they are together, and the ends of their names.
+_TOGETHER = {
+    (SLIDE, SLIDE, HINGE): ("planar", ("_TX", "_TY", "_RZ")),
+    (SLIDE, SLIDE, SLIDE, BALL): ("floating", ("_TX", "_TY", "_TZ", "_R")),
+}
+_ALONG: Sequence[Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
-def name_links(reading: Reading) -> None:
-    """Give every body the name of its link: its own, or one made of the joint or body that it is attached to."""
-    bodies = reading.facts["bodies"]
-    named = {index: body["name"] for index, body in enumerate(bodies) if index and body["name"]}
-    reading.link_of = {index: reading.link_names.give(name) for index, name in named.items()}
-    for index, name in named.items():
-        link = reading.link_of[index]
-        reading.rename("body", name, link)
-        if link != name:
-            message = f'the body "{name}" becomes the link "{link}": names hold no markup or quotes'
-            reading.changed(message, reading.places.body(index).span)
+def name_all(reading: Reading) -> None:
+    """Give every body the name of its link and every joint its name: its own, or one made of names around it."""
+    bodies, joints = reading.facts["bodies"], reading.facts["joints"]
+    for index, body in enumerate(bodies):
+        if index and body["name"]:
+            link = reading.link_of[index] = reading.unique("link", body["name"])
+            reading.rename("body", body["name"], link)
+            if link != body["name"]:
+                message = f'the body "{body["name"]}" becomes the link "{link}": names hold no markup or quotes'
+                reading.changed(message, reading.places.body(index).span)
     if reading.ground:
-        reading.link_of[0] = reading.link_names.give(GROUND)
+        reading.link_of[0] = reading.unique("link", GROUND)
         reading.renamed.setdefault("body", {})["world"] = reading.link_of[0]
     for index, body in enumerate(bodies):
-        if index and index not in named:
-            joints = [reading.facts["joints"][at]["name"] for at in reading.joints_in.get(index, ())]
-            above = reading.link_of.get(body["parent"], "")
-            made_up = f"{joints[-1]}_link" if joints and joints[-1] else f"{above}_body" if above else "base_link"
-            reading.link_of[index] = reading.link_names.give(made_up)
+        if index and not body["name"]:
+            names = [joints[at]["name"] for at in reading.joints_in.get(index, ())]
+            above = reading.link_of.get(body["parentid"], "")
+            made_up = f"{names[-1]}_link" if names and names[-1] else f"{above}_body" if above else "base_link"
+            reading.link_of[index] = reading.unique("link", made_up)
+    for index, held in reading.joints_in.items():
+        together = _together([joints[at] for at in held], reading)
+        if together is not None:
+            reading.motion_of[index] = (reading.unique("joint", together[0]), *together[1:])
+    named = {BALL: reading.ball_of, SLIDE: reading.joint_of, HINGE: reading.joint_of}
+    for index, joint in sorted(enumerate(joints), key=lambda one: not one[1]["name"]):  # names of the file come first
+        if joint["type"] in named and joint["bodyid"] not in reading.motion_of:
+            name = reading.unique("joint", joint["name"] or f"{reading.link_of[joint['bodyid']]}_joint")
+            named[joint["type"]][index] = name
+            reading.rename("joint", joint["name"], name)
+
+
+def _together(held: Sequence[Mapping[str, Any]], reading: Reading) -> tuple[str, str, Any] | None:
+    """Return name, type and axis of the planar or floating joint that the joints of a body are, or None."""
+    kind, ends = _TOGETHER.get(tuple(joint["type"] for joint in held), ("", ()))
+    if not ends or any(_is_special(reading, joint) for joint in held):
+        return None
+    name = held[0]["name"].removesuffix(ends[0])
+    if not name or [joint["name"] for joint in held] != [name + end for end in ends]:
+        return None
+    axis = unit(held[-1]["axis"]) if kind == "planar" else None
+    pairs = zip([joint["axis"] for joint in held[:-1]], plane_axes(axis) if axis else _ALONG, strict=True)
+    if any(abs(a - b) > _SAME_AXIS for one, own in pairs for a, b in zip(one, own, strict=True)):
+        return None
+    return name, kind, axis
+
+
+def _is_special(reading: Reading, joint: Mapping[str, Any]) -> bool:
+    facts, dof = reading.facts, joint["dofadr"]
+    shifted = joint["type"] != BALL and facts["qpos0"][joint["qposadr"]] != 0
+    held = any(facts[word][dof] for word in ("dof_damping", "dof_frictionloss", "dof_armature"))
+    more = set(joint["element"]["attributes"]) - {"name", "type", "pos", "axis", "range", "group"}
+    moved = joint["type"] != SLIDE and any(joint["pos"])
+    return bool(moved or shifted or held or more or joint["limited"] or joint["actfrclimited"])
 
 
 def add_links(reading: Reading) -> None:
@@ -67,9 +141,8 @@ def add_links(reading: Reading) -> None:
     if reading.ground:
         reading.add(reading.links, reading.link_of[0], reading.places.body(0))
     light = []
-    for index, body in enumerate(reading.facts["bodies"]):
-        if index == 0:
-            continue
+    words = {formats["mjcf"]: key for key, formats in limited_fields(Link).items() if "mjcf" in formats}
+    for index, body in list(enumerate(reading.facts["bodies"]))[1:]:
         element, name = reading.places.body(index), reading.link_of[index]
         link = reading.add(reading.links, name, element)
         if 0 < body["mass"] <= NO_MASS:
@@ -77,11 +150,9 @@ def add_links(reading: Reading) -> None:
         elif body["mass"] > 0 or any(body["inertia"]):
             own = next((one for one in reading.markup.children(element) if one.tag == "inertial"), element)
             put(link, "inertial", _inertial(body, own))
-        node = body["element"]
-        more = {key: text for key, text in node["attributes"].items() if key not in _POSED}
-        words = {formats["mjcf"]: key for key, formats in limited_fields(Link).items() if "mjcf" in formats}
+        more = {key: text for key, text in body["element"]["attributes"].items() if key not in _POSED}
         reading.put_words(link, more, "link", element, f'the body "{name}"', words)
-        for inner in node["inner"]:
+        for inner in body["element"]["inner"]:
             reading.keep(inner, inner["tag"], element.span, name)
     if light:
         names = first_of([reading.link_of[index] for index in light], 5)
@@ -93,63 +164,59 @@ def _inertial(body: Mapping[str, Any], element: Element) -> Map:
     """Return mass and inertia as the file has them, or as MuJoCo calculated them from the geoms."""
     entry, written = Map(element.span), body.get("said")
     put_number(entry, "mass", tidy(body["mass"]), element, "mass")
-    place = tidy_vector(written["pos"] if written else body["ipos"])
-    rows = rotation(body["iquat"])
-    moments, pose = full_inertia(body["inertia"], rows), shift(place)
+    place, rows = tidy_vector(written["pos"] if written else body["ipos"]), rotation(body["iquat"])
+    moments, pose = full_inertia(body["inertia"], rows), transform(place)
+    is_turned = full_inertia((1.0, 2.0, 3.0), rows) != full_inertia((1.0, 2.0, 3.0), NO_POSE.rows)
     if written and written["full"] is not None:
         full = dict(zip(_MOMENTS, written["full"], strict=True))
         # Settings of MuJoCo's compiler may bound or balance an inertia.
         most = _SAME * max(map(abs, moments.values()))
         moments = full if all(abs(full[key] - moments[key]) <= most for key in full) else moments
-    elif _is_turned(rows) and (written or min(body["inertia"]) < LEAST_EIGENVALUE):
+    elif is_turned and (written or min(body["inertia"]) < LEAST_EIGENVALUE):
         moments, pose = full_inertia(body["inertia"], NO_POSE.rows), Transform(rows, place)
     put_pose(entry, pose, element)
-    put(entry, "inertia", _moments(moments, element))
+    inertia, order = Map(element.span), {"fullinertia": _MOMENTS, "diaginertia": _MOMENTS[:3]}
+    attribute = next((word for word in order if word in element.attributes), "")
+    for key, value in moments.items():
+        if value or key in _MOMENTS[:3]:
+            at = order[attribute].index(key) if attribute and key in order[attribute] else 99
+            put_number(inertia, key, value, element, attribute, at)
+    put(entry, "inertia", inertia)
     if not written:
         put_source(entry, "calculated", "by MuJoCo from the geoms")
     return entry
 
 
-def _is_turned(rows: Rows) -> bool:
-    """Return True if the principal axes of an inertia are not the axes of its body."""
-    return full_inertia((1.0, 2.0, 3.0), rows) != full_inertia((1.0, 2.0, 3.0), NO_POSE.rows)
-
-
-def _moments(moments: Mapping[str, float], element: Element) -> Map:
-    entry, order = Map(element.span), {"fullinertia": _MOMENTS, "diaginertia": _MOMENTS[:3]}
-    attribute = next((word for word in order if word in element.attributes), "")
-    for key, value in moments.items():
-        if value or key in _MOMENTS[:3]:
-            at = order[attribute].index(key) if attribute and key in order[attribute] else 99
-            put_number(entry, key, value, element, attribute, at)
-    return entry
-
-
 def add_marks(reading: Reading) -> None:
     """Add the sites, cameras and lights of every link; those of the world are its scene, unless that is a link."""
-    scene: dict[str, list[int]] = {}
     for kind in _MARKS:
+        scene = []
         for index, thing in enumerate(reading.facts[kind]):
-            if thing["body"] in reading.link_of:
+            if thing["bodyid"] in reading.link_of:
                 _add_mark(reading, kind, index, thing)
             else:
-                scene.setdefault(kind, []).append(index)
-    for kind, indices in scene.items():
-        message = f"{counted(len(indices), kind[:-1])} of the world: the scene is no part of the robot"
-        reading.ignored(message, reading.places.of(kind, indices[0]).span)
+                scene.append(index)
+        if scene:
+            message = f"{counted(len(scene), kind[:-1])} of the world: the scene is no part of the robot"
+            reading.ignored(message, reading.places.of(kind, scene[0]).span)
 
 
 def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any]) -> None:
     """Add a site, a camera or a light to its link; one that the language cannot express is kept as it is."""
     tag, form = _MARKS[kind]
-    link, element, node = reading.link_of[thing["body"]], reading.places.of(kind, index), thing["element"]
-    place = transform(thing["pos"], thing.get("quat", (1, 0, 0, 0)))
+    link, element, node = reading.link_of[thing["bodyid"]], reading.places.of(kind, index), thing["element"]
+    place, name = transform(thing["pos"], thing.get("quat")), thing["name"]
     more = {key: text for key, text in node["attributes"].items() if key not in _POSED}
     is_plain = not more or (reading.is_ours and more.keys() == {"group"})
-    is_frame = tidy_vector(thing["pos"]) == (0, 0, 0) and is_unturned(place) and is_plain
-    if kind == "sites" and thing["name"] == link and is_frame:
+    if kind == "sites" and name == link and is_plain and tidy_vector(place.xyz) == _ORIGIN and is_unturned(place):
         return  # the frame of the link itself, as the compiler writes it
-    name = _mark_name(reading, tag, thing["name"], link, element)
+    if tag == "site" and name in reading.taken["link"]:  # each link has a site of its own
+        given = reading.name(tag, f"{name}_site")
+        reading.rename(tag, name, given)
+        reading.changed(f'the site "{name}" is called "{given}": a link has the name', element.span)
+        name = given
+    else:
+        name = reading.name(tag, name, f"{link}_{tag}")
     reading.given.setdefault(tag, {})[index] = name
     if kind == "lights" and "dir" in more:
         more["dir"] = " ".join(repr(tidy(value)) for value in thing["dir"])
@@ -164,11 +231,195 @@ def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any])
     put(reading.links[link], kind, marks)
 
 
-def _mark_name(reading: Reading, tag: str, name: str, link: str, element: Element) -> str:
-    """Return the name of a mark; a site has that of no link, for each link has a site of its own."""
-    if tag == "site" and name in reading.link_names.taken:
-        given = reading.name(tag, f"{name}_site")
-        reading.rename(tag, name, given)
-        reading.changed(f'the site "{name}" is called "{given}": a link has the name', element.span)
-        return given
-    return reading.name(tag, name, f"{link}_{tag}")
+def add_joints(reading: Reading, drives: Mapping[int, Drive]) -> None:
+    """Add what joins every body to the one that it is in, and report stand-ins and bodies that are too light."""
+    stand_ins: dict[str, list[tuple[str, float, Span]]] = {}
+    for index, body in enumerate(reading.facts["bodies"]):
+        if index == 0 or body["parentid"] not in reading.link_of:
+            continue
+        held = [(at, reading.facts["joints"][at]) for at in reading.joints_in.get(index, ())]
+        ends = reading.link_of[body["parentid"]], reading.link_of[index]
+        place, element = transform(body["pos"], body["quat"]), reading.places.body(index)
+        if index in reading.motion_of:
+            first, *_, last = (reading.places.of("joints", at) for at in reading.joints_in[index])
+            name, kind, axis = reading.motion_of[index]
+            joint = reading.add_joint(name, kind, *ends, first)
+            put_pose(joint, place, element)
+            if axis is not None:
+                put(joint, "axis", numbers(axis, last, "axis"))
+        elif held and held[0][1]["type"] != FREE:
+            _add_chain(reading, index, place, held, drives, stand_ins)
+        else:
+            own = reading.places.of("joints", held[0][0]) if held else element
+            name = held[0][1]["name"] if held and held[0][1]["name"] else f"{ends[1]}_joint"
+            kind = "floating" if held else "fixed"
+            joint = reading.add_joint(reading.unique("joint", name), kind, *ends, own)
+            put_pose(joint, place, element)
+            if held:
+                attributes = held[0][1]["element"]["attributes"]
+                rest = _put_dynamics(joint, attributes, own)
+                reading.put_words(joint, rest, "joint", own, f'the joint "{name}"')
+    _report(reading, stand_ins)
+
+
+def add_root(reading: Reading) -> None:
+    """Set where the only top body is in the world, and the name and dynamics of its free joint."""
+    if reading.ground:
+        world = Map(reading.places.body(0).span)
+        put(world, "world", True)
+        put(reading.tree, "root", world)
+        return
+    top = reading.tops[0]
+    body, element = reading.facts["bodies"][top], reading.places.body(top)
+    entry, place = Map(element.span), transform(body["pos"], body["quat"])
+    if reading.free_base:  # without it, it would be on the floor
+        put(entry, "xyz", numbers(tidy_vector(place.xyz), element, "pos"))
+    put_pose(entry, place, element)
+    if reading.free_base:
+        index = reading.joints_in[top][0]
+        joint, own = reading.facts["joints"][index], reading.places.of("joints", index)
+        if joint["name"]:
+            put(entry, "joint", reading.unique("joint", joint["name"]))
+        more = {key: text for key, text in joint["element"]["attributes"].items() if key not in (*_READ, *_OF_LIMITS)}
+        reading.put_words(entry, more, "root", own, "the free joint", {"frictionloss": "friction"})
+    if entry:
+        put(reading.tree, "root", entry)
+
+
+def _add_chain(
+    reading: Reading,
+    index: int,
+    place: Transform,
+    held: Sequence[tuple[int, Mapping[str, Any]]],
+    drives: Mapping[int, Drive],
+    stand_ins: dict[str, list[tuple[str, float, Span]]],
+) -> None:
+    body, element = reading.link_of[index], reading.places.body(index)
+    above = reading.link_of[reading.facts["bodies"][index]["parentid"]]
+    at = _ORIGIN  # where in the body, not turned, the link is that the chain has reached
+    for number, (which, joint) in enumerate(held, 1):
+        kind, own = joint["type"], reading.places.of("joints", which)
+        name, axis = (reading.ball_of if kind == BALL else reading.joint_of)[which], unit(joint["axis"])
+        anchor, child = (at if kind == SLIDE else tidy_vector(joint["pos"])), body
+        if number < len(held) or anchor != _ORIGIN:
+            is_anchor = kind != SLIDE and any(anchor)
+            child = reading.unique("link", f"{name}_{'anchor' if is_anchor else 'link'}")
+            reading.add(reading.links, child, own)
+        origin, ref = place.then(transform([a - b for a, b in zip(anchor, at, strict=True)])), 0.0
+        if kind != BALL:  # where the joint is at zero
+            ref = tidy_position(reading.facts["qpos0"][joint["qposadr"]], kind == SLIDE)
+            back = transform([-ref * part for part in axis]) if kind == SLIDE else Transform(rotation_about(axis, -ref))
+            origin = origin.then(back) if ref else origin
+        types = {HINGE: "revolute" if joint["limited"] else "continuous", SLIDE: "prismatic", BALL: "ball"}
+        entry = reading.add_joint(name, types[kind], above, child, own)
+        put_pose(entry, origin, element if number == 1 and anchor == _ORIGIN else own)
+        if kind != BALL:
+            put(entry, "axis", numbers(axis, own, "axis"))
+        _put_details(reading, which, entry, own, drives.get(which, Drive()), stand_ins, ref)
+        above, at, place = child, anchor, NO_POSE
+    if above != body:
+        entry = reading.add_joint(reading.unique("joint", f"{body}_joint"), "fixed", above, body, element)
+        put_pose(entry, transform([-value for value in at]), element)
+
+
+def _put_details(
+    reading: Reading,
+    which: int,
+    entry: Map,
+    element: Element,
+    drive: Drive,
+    stand_ins: dict[str, list[tuple[str, float, Span]]],
+    ref: float,
+) -> None:
+    joint = reading.facts["joints"][which]
+    attributes, kind = joint["element"]["attributes"], joint["type"]
+    if kind != BALL:
+        limit, missing = _limit(joint, element, drive)
+        for key in missing:
+            stand_ins.setdefault(key, []).append((reading.joint_of[which], limit[key], element.span))
+        if limit:
+            put(entry, "limit", limit)
+    rest = _put_dynamics(entry, attributes, element)
+    if {"stiffness", "springdamper"} & attributes.keys() and kind != BALL:
+        at_rest = tidy_position(float(attributes.get("springref", 0)), kind == SLIDE)
+        if at_rest:
+            dynamics = entry.get("dynamics") or Map(element.span)
+            put(entry, "dynamics", dynamics)
+            put_number(dynamics, "spring_reference", at_rest, element, "springref")
+    if drive.entry is not None:
+        put(entry, "actuator", drive.entry)
+    if kind != BALL:
+        low, high = joint["actfrcrange"]
+        # A force that is not the same both ways, or that its actuators have as well, is no effort.
+        is_twice = drive.effort is not None and math.isclose(drive.effort, high, rel_tol=1e-9)
+        if joint["actfrclimited"] and (low != -high or is_twice):
+            rest["actuatorfrcrange"] = f"{low!r} {high!r}"
+        rest |= {"ref": repr(ref)} if ref else {}
+    elif joint["limited"]:
+        rest["range"] = f"0 {joint['range'][1]!r}"
+    reading.put_words(entry, rest, "joint", element, f'the joint "{entry_name(reading, which)}"')
+
+
+def entry_name(reading: Reading, which: int) -> str:
+    """Return the name of a hinge, slide or ball."""
+    return reading.joint_of.get(which) or reading.ball_of[which]
+
+
+def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -> dict[str, str]:
+    """Set the dynamics of a joint; return what they have no word for and is not read elsewhere."""
+    dynamics = Map(element.span)
+    words = {key: text for key, text in attributes.items() if key in _OF_DYNAMICS and any(map(float, text.split()))}
+    pair = [float(number) for number in attributes.get("springdamper", "").split()]
+    if pair and min(pair) > 0:  # of which MuJoCo makes both, whatever the others are
+        words = {key: text for key, text in words.items() if key not in ("damping", "stiffness")}
+    rest = put_words(dynamics, words, "dynamics", element, _OF_DYNAMICS)
+    if dynamics:
+        put(entry, "dynamics", dynamics)
+    return rest | {key: text for key, text in attributes.items() if key not in _READ and key not in _OF_DYNAMICS}
+
+
+def _limit(joint: Mapping[str, Any], element: Element, drive: Drive) -> tuple[Map, list[str]]:
+    """Return the limit of a hinge or slide, and the keys that stand in; without a range only of a known force."""
+    limit, missing, slides = Map(element.span), list[str](), joint["type"] == SLIDE
+    if joint["limited"]:
+        for at, key in enumerate(("lower", "upper")):
+            put_number(limit, key, tidy_position(joint["range"][at], slides), element, "range", at)
+    elif slides:
+        missing += ["lower", "upper"]
+        for key, sign in (("lower", "-"), ("upper", "")):
+            put(limit, key, Quantity.parse(f"{sign}{STAND_IN_TRAVEL:g} m"))
+    effort = tidy(max(map(abs, joint["actfrcrange"]))) if joint["actfrclimited"] else drive.effort
+    if effort is None and drive.speed is None and not limit:
+        return limit, missing
+    for key, value, stand_in in (("effort", effort, STAND_IN_EFFORT), ("velocity", drive.speed, STAND_IN_VELOCITY)):
+        attribute = "actuatorfrcrange" if key == "effort" else ""
+        put_number(limit, key, stand_in if value is None else tidy(value), element, attribute, 1)
+        missing += [key] if value is None else []
+    if missing:
+        put(limit, "stand_ins", listing(missing, element))
+        verb, them = ("is a stand-in", "it") if len(missing) == 1 else ("are stand-ins", "them")
+        put_source(limit, "stand_in", f"{listed(missing)} {verb}: the MJCF does not limit {them}")
+    return limit, missing
+
+
+def _report(reading: Reading, stand_ins: Mapping[str, list[tuple[str, float, Span]]]) -> None:
+    """Report the limits that stand in, and where the mass that MuJoCo needs between several joints can be felt."""
+    ends = [entry for key in ("lower", "upper") for entry in stand_ins.get(key, ())]
+    for word, entries in (("range", ends), *((key, stand_ins.get(key, [])) for key in ("effort", "velocity"))):
+        if not entries:
+            continue
+        names = list(dict.fromkeys(name for name, _, _ in entries))
+        values = list(dict.fromkeys(f"{value:g}" for _, value, _ in entries))
+        whose = f'joint "{names[0]}" has' if len(names) == 1 else f"{counted(len(names), 'joint')} have"
+        which = f" ({first_of(names, 3)})" if len(names) > 1 else ""
+        written = "is written as a stand-in" if len(values) == 1 else "are written as stand-ins"
+        message = f"{whose} no {word} limit in the MJCF{which}: {listed(values)} {written}"
+        reading.note("import-stand-in", message, entries[0][2], "put in what the robot really has")
+    bodies = enumerate(reading.facts["bodies"])
+    several = [(at, body) for at, body in bodies if len(reading.joints_in.get(at, ())) > 1]
+    felt = [index for index, body in several if 0 < min(body["inertia"]) < LEAST * _UNFELT]
+    if felt:
+        names = first_of([reading.link_of[index] for index in felt], 3)
+        message = f"{names}: next to no inertia, and several joints; in ours links are between those"
+        message += f", for which MuJoCo needs {LEAST:g} kg*m^2: such small parts move a little otherwise"
+        reading.changed(message, reading.places.body(felt[0]).span)

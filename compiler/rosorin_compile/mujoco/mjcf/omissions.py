@@ -1,4 +1,7 @@
-"""What MuJoCo does not load and what MJCF has no word for, told before the artifact is."""
+"""What MuJoCo does not load and what MJCF has no word for, reported before the artifact is written.
+
+Masses and inertias are in the terms of MuJoCo.
+"""
 
 from __future__ import annotations
 
@@ -6,34 +9,24 @@ import posixpath
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
-from rosorin_compile.model import Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Sphere
+from rosorin_compile.model import Box, Ellipsoid, Geometry, HeightMap, Inertial, Joint, Mesh, Robot, Sphere
+from rosorin_compile.model.cached import of_robot
+from rosorin_compile.model.mass import Inertia, along_link
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.model.simulation import SENSOR_ELEMENT
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, and_more, first_of
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import FORMATS, Rule
 
-from .bodies import WORLD, body_name, is_free
-from .masses import masses
+from .bodies import WORLD, body_name, is_free, weld_groups
 
 RULES = (
     Rule(
-        "mjcf-cannot-say",
-        "A warning or a note: MJCF has no word for a range without width, and MuJoCo opens no such mesh or texture.",
-        "As the message says.",
-        Heading.FORMATS,
+        "mjcf-cannot-say", "MJCF cannot express something, or MuJoCo reads it otherwise.", "See the message.", FORMATS
     ),
-    Rule(
-        "mjcf-left-out",
-        "A contact pair, a sensor or a tendon names a shape that is left out of the MJCF: MuJoCo would not load that.",
-        "Put the file of its mesh there, or take out what names it.",
-        Heading.FORMATS,
-    ),
-    Rule(
-        "mjcf-reserved-name",
-        "A sensor brings a site that is called like a link, whose own site has that name.",
-        "Give the element of its type another name.",
-        Heading.FORMATS,
-    ),
+    Rule("mjcf-left-out", "Something names a shape that the MJCF leaves out.", "Add the file of its mesh.", FORMATS),
+    Rule("mjcf-reserved-name", "A sensor has a site with the name of a link.", "Rename its element.", FORMATS),
+    Rule("mjcf-refused-inertia", "MuJoCo does not load an inertia.", "Correct it, or remove the output.", FORMATS),
+    Rule("mjcf-needs-mass", "MuJoCo does not load a moving body without mass.", "Give it an inertial.", FORMATS),
 )
 
 # What names a geom: <pair geom1>, <geom geom> of a tendon, <framepos objtype="geom" objname>.
@@ -65,6 +58,11 @@ def texture_path(file: str) -> str:
     ('meshes/house/wood.png', '')
     """
     return _path(file, "") if file and posixpath.splitext(file)[1].lower() == _IMAGE_FORMAT else ""
+
+
+def file_path(file: str) -> str:
+    """Return the file of a mesh or an image as MuJoCo opens it, or "" if it cannot."""
+    return mesh_path(file) or texture_path(file)
 
 
 def _path(file: str, more: str) -> str:
@@ -130,46 +128,62 @@ def has_volume(geometry: Geometry) -> bool:
 def refused(robot: Robot, free: bool) -> Iterator[Diagnostic]:
     """Yield an error for each thing that MuJoCo does not load."""
     yield from masses(robot, free)
-    for sensor in robot.sensors:
-        for part in sensor.simulated:
-            site = part.name if part.element == "site" else ""
-            if part.kind == SENSOR_ELEMENT:
-                site = "" if part.pose is None else part.site
-            if part.replicas is None and site in robot.link:
-                message = (
-                    f'sensor "{sensor.name}" brings a site called "{site}", but in MJCF that is the site of the link'
-                )
-                yield Diagnostic("mjcf-reserved-name", ERROR, message, help="name the element of its type: name: WORD")
+    for sensor, part in [(one, part) for one in robot.sensors for part in one.simulated]:
+        site = part.name if part.element == "site" else ""
+        if part.kind == SENSOR_ELEMENT:
+            site = "" if part.pose is None else part.site
+        if part.replicas is None and site in robot.link:
+            message = f'sensor "{sensor.name}" brings a site called "{site}", but in MJCF that is the site of the link'
+            yield Diagnostic("mjcf-reserved-name", ERROR, message, help="name the element of its type: name: WORD")
 
 
 def omitted(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
     """Yield what joints and meshes have that MJCF has no word for."""
+
+    def cannot(message: str, help: str = "", severity: str = WARNING) -> Diagnostic:
+        return Diagnostic("mjcf-cannot-say", severity, message, help=help)
+
     for joint in joints:
-        if joint.moves:
-            yield from _limits(joint)
-        elif not is_free(robot, joint):
-            yield from _several(joint)
-    yield from _without_texture(robot)
-    yield from _unreadable(robot)
+        ends, effort = position_range(joint), joint.limit.known("effort") if joint.limit else None
+        if ends and ends[0] >= ends[1]:  # MuJoCo would read it as "no limit"
+            what = f"is held at {ends[0]:g}" if ends[0] == ends[1] else f"goes from {ends[0]:g} to {ends[1]:g}"
+            message = f'joint "{joint.name}" {what}: MuJoCo takes a range of no width for no limit'
+            yield cannot(message, "make the joint fixed, or its range wider")
+        if joint.moves and effort is not None and effort <= 0:
+            message = f'joint "{joint.name}" has an effort of {effort:g}:'
+            message += " MuJoCo takes a force range of no width for no limit"
+            yield cannot(message, "give the effort that the joint really has")
+        words = ["limit"] if joint.limit is not None and joint.type == "planar" else []
+        words += ["dynamics"] if joint.dynamics is not None and joint.type != "ball" else []
+        if words and not joint.moves and not is_free(robot, joint):
+            message = f'joint "{joint.name}" is {joint.type}: its {" and its ".join(words)}'
+            message += f" {'is' if words == ['limit'] else 'are'} left out of the MJCF"
+            yield cannot(message, "the URDF carries them")
+    every = [shape.texture for link in robot.links for shape in link.visual]
+    every += [material.texture for material in robot.materials]
+    names = [name for name in dict.fromkeys(every) if name and not texture_path(name)]
+    if names:  # what has them is in its colour alone
+        what = f"texture {names[0]} is" if len(names) == 1 else f"{len(names)} textures ({first_of(names, 3)}) are"
+        yield cannot(
+            f"{what} left out of the MJCF: MuJoCo opens PNG files", "save it as PNG, and name the new file", NOTE
+        )
+    meshes: list[tuple[str, str]] = []
+    for link, shape in [(one, shape) for one in robot.walk() for shape in (*one.collision, *one.visual)]:
+        if not all(has_volume(solid.geometry) for solid in shape.solids(MERGED)):
+            kind = type(shape.geometry).__name__.lower()
+            message = f'a {kind} of link "{link.name}" is left out of the MJCF: MuJoCo takes no size of zero'
+            yield cannot(message, "give it sizes above zero")
+        elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry.file):
+            meshes.append((shape.geometry.file, link.name))
+    if meshes:
+        (file, name), *more = meshes
+        message = f'mesh {file} of link "{name}"{and_more(len(more))} {"are" if more else "is"} left out of the MJCF:'
+        message += " MuJoCo opens STL, OBJ and MSH files; DAE, glTF and GLB are converted"
+        yield cannot(message, "convert it, and name the new file")
     if WORLD in robot.link:
         message = f'MuJoCo keeps the name "{WORLD}" for a body of its own: that of link "{WORLD}" is'
         message += f' "{body_name(robot, WORLD)}" in the MJCF, its site has the name of the link'
-        yield Diagnostic("mjcf-cannot-say", NOTE, message)
-
-
-def _limits(joint: Joint) -> Iterator[Diagnostic]:
-    """Yield a warning for each limit of a joint that MuJoCo would read as "no limit"."""
-    ends = position_range(joint)
-    if ends and ends[0] >= ends[1]:
-        what = f"is held at {ends[0]:g}" if ends[0] == ends[1] else f"goes from {ends[0]:g} to {ends[1]:g}"
-        message = f'joint "{joint.name}" {what}: MuJoCo takes a range of no width for no limit'
-        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="make the joint fixed, or its range wider")
-    effort = joint.limit.known("effort") if joint.limit else None
-    if effort is not None and effort <= 0:
-        message = (
-            f'joint "{joint.name}" has an effort of {effort:g}: MuJoCo takes a force range of no width for no limit'
-        )
-        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give the effort that the joint really has")
+        yield cannot(message, severity=NOTE)
 
 
 def unpaired(links: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
@@ -181,43 +195,87 @@ def unpaired(links: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
         yield Diagnostic("mjcf-cannot-say", NOTE, message, help="fewer shapes: a height map of larger cells or steps")
 
 
-def _several(joint: Joint) -> Iterator[Diagnostic]:
-    """Yield what a planar or floating joint has that its slides and its hinge or ball cannot."""
-    has = {"limit": joint.limit is not None and joint.type == "planar"}
-    has["dynamics"] = joint.dynamics is not None and joint.type != "ball"
-    words = [word for word, there in has.items() if there]
-    if words:
-        message = f'joint "{joint.name}" is {joint.type}: its {" and its ".join(words)} '
-        message += "are" if len(words) > 1 or words == ["dynamics"] else "is"
-        yield Diagnostic("mjcf-cannot-say", WARNING, f"{message} left out of the MJCF", help="the URDF carries them")
+# What MuJoCo 4.0.0 loads, found by trying: the least mass and moment of what moves, the least moment of fullinertia.
+LEAST = 1e-15
+LEAST_EIGENVALUE = 1e-14
 
 
-def _without_texture(robot: Robot) -> Iterator[Diagnostic]:
-    """Yield a note on the textures that MuJoCo does not open: what has them is in its colour alone."""
-    every = [shape.texture for link in robot.links for shape in link.visual]
-    every += [material.texture for material in robot.materials]
-    names = [name for name in dict.fromkeys(every) if name and not texture_path(name)]
-    if names:
-        what = f"texture {names[0]} is" if len(names) == 1 else f"{len(names)} textures ({first_of(names, 3)}) are"
-        message = f"{what} left out of the MJCF: MuJoCo opens PNG files"
-        yield Diagnostic("mjcf-cannot-say", NOTE, message, help="save it as PNG, and name the new file")
+def has_mass(inertial: Inertial) -> bool:
+    """Say whether an inertial says anything: neither mass nor inertia is what a link without one has."""
+    i = inertial
+    return bool(i.mass) or any((i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz))
 
 
-def _unreadable(robot: Robot) -> Iterator[Diagnostic]:
-    """Yield a warning for the shapes that are left out: MuJoCo takes no such size, or cannot open their meshes."""
-    meshes: list[tuple[str, str]] = []
-    for link in robot.walk():
-        for shape in (*link.collision, *link.visual):
-            if not all(has_volume(solid.geometry) for solid in shape.solids(MERGED)):
-                kind = type(shape.geometry).__name__.lower()
-                message = f'a {kind} of link "{link.name}" is left out of the MJCF: MuJoCo takes no size of zero'
-                yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give it sizes above zero")
-            elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry.file):
-                meshes.append((shape.geometry.file, link.name))
-    if meshes:
-        (file, link_name), *more = meshes
-        what = f'mesh {file} of link "{link_name}"'
-        what += f"{and_more(len(more))} {'are' if more else 'is'}"
-        message = f"{what} left out of the MJCF: MuJoCo opens"
-        message += " STL, OBJ and MSH files; DAE, glTF and GLB are converted"
-        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="convert it, and name the new file")
+def has_products(inertial: Inertial) -> bool:
+    """Say whether an inertia has products in its own frame, whose axes are no principal ones then."""
+    return any((inertial.ixy, inertial.ixz, inertial.iyz))
+
+
+def along_link_of(inertial: Inertial) -> Inertia:
+    """Return the inertia of an inertial along the axes of its link: xx yy zz xy xz yz."""
+    six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
+    return along_link(six, inertial.pose.transform())
+
+
+@of_robot
+def weightless(robot: Robot, free: bool) -> list[str]:
+    """Return the links without any mass that a joint moves, and that carry mass by further joints.
+
+    A body of MJCF with two joints comes as such a link: it has no mass, what hangs on it has. MuJoCo loads no moving
+    body without mass, so in the MJCF these have the least that it takes, which changes no motion: what hangs on them is
+    some 10^12 times heavier.
+    """
+    groups = weld_groups(robot)
+    top_of = {name: top for top, names in groups.items() for name in names}
+    massive = {top_of[link.name] for link in robot.links if link.inertial is not None and has_mass(link.inertial)}
+    heavy: set[str] = set()
+    without = []
+    for top in reversed(groups):
+        joint = robot.joint_to.get(top)
+        if top in heavy and top not in massive and (free or top != robot.root):  # the root is moved by no joint
+            without.append(top)
+        if joint is not None and (top in heavy or any(map(_is_body, _inertials(robot, groups[top])))):
+            heavy.add(top_of[joint.parent])
+    return without[::-1]
+
+
+def _inertials(robot: Robot, names: Sequence[str]) -> list[Inertial]:
+    return [inertial for name in names if (inertial := robot.link[name].inertial) is not None]
+
+
+def _is_body(inertial: Inertial) -> bool:
+    return inertial.mass >= LEAST and inertial.principal_moments[0] >= LEAST
+
+
+def masses(robot: Robot, free: bool) -> Iterator[Diagnostic]:
+    """Yield what MuJoCo does not load, and what it takes for something else; ``free``: the base floats."""
+    carried = weightless(robot, free)
+    if carried:
+        what = f'link "{carried[0]}"{and_more(len(carried) - 1)}'
+        message = f"MuJoCo loads no moving body without mass: {what}, whose mass hangs on further joints,"
+        message += f" {'has' if len(carried) == 1 else 'have'} {LEAST:g} kg in the MJCF"
+        yield Diagnostic("mjcf-cannot-say", NOTE, message)
+    for top, names in weld_groups(robot).items():
+        joint, inertials = robot.joint_to.get(top), _inertials(robot, names)
+        if top in carried or (joint is None and not free) or any(map(_is_body, inertials)):
+            continue
+        what = f'joint "{joint.name}" moves link "{top}"' if joint else f'"base: free" lets link "{top}" move'
+        lacks = "mass and inertia above zero" if inertials else "a mass"
+        message = f"{what}, but neither it nor a link fixed to it has {lacks}: MuJoCo does not load that"
+        way_out = "make the joint fixed" if joint else 'say "base: fixed"'
+        given = "another inertial" if inertials else "an inertial"
+        yield Diagnostic("mjcf-needs-mass", ERROR, message, help=f'give "{top}" {given}, or {way_out}')
+    for link in robot.links:
+        if link.inertial is None or not has_mass(link.inertial):
+            continue
+        low, middle, high = link.inertial.principal_moments
+        products = has_products(link.inertial) and any(along_link_of(link.inertial)[3:])
+        if link.inertial.mass < 0 or (low < 0 and not products):
+            message = f'MuJoCo takes the negative mass or moments of link "{link.name}" for zero'
+            yield Diagnostic("mjcf-cannot-say", WARNING, message, help="correct them")
+        why = "it has products, and a principal moment of zero" if low < LEAST_EIGENVALUE and products else ""
+        if (low if products else max(low, 0.0)) + middle < high:
+            why = "the largest of its principal moments is more than the sum of the others"
+        if why:
+            message = f'MuJoCo does not load the inertia of link "{link.name}": {why}'
+            yield Diagnostic("mjcf-refused-inertia", ERROR, message, help="correct it, or take mjcf out of outputs")

@@ -27,9 +27,7 @@ SECONDS = 60  # of calculating, which the child counts itself
 _PATIENCE = 5  # so many times as long may one take that waits: for files, or for others on a busy machine
 
 _ABSENT = re.compile(r"ModuleNotFoundError: No module named '(\w+)")
-
-_TOP = str(files.resolve(__file__).parents[2])  # the folder in which the package is
-
+_TOP = str(files.resolve(__file__).parents[3])  # the folder in which the package is
 # Run by -c: -m would look for modules in the working folder first, which may be foreign.
 _START = (
     "import sys; sys.path[:] = [p for p in sys.path if p] + [sys.argv[1]];"
@@ -75,17 +73,20 @@ def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) ->
     if by_itself:
         from . import engine
 
-        reason, outdated = engine.load(import_module("mujoco"), text, str(folder))
-        return Refusal(_reason(reason, text), outdated)
-    answer = _in_child("load", {"text": text, "folder": str(files.resolve(folder))}, seconds)
+        answer: Any = engine.load(import_module("mujoco"), text, str(folder))
+    else:
+        answer = _in_child("load", {"text": text, "folder": str(files.resolve(folder))}, seconds)
     if isinstance(answer, Answer):
         return Refusal(answer.refusal)
-    reason, outdated = answer
-    return Refusal(_reason(reason, text).replace(f"{files.resolve(folder)}{os.sep}", ""), outdated)
+    reason, outdated = " ".join(answer[0].split()).removeprefix("Error: "), answer[1]
+    named = re.search(r"Element name '([^']+)'", reason)  # of a mesh: name its file
+    mesh = named and re.search(rf'<mesh\b[^<>]*\bname="{re.escape(named[1])}"[^<>]*\bfile="([^"]*)"', text)
+    reason = f"{mesh[1]}: {reason}" if mesh and mesh[1] not in reason else reason
+    return Refusal(reason.replace(f"{files.resolve(folder)}{os.sep}", ""), outdated)
 
 
 def prove(path: Path, asked: Mapping[str, Any], seconds: int = SECONDS) -> dict[str, Any] | str:
-    """Return how the MJCF at ``path`` differs from ours (see ``engine.proof``), or why MuJoCo gives no answer."""
+    """Return how the MJCF at ``path`` differs from ours (see ``engine``), or why MuJoCo gives no answer."""
     answer = _in_child("prove", {"path": str(files.resolve(path)), **asked}, seconds)
     if isinstance(answer, Answer):
         return answer.refusal
@@ -96,46 +97,22 @@ def prove(path: Path, asked: Mapping[str, Any], seconds: int = SECONDS) -> dict[
 def _in_child(job: str, request: Mapping[str, Any], seconds: int) -> Any:
     """Return the answer of a job of ``engine`` in a child process, or an ``Answer`` with the reason for none.
 
-    Its working folder is empty, for MuJoCo writes a log into it.
+    Its working folder is empty, for MuJoCo writes a log into it; nothing makes MuJoCo look for a screen.
     """
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as folder:
         asked, answer = Path(folder, "request.json"), Path(folder, "answer.json")
         asked.write_text(json.dumps(request), encoding="utf-8")
         command = [sys.executable, "-c", _START, _TOP, job, str(asked), str(answer), str(seconds)]
+        message = f"MuJoCo did not come to an end with the file in {seconds} s"
+        endless = Answer(None, (), message, "make the model smaller", True)
         try:
             done = _run(command, folder, seconds)
         except subprocess.TimeoutExpired:
-            return Answer(None, (), _endless(seconds), "make the model smaller", True)
-        return json.loads(answer.read_text("utf-8")) if answer.exists() else _failure(done, seconds)
-
-
-def _reason(refused: str, text: str) -> str:
-    """Return the words of MuJoCo in one line, without the heading of all its errors, and with the file of a mesh."""
-    reason = " ".join(refused.split()).removeprefix("Error: ")
-    named = re.search(r"Element name '([^']+)'", reason)
-    mesh = named and re.search(rf'<mesh\b[^<>]*\bname="{re.escape(named[1])}"[^<>]*\bfile="([^"]*)"', text)
-    return f"{mesh[1]}: {reason}" if mesh and mesh[1] not in reason else reason
-
-
-def _run(command: list[str], folder: str, seconds: int) -> subprocess.CompletedProcess[bytes]:
-    return subprocess.run(  # noqa: S603 - this Python, and arguments that no shell reads
-        command, cwd=folder, capture_output=True, timeout=_PATIENCE * seconds, env=_environment()
-    )
-
-
-def _environment() -> dict[str, str]:
-    """Return the environment without what makes MuJoCo look for a screen."""
-    return {key: value for key, value in os.environ.items() if key != "MUJOCO_GL"}
-
-
-def _endless(seconds: int) -> str:
-    return f"MuJoCo did not come to an end with the file in {seconds} s"
-
-
-def _failure(done: subprocess.CompletedProcess[bytes], seconds: int) -> Answer:
-    """Return why a child process wrote no answer."""
+            return endless
+        if answer.exists():
+            return json.loads(answer.read_text("utf-8"))
     if done.returncode == -getattr(signal, "SIGXCPU", 0) < 0:
-        return Answer(None, (), _endless(seconds), "make the model smaller", True)
+        return endless
     last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2]
     absent = _ABSENT.match(last)
     if absent:
@@ -146,3 +123,10 @@ def _failure(done: subprocess.CompletedProcess[bytes], seconds: int) -> Answer:
     if done.returncode < 0:
         message = f"MuJoCo crashed on the file (signal {-done.returncode})"
     return Answer(None, (), message, "a file that MuJoCo cannot take is not imported; try it in MuJoCo itself", True)
+
+
+def _run(command: list[str], folder: str, seconds: int) -> subprocess.CompletedProcess[bytes]:
+    environment = {key: value for key, value in os.environ.items() if key != "MUJOCO_GL"}
+    return subprocess.run(  # noqa: S603 - this Python, and arguments that no shell reads
+        command, cwd=folder, capture_output=True, timeout=_PATIENCE * seconds, env=environment
+    )

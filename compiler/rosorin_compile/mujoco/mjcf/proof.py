@@ -75,7 +75,6 @@ def is_listed(feature: str, difference: str, messages: Sequence[str]) -> bool:
 
 
 def _summary(known: Sequence[str], motion: Mapping[str, Any] | None) -> str:
-    """Return the sentence about what was shown; ``known`` are the features with a listed difference."""
     but = f"except for what is listed above ({listed(known)})" if known else "in every field that it decides"
     sentence = f"MuJoCo's model of the MJCF is that of the source, {but}"
     if not motion:

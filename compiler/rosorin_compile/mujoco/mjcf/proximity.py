@@ -9,7 +9,6 @@ around it. The search ends as soon as a support plane shows that the bodies are 
 from __future__ import annotations
 
 import math
-from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from functools import cached_property
 from itertools import combinations
@@ -99,10 +98,8 @@ class Touching:
 
     def __init__(self, fixed: Sequence[Solid], moved: Sequence[Solid], near: float = NEAR) -> None:
         self.near = near
-        self._fixed = sorted((piece for solid in fixed for piece in solid.pieces), key=lambda solid: solid.middle[0])
+        self._fixed = [piece for solid in fixed for piece in solid.pieces]
         self._moved = [piece for solid in moved for piece in solid.pieces]
-        self._middles = [solid.middle[0] for solid in self._fixed]
-        self._largest = max((solid.radius for solid in self._fixed), default=0.0)
         self._last: tuple[Solid, Solid] | None = None  # a pair in contact will be a little further on, too
 
     def at(self, way: Transform) -> bool:
@@ -110,12 +107,10 @@ class Touching:
         if self._last is not None and self._are_close(*self._last, way):
             return True
         for solid in self._moved:
-            middle, radius = way.apply(solid.middle), solid.radius
-            reach = radius + self._largest + self.near
-            start, end = bisect_left(self._middles, middle[0] - reach), bisect_right(self._middles, middle[0] + reach)
-            gaps = [(math.dist(middle, other.middle) - other.radius, other) for other in self._fixed[start:end]]
-            for gap, other in sorted(gaps, key=lambda pair: pair[0]):  # the most likely ones first
-                if gap <= radius + self.near and self._are_close(other, solid, way):
+            middle, limit = way.apply(solid.middle), solid.radius + self.near
+            gaps = [(math.dist(middle, other.middle) - other.radius, other) for other in self._fixed]
+            for _, other in sorted((one for one in gaps if one[0] <= limit), key=lambda one: one[0]):
+                if self._are_close(other, solid, way):
                     self._last = other, solid
                     return True
         return False

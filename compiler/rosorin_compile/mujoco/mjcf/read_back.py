@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import (
@@ -30,15 +30,14 @@ from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
 from .bodies import COLLISION, FLOATING, PLANAR, TOUCHES, VISUAL, WORLD, is_free
 from .height_fields import colliding
-from .masses import LEAST
-from .omissions import position_range
+from .omissions import LEAST, position_range
 from .servos import is_clamped
-from .write_joints import base_name
+from .write import base_name
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-Entries = dict[str, dict[str, Any]]
+Entries = Mapping[str, Mapping[str, Any]]  # attributes of things, by name
 
 _FREE = 7
 _SIZES = {"ball": 4, "free": _FREE}
@@ -50,7 +49,6 @@ _FOLLOWS = ("name", "joint1", "joint2", "polycoef", "solref", "solimp")
 _PLAIN = ("body", "joint", "freejoint", "inertial", "geom")
 # The attributes of a sensor that name what it measures at.
 _MEASURED = ("site", "objname", "camera", "body", "body1", "subtree1")
-_INTEGRATED = ("name", "class")
 
 
 @dataclass(frozen=True)
@@ -58,12 +56,12 @@ class Mjcf:
     """What an MJCF contains: the robot, attributes of things by name, and pairs of links as texts ("arm - base")."""
 
     robot: Robot
-    link: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    sensor: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    actuator: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    tendon: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    constraint: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    contact_pair: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    link: Entries = field(default_factory=dict)
+    sensor: Entries = field(default_factory=dict)
+    actuator: Entries = field(default_factory=dict)
+    tendon: Entries = field(default_factory=dict)
+    constraint: Entries = field(default_factory=dict)
+    contact_pair: Entries = field(default_factory=dict)
     excluded_contacts: frozenset[str] = frozenset()
     contact_pairs: frozenset[str] = frozenset()
     contact_pairs_with_friction: frozenset[str] = frozenset()
@@ -115,52 +113,20 @@ class _Reader:
 
     def __init__(self, root: Element, worldbody: Element) -> None:
         self.root = root
-        self.worldbody = worldbody
         self.links: list[Link] = []
-        self.joints: list[Joint] = []
-        self.sections: dict[str, Entries] = {}
+        self.joints: dict[str, Joint] = {}  # by child
+        self.sections: dict[str, dict[str, dict[str, Any]]] = {}
         self.elements: dict[str, Element] = {}
         self.owners: dict[str, str] = {}
         self.geoms: dict[str, str] = {}
         self.free = False
         self.meshes = {mesh.get("name", ""): mesh for mesh in root.iterfind("asset/mesh")}
-
-    def read(self) -> Mjcf:
-        _put_root_into_body(self.worldbody)
-        _apply_classes(self.root)
-        self._bodies()
-        for sensor in (one for section in self.root.iterfind("sensor") for one in section):
-            name = sensor.get("name", "")
-            link = next((self.owners[sensor.attrib[key]] for key in _MEASURED if sensor.get(key) in self.owners), "")
-            place = ("link", link, f"{sensor.tag} {name}") if link else ("sensor", name, sensor.tag)
-            self._attributes(*place, sensor)
-        self._drives()
-        poses = tuple(map(self._pose, self.root.iterfind("keyframe/key")))
-        touching = self._pairs()
-        robot = Robot("", tuple(self.links), tuple(self.joints), poses=poses)
-        return Mjcf(robot, **self.sections, excluded_contacts=frozenset(self._excluded()), **touching)  # type: ignore[arg-type]
-
-    def _entry(self, kind: str, name: str) -> dict[str, Any]:
-        return self.sections.setdefault(kind, {}).setdefault(name, {})
-
-    def _attributes(self, kind: str, name: str, path: str, element: Element) -> None:
-        """Add the attributes of an element, numbers as numbers; an element without any by its tag."""
-        entry = self._entry(kind, name)
-        attributes = {key: text for key, text in element.items() if key not in _INTEGRATED}
-        if not attributes:
-            entry[path] = element.tag
-        for key, text in attributes.items():
-            entry[f"{path} {key}"] = _value(text)
-
-    def _section(self, kind: str, element: Element) -> None:
-        """Add an entry of a section for simulation, and the elements in it."""
-        name = element.get("name") or " ".join(value for key, value in element.items() if key.startswith("geom"))
-        self._attributes(kind, name, element.tag, element)
-        for number, inner in enumerate(element, 1):
-            self._attributes(kind, name, f"{number} {inner.tag}", inner)
-
-    def _bodies(self) -> None:
-        waiting = [(body, TOP) for body in reversed(self.worldbody.findall("body"))]
+        _apply_classes(root)
+        waiting = [(body, TOP) for body in reversed(worldbody.findall("body"))]
+        site = worldbody.find("site")
+        if site is not None:  # the root link is the world: it has a site there
+            waiting = [(worldbody, TOP)]
+            worldbody.set("name", site.get("name", ""))
         while waiting:
             body, parent = waiting.pop()
             called = _text(body, "name")
@@ -171,57 +137,95 @@ class _Reader:
             self._body(body, name, parent)
             waiting += [(child, name) for child in reversed(body.findall("body"))]
 
+    def read(self) -> Mjcf:
+        for sensor in self.root.iterfind("sensor/*"):
+            name = sensor.get("name", "")
+            link = next((self.owners[sensor.attrib[key]] for key in _MEASURED if sensor.get(key) in self.owners), "")
+            self._put(*(("link", link, f"{sensor.tag} {name}") if link else ("sensor", name, sensor.tag)), sensor)
+        for kind, path in (("constraint", "equality"), ("actuator", "actuator"), ("tendon", "tendon")):
+            for element in self.root.iterfind(f"{path}/*"):
+                joint = element.get("joint1")
+                named = element.get("name", joint) == joint or tuple(element.attrib) == _FOLLOWS
+                if kind == "constraint" and element.tag == "joint" and named:
+                    self._mimic(element)
+                elif kind == "actuator" and element.tag == "position" and "joint" in element.attrib:
+                    self._actuator(element)
+                else:
+                    self._section(kind, element)
+        touching: dict[str, set[str]] = {"contact_pairs": set(), "contact_pairs_with_friction": set()}
+        for pair in self.root.iterfind("contact/pair"):
+            names = " - ".join(sorted(self.geoms.get(_text(pair, word), "") for word in ("geom1", "geom2")))
+            touching["contact_pairs" if pair.get("condim") == "1" else "contact_pairs_with_friction"].add(names)
+            if {key: text for key, text in pair.items() if key not in ("geom1", "geom2", "class")} not in TOUCHES:
+                self._section("contact_pair", pair)
+        excluded = ([_text(pair, "body1"), _text(pair, "body2")] for pair in self.root.iterfind("contact/exclude"))
+        excludes = frozenset(" - ".join(sorted(self.owners.get(name, name) for name in pair)) for pair in excluded)
+        poses = tuple(map(self._pose, self.root.iterfind("keyframe/key")))
+        robot = Robot("", tuple(self.links), tuple(self.joints.values()), poses=poses)
+        pairs = {kind: frozenset(names) for kind, names in touching.items()}
+        return Mjcf(robot, **self.sections, excluded_contacts=excludes, **pairs)  # type: ignore[arg-type]
+
+    def _put(self, kind: str, name: str, path: str, element: Element) -> None:
+        """Add the attributes of an element, numbers as numbers; an element without any by its tag."""
+        entry = self.sections.setdefault(kind, {}).setdefault(name, {})
+        attributes = {key: text for key, text in element.items() if key not in ("name", "class")}
+        if not attributes:
+            entry[path] = element.tag
+        for key, text in attributes.items():
+            try:
+                found = numbers_of(text)
+            except ValueError:
+                found = ()
+            entry[f"{path} {key}"] = found[0] if len(found) == 1 else found or text
+
+    def _section(self, kind: str, element: Element) -> None:
+        name = element.get("name") or " ".join(value for key, value in element.items() if key.startswith("geom"))
+        self._put(kind, name, element.tag, element)
+        for number, inner in enumerate(element, 1):
+            self._put(kind, name, f"{number} {inner.tag}", inner)
+
     def _body(self, body: Element, name: str, parent: str) -> None:
         joints = [one for one in body.iterfind("joint") if one.get("type") != "free"]
         free = [*body.iterfind("freejoint"), *(one for one in body.iterfind("joint") if one.get("type") == "free")]
-        place = pose_of(_at_zero(_transform(body), joints))
+        place, ref = _transform(body), _reference(joints[0]) if len(joints) == 1 else 0.0
+        if ref:  # where the body is with its joint at zero; only one that is alone in a body has a reference
+            x, y, z = unit(numbers_of(joints[0].get("axis", "0 0 1"), 3))  # type: ignore[arg-type]
+            slides = joints[0].get("type") == "slide"
+            back = (
+                Transform(xyz=(-ref * x, -ref * y, -ref * z)) if slides else Transform(rotation_about((x, y, z), -ref))
+            )
+            place = place.then(back)
         self.elements |= {_text(joint, "name"): joint for joint in joints}
         if free and parent == TOP:
             self.free = True
-            self._entry("link", name)["base"] = "free"
+            self.sections.setdefault("link", {}).setdefault(name, {})["base"] = "free"
         if free and parent != TOP:
-            self.elements[_text(free[0], "name")] = free[0]
-            self.joints.append(Joint(_text(free[0], "name"), "floating", parent, name, place))
+            called = _text(free[0], "name")
+            self.elements[called] = free[0]
+            self.joints[name] = Joint(called, "floating", parent, name, pose_of(place))
         else:
-            self.joints.append(self._joint(joints, parent, name, place))
-        self._others(name, body)
-        shapes = {}
-        for purpose in (COLLISION, VISUAL):
-            geoms = [geom for geom in body.iterfind("geom") if geom.get("class", "").endswith(f"_{purpose}")]
-            shapes[purpose] = tuple(self._shape(geom, purpose) for geom in geoms)
-        self.geoms |= {geom.get("name", ""): name for geom in body.iterfind("geom")}
+            self.joints[name] = _joint(joints, parent, name, pose_of(place))
+        waiting = [part for part in body if part.tag not in _PLAIN]
+        while waiting:  # the site of a link, and what sensors are made of
+            part = waiting.pop(0)
+            if part.tag == "site" and part.get("name") == name:
+                self.sections.setdefault("link", {}).setdefault(name, {})["site"] = name
+                continue
+            names = [inner.get("name", "") for inner in part.iter() if inner.get("name")]
+            self._put("link", name, " ".join([part.tag, *names[:1]]), part)
+            self.owners.update(dict.fromkeys(names, name))
+            waiting += list(part)
+        shapes: dict[str, list[Shape]] = {COLLISION: [], VISUAL: []}
+        for geom in body.iterfind("geom"):
+            self.geoms[geom.get("name", "")] = name
+            purpose = next((one for one in shapes if geom.get("class", "").endswith(f"_{one}")), "")
+            if purpose:
+                rgba = numbers_of(geom.attrib["rgba"], 4) if purpose == VISUAL and "rgba" in geom.attrib else None
+                shape = Shape(self._geometry(geom), pose_of(_transform(geom)), rgba=rgba)  # type: ignore[arg-type]
+                shapes[purpose].append(shape)
         inertial = body.find("inertial")
         mass = _inertial(inertial) if inertial is not None else None
-        self.links.append(Link(name, mass, shapes[VISUAL], shapes[COLLISION]))
-
-    def _joint(self, joints: Sequence[Element], parent: str, child: str, place: Any) -> Joint:
-        """Return the joint of a body; several that together are a planar or a floating joint as that."""
-        if not joints:
-            return Joint("", "fixed", parent, child, place)
-        first = _text(joints[0], "name")
-        base = first.removesuffix(PLANAR[0])
-        for kind, ends, last in (("planar", PLANAR, "hinge"), ("floating", FLOATING, "ball")):
-            names = [_text(joint, "name") for joint in joints]
-            if names == [base + end for end in ends] and joints[-1].get("type", "hinge") == last:
-                axis = numbers_of(joints[-1].get("axis", "0 0 1"), 3) if kind == "planar" else (1.0, 0.0, 0.0)
-                return Joint(base, kind, parent, child, place, axis)  # type: ignore[arg-type]
-        joint = joints[0]
-        if joint.get("type") == "ball":
-            return Joint(first, "ball", parent, child, place)
-        reach = numbers_of(joint.get("range", ""))
-        kind = "prismatic" if joint.get("type") == "slide" else "revolute" if reach else "continuous"
-        effort = numbers_of(joint.get("actuatorfrcrange", ""))[1:]
-        lower, upper = reach if len(reach) == 2 else (None, None)
-        limit = Limit(lower, upper, effort[0] if effort else None)
-        dynamics = Dynamics(
-            *((numbers_of(joint.get(key, "")) or (0.0,))[0] for key in ("damping", "frictionloss", "armature"))
-        )
-        axis = numbers_of(joint.get("axis", "0 0 1"), 3)
-        return Joint(first, kind, parent, child, place, axis, limit, None, dynamics)  # type: ignore[arg-type]
-
-    def _shape(self, geom: Element, purpose: str) -> Shape:
-        rgba = numbers_of(geom.attrib["rgba"], 4) if purpose == VISUAL and "rgba" in geom.attrib else None
-        return Shape(self._geometry(geom), pose_of(_transform(geom)), rgba=rgba)  # type: ignore[arg-type]
+        self.links.append(Link(name, mass, tuple(shapes[VISUAL]), tuple(shapes[COLLISION])))
 
     def _geometry(self, geom: Element) -> Any:
         kind = geom.get("type", "sphere")
@@ -231,89 +235,36 @@ class _Reader:
                 raise ValueError(f"there is no mesh {geom.get('mesh')}")
             return Mesh(mesh.get("file", ""), numbers_of(mesh.get("scale", "1 1 1"), 3))  # type: ignore[arg-type]
         counts = {"sphere": 1, "cylinder": 2, "capsule": 2, "box": 3, "ellipsoid": 3}
-        size = (0.0, 0.0, 0.0)
-        if "size" in geom.attrib and kind in counts:
-            size = (*numbers_of(geom.attrib["size"], counts[kind]), *size)[:3]  # type: ignore[assignment]
-        if kind in ("box", "ellipsoid"):
-            x, y, z = size
-            return Ellipsoid((x, y, z)) if kind == "ellipsoid" else Box((-x, -y, -z), (x, y, z))
-        if kind == "sphere":
-            return Sphere(size[0])
-        if kind not in ("cylinder", "capsule"):
+        if kind not in counts:
             return Mesh(f"{kind} {geom.get('hfield', '')}".strip())
-        radius, half, _ = size
-        return Cylinder(radius, 2 * half) if kind == "cylinder" else Capsule(radius, 2 * half)
-
-    def _others(self, link: str, body: Element) -> None:
-        """Add the site of a link, and what sensors are made of."""
-        waiting = [part for part in body if part.tag not in _PLAIN]
-        while waiting:
-            part = waiting.pop(0)
-            if part.tag == "site" and part.get("name") == link:
-                self._entry("link", link)["site"] = link
-                continue
-            names = [inner.get("name", "") for inner in part.iter() if inner.get("name")]
-            self._attributes("link", link, " ".join([part.tag, *names[:1]]), part)
-            self.owners.update(dict.fromkeys(names, link))
-            waiting += list(part)
-
-    def _drives(self) -> None:
-        """Add what joints follow and are moved by: constraints, actuators, tendons."""
-        for constraint in self.root.iterfind("equality/*"):
-            joint = constraint.get("joint1")
-            named = constraint.get("name", joint) == joint or tuple(constraint.attrib) == _FOLLOWS
-            if constraint.tag == "joint" and named:
-                self._mimic(constraint)
-            else:
-                self._section("constraint", constraint)
-        for actuator in self.root.iterfind("actuator/*"):
-            if actuator.tag == "position" and "joint" in actuator.attrib:
-                self._actuator(actuator)
-            else:
-                self._section("actuator", actuator)
-        for tendon in self.root.iterfind("tendon/*"):
-            self._section("tendon", tendon)
+        found = numbers_of(geom.attrib["size"], counts[kind]) if "size" in geom.attrib else ()
+        x, y, z = (*found, 0.0, 0.0, 0.0)[:3]
+        if kind == "box":
+            return Box((-x, -y, -z), (x, y, z))
+        if kind == "ellipsoid":
+            return Ellipsoid((x, y, z))
+        return Sphere(x) if kind == "sphere" else (Cylinder if kind == "cylinder" else Capsule)(x, 2 * y)
 
     def _replace(self, name: str, **values: Any) -> None:
-        from dataclasses import replace
-
-        at = next((at for at, joint in enumerate(self.joints) if joint.name == name), None)
-        if at is None:
+        joint = next((joint for joint in self.joints.values() if joint.name == name), None)
+        if joint is None:
             raise ValueError(f"there is no joint {name}")
-        self.joints[at] = replace(self.joints[at], **values)
+        self.joints[joint.child] = replace(joint, **values)
 
     def _mimic(self, follower: Element) -> None:
-        name = _text(follower, "joint1")
         offset, multiplier = numbers_of(follower.get("polycoef", "0 1 0 0 0"))[:2]
         own, leads = (_reference(self.elements.get(follower.get(word, ""))) for word in ("joint1", "joint2"))
         # Without a leader the joint is held at an angle.
-        self._replace(name, mimic=Mimic(follower.get("joint2", ""), multiplier, offset + own - multiplier * leads))
+        mimic = Mimic(follower.get("joint2", ""), multiplier, offset + own - multiplier * leads)
+        self._replace(_text(follower, "joint1"), mimic=mimic)
 
     def _actuator(self, actuator: Element) -> None:
         name = _text(actuator, "joint")
-        joint = next((joint for joint in self.joints if joint.name == name), None)
-        limit = joint.limit if joint is not None else None
+        limit = next((joint.limit for joint in self.joints.values() if joint.name == name), None)
         ends = numbers_of(actuator.get("ctrlrange", ""))
         reach = None if limit is None or ends in ((), (limit.lower, limit.upper)) else ends
-        gains = (number_of(actuator.get(word, "0")) for word in ("kp", "kv"))
-        kp, kv = gains
+        kp, kv = (number_of(actuator.get(word, "0")) for word in ("kp", "kv"))
         self._replace(name, actuator=Actuator(kp=kp, kv=kv, range=reach))  # type: ignore[arg-type]
-
-    def _excluded(self) -> Iterator[str]:
-        for pair in self.root.iterfind("contact/exclude"):
-            names = (_text(pair, "body1"), _text(pair, "body2"))
-            yield " - ".join(sorted(self.owners.get(name, name) for name in names))
-
-    def _pairs(self) -> dict[str, frozenset[str]]:
-        """Return the links of which shapes may touch where MuJoCo would not let them, without friction and with it."""
-        plain: set[str] = set()
-        rough: set[str] = set()
-        for pair in self.root.iterfind("contact/pair"):
-            names = " - ".join(sorted(self.geoms.get(_text(pair, word), "") for word in ("geom1", "geom2")))
-            (plain if pair.get("condim") == "1" else rough).add(names)
-            if {key: text for key, text in pair.items() if key not in ("geom1", "geom2", "class")} not in TOUCHES:
-                self._section("contact_pair", pair)
-        return {"contact_pairs": frozenset(plain), "contact_pairs_with_friction": frozenset(rough)}
 
     def _pose(self, key: Element) -> JointPose:
         sizes = {name: _SIZES.get(joint.get("type", ""), 1) for name, joint in self.elements.items()}
@@ -330,13 +281,24 @@ class _Reader:
         return JointPose(_text(key, "name"), positions)
 
 
-def _put_root_into_body(worldbody: Element) -> None:
-    """Put what is in the world itself into a body, where the root link is the world: it has a site there."""
-    site = worldbody.find("site")
-    if site is not None:
-        body = worldbody.makeelement("body", {"name": site.get("name", "")})
-        body.extend(list(worldbody))
-        worldbody[:] = [body]
+def _joint(joints: Sequence[Element], parent: str, child: str, place: Any) -> Joint:
+    """Return the joint of a body; several that together are a planar or a floating joint as that."""
+    if not joints:
+        return Joint("", "fixed", parent, child, place)
+    joint, names = joints[0], [_text(joint, "name") for joint in joints]
+    base = names[0].removesuffix(PLANAR[0])
+    axis: Any = numbers_of(joints[-1].get("axis", "0 0 1"), 3)
+    for kind, ends, last in (("planar", PLANAR, "hinge"), ("floating", FLOATING, "ball")):
+        if names == [base + end for end in ends] and joints[-1].get("type", "hinge") == last:
+            return Joint(base, kind, parent, child, place, axis if kind == "planar" else (1.0, 0.0, 0.0))
+    if joint.get("type") == "ball":
+        return Joint(names[0], "ball", parent, child, place)
+    reach = numbers_of(joint.get("range", ""))
+    kind = "prismatic" if joint.get("type") == "slide" else "revolute" if reach else "continuous"
+    lower, upper = reach if len(reach) == 2 else (None, None)
+    limit = Limit(lower, upper, (*numbers_of(joint.get("actuatorfrcrange", ""))[1:2], None)[0])
+    held = ((*numbers_of(joint.get(key, "")), 0.0)[0] for key in ("damping", "frictionloss", "armature"))
+    return Joint(names[0], kind, parent, child, place, axis, limit, None, Dynamics(*held))
 
 
 def _apply_classes(root: Element) -> None:
@@ -365,19 +327,10 @@ def _text(element: Element, attribute: str) -> str:
     return value
 
 
-def _value(text: str) -> Any:
-    """Return the number or the numbers of an attribute; the text if it is anything else."""
-    try:
-        numbers = numbers_of(text)
-    except ValueError:
-        return text
-    return numbers[0] if len(numbers) == 1 else numbers or text
-
-
 def _transform(element: Element) -> Transform:
-    xyz = numbers_of(element.get("pos", "0 0 0"), 3)
+    xyz: Any = numbers_of(element.get("pos", "0 0 0"), 3)
     quaternion = numbers_of(element.get("quat", "1 0 0 0"), 4)
-    return Transform.of_quaternion(xyz, quaternion) if "quat" in element.attrib else Transform(xyz=xyz)  # type: ignore[arg-type]
+    return Transform.of_quaternion(xyz, quaternion) if "quat" in element.attrib else Transform(xyz=xyz)
 
 
 def _reference(joint: Element | None) -> float:
@@ -385,20 +338,7 @@ def _reference(joint: Element | None) -> float:
     return 0.0 if joint is None else number_of(joint.get("ref", "0"))
 
 
-def _at_zero(place: Transform, joints: Sequence[Element]) -> Transform:
-    """Return where a body is with its joint at zero; only one that is alone in a body has a reference."""
-    ref = _reference(joints[0]) if len(joints) == 1 else 0.0
-    if not ref:
-        return place
-    axis = unit(numbers_of(joints[0].get("axis", "0 0 1"), 3))  # type: ignore[arg-type]
-    if joints[0].get("type") == "slide":
-        x, y, z = (-ref * part for part in axis)
-        return place.then(Transform(xyz=(x, y, z)))
-    return place.then(Transform(rotation_about(axis, -ref)))
-
-
 def _inertial(inertial: Element) -> Inertial | None:
-    """Return an inertial; None for what a link without mass has."""
     mass = number_of(_text(inertial, "mass"))
     if mass <= LEAST:
         return None

@@ -6,40 +6,24 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import cannot_carry
-from rosorin_compile.model import Vector
-from rosorin_compile.model.geometry import plane_axes
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span
 from rosorin_compile.source.messages import and_here
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Element
 
 from .bodies import COLLISION, SHOWN, SHOWN_WHEEL, WHEEL
 from .source import Markup, Places
-from .values import Attributes, Node, Rename, legal, put, put_words, unit
+from .values import Attributes, Node, Rename, legal, put, put_words
 
 RULES = (
-    Rule(
-        "import-changed",
-        "A note: something is carried over, but not as the file has it: under another name, counted from another zero.",
-        topic=Heading.READING,
-    ),
-    Rule(
-        "import-verbatim",
-        "A note: the language has no word for something of an MJCF; the description has it as it is in the file.",
-        topic=Heading.READING,
-    ),
-    Rule(
-        "import-stand-in",
-        "A note: a limit that the source does not have, and that readers of URDF ask for; a number stands in for it.",
-        "Put in what the robot has, and take it out of the `stand_ins` of that limit.",
-        Heading.READING,
-    ),
-    Rule("mjcf-warning", "A warning of MuJoCo's own about the file.", "As MuJoCo says.", Heading.READING),
+    Rule("import-changed", "A note: the description has something of an MJCF in another form.", topic=READING),
+    Rule("import-verbatim", "A note: something of an MJCF is kept as XML.", topic=READING),
+    Rule("import-stand-in", "A note: a number stands in for a limit.", "Put in what the robot has.", READING),
+    Rule("mjcf-warning", "A warning of MuJoCo's own about the file.", "As MuJoCo says.", READING),
 )
 
 FREE, BALL, SLIDE, HINGE = range(4)
-_SAME = 1e-12
 
 
 class Kept(NamedTuple):
@@ -51,52 +35,24 @@ class Kept(NamedTuple):
     link: str
 
 
-class Motion(NamedTuple):
-    """A joint of several coordinates: its name, its type, and the normal of its plane if it has one."""
-
-    name: str
-    kind: str
-    axis: Vector | None
-
-
-class Names:
-    """Names that are given once: those of the file, and plain ones for what has none."""
-
-    def __init__(self) -> None:
-        self.taken: set[str] = set()
-
-    def give(self, name: str) -> str:
-        """Return the name, or with a number behind it if it is taken."""
-        word = legal(name) or "unnamed"
-        given, count = word, 1
-        while given in self.taken:
-            count += 1
-            given = f"{word}_{count}"
-        self.taken.add(given)
-        return given
-
-
 class Reading:
     """One MJCF on its way into a tree.
 
     ``links`` and ``joints`` are sections of ``tree``. ``link_of`` is the link of each body by its index, 0 being the
     world; the world is a link only if ``ground`` is true. ``joint_of`` is the name of each hinge and slide, ``ball_of``
-    that of each ball, and ``motion_of`` the planar or floating joint of a body. ``servos`` are the joints of the
-    position servos by the number of the actuator, and ``stand_ins`` the limits that the file does not have: joint,
-    number and place by the key of ``limit``.
+    that of each ball, and ``motion_of`` the name, type and axis of the planar or floating joint of a body. ``servos``
+    are the joints of the position servos by the number of the actuator.
     """
 
     def __init__(self, markup: Markup, places: Places, facts: Mapping[str, Any]) -> None:
         self.markup, self.places, self.facts = markup, places, facts
         self.diagnostics: list[Diagnostic] = []
         self.tree, self.links, self.joints = (Map(markup.root.span) for _ in range(3))
-        self.link_names, self.joint_names = Names(), Names()
         self.link_of: dict[int, str] = {}
         self.joint_of: dict[int, str] = {}
         self.ball_of: dict[int, str] = {}
-        self.motion_of: dict[int, Motion] = {}
+        self.motion_of: dict[int, tuple[str, str, Any]] = {}
         self.material_of: dict[int, str] = {}
-        self.actuators: list[str] = []
         self.actuator_of: dict[int, str] = {}
         self.servos: dict[int, int] = {}
         self.in_order = True  # the actuators, as an MJCF of ours has them
@@ -104,25 +60,33 @@ class Reading:
         self.reported: set[Element] = set()
         self.groups: dict[str, int] = {}
         self.of_scene: set[tuple[str, str]] = set()  # what is kept of the scene and of the assets, by kind and name
-        self.names: dict[str, Names] = {}
+        self.taken: dict[str, set[str]] = {"link": set()}  # names, by kind
         self.renamed: dict[str, dict[str, str]] = {}
         self.given: dict[str, dict[int, str]] = {}
         self.elements: list[Kept] = []
-        self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}
         self.joints_in: dict[int, list[int]] = {}
         for index, joint in enumerate(facts["joints"]):
-            self.joints_in.setdefault(joint["body"], []).append(index)
-        self.balls_on = {joint["body"] for joint in facts["joints"] if joint["type"] == BALL}
-        self.tops = [index for index, body in enumerate(facts["bodies"]) if index and body["parent"] == 0]
+            self.joints_in.setdefault(joint["bodyid"], []).append(index)
+        self.tops = [index for index, body in enumerate(facts["bodies"]) if index and body["parentid"] == 0]
         held = [facts["joints"][at]["type"] for top in self.tops for at in self.joints_in.get(top, ())]
         self.ground = len(self.tops) != 1 or any(kind != FREE for kind in held)
         self.free_base = not self.ground and held == [FREE]
         ours = [f"{facts['name']}_{purpose}" for purpose in (COLLISION, WHEEL, SHOWN, SHOWN_WHEEL)]
         self.is_ours = any(geom["class"] in ours for geom in facts["geoms"])
 
+    def unique(self, kind: str, name: str) -> str:
+        """Return a name, or with a number behind it if another object of its kind has it."""
+        taken, word = self.taken.setdefault(kind, set()), legal(name) or "unnamed"
+        given, count = word, 1
+        while given in taken:
+            count += 1
+            given = f"{word}_{count}"
+        taken.add(given)
+        return given
+
     def name(self, kind: str, name: str, made_up: str = "", index: int = -1) -> str:
         """Return the name of an object that no other of its kind has: its own, or one that is made up."""
-        given = self.names.setdefault(kind, Names()).give(name or made_up)
+        given = self.unique(kind, name or made_up)
         if index >= 0:
             self.given.setdefault(kind, {})[index] = given
         self.rename(kind, name, given)
@@ -196,42 +160,6 @@ class Reading:
     def add_joint(self, name: str, kind: str, parent: str, child: str, element: Element) -> Map:
         """Return a new joint at the place of an element."""
         entry = self.add(self.joints, name, element)
-        put(entry, "type", kind)
-        put(entry, "parent", parent)
-        put(entry, "child", child)
+        for key, value in (("type", kind), ("parent", parent), ("child", child)):
+            put(entry, key, value)
         return entry
-
-
-_ENDS = {
-    (SLIDE, SLIDE, HINGE): ("planar", ("_TX", "_TY", "_RZ")),
-    (SLIDE, SLIDE, SLIDE, BALL): ("floating", ("_TX", "_TY", "_TZ", "_R")),
-}
-_ALONG: Sequence[Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-
-
-def motion_of(reading: Reading, body: int) -> Motion | None:
-    """Return the planar or floating joint that the joints of a body are, or None if they are none."""
-    held = [reading.facts["joints"][at] for at in reading.joints_in.get(body, ())]
-    kind, ends = _ENDS.get(tuple(joint["type"] for joint in held), ("", ()))
-    if not ends or any(_is_special(reading, joint) for joint in held):
-        return None
-    name = held[0]["name"].removesuffix(ends[0])
-    if not name or [joint["name"] for joint in held] != [name + end for end in ends]:
-        return None
-    axis = unit(held[-1]["axis"]) if kind == "planar" else None
-    along = plane_axes(axis) if axis else _ALONG
-    slides = [joint["axis"] for joint in held[:-1]]
-    if any(abs(a - b) > _SAME for one, own in zip(slides, along, strict=True) for a, b in zip(one, own, strict=True)):
-        return None
-    return Motion(name, kind, axis)
-
-
-def _is_special(reading: Reading, joint: Mapping[str, Any]) -> bool:
-    """Return True if a joint has what a planar or floating joint has no word for."""
-    facts, dof = reading.facts, joint["dof"]
-    if joint["type"] != SLIDE and any(joint["pos"]):
-        return True
-    shifted = joint["type"] != BALL and facts["zero"][joint["address"]] != 0
-    held = any(facts[word][dof] for word in ("damping", "friction", "armature"))
-    more = set(joint["element"]["attributes"]) - {"name", "type", "pos", "axis", "range", "group"}
-    return bool(shifted or held or more or joint["limited"] or joint["forced"])

@@ -1,38 +1,40 @@
 """MJCF: MuJoCo itself reads the file; what it made of it becomes the plain tree of a description.
 
 So defaults, classes, includes, frames, replicas, units, euler sequences, ``fromto`` and inertias of geoms mean what
-MuJoCo means by them. The text is read beside it, for the place of everything, for what is left out, and for comments:
-each goes with the entry of the tree that it stands before or in.
+MuJoCo means by them. The text is read beside it, for the place of everything, for what is left out, and for comments.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
-from rosorin_compile.formats.imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
+from rosorin_compile.formats.imported import END, INSIDE, Comment, Imported, ReadOptions, comments_of
 from rosorin_compile.formats.reading import accept
+from rosorin_compile.mujoco.rest_pose import HOME
 from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.tree import Path as TreePath
-from rosorin_compile.source.xml.markup import COMMENT, Document, Element, MarkupError, Remark
+from rosorin_compile.source.xml.markup import Element, MarkupError
 
-from . import entries, joints, links, poses, shapes
+from . import entries, links, shapes
 from .actuators import drives_of
-from .broken import before, place, refusal
 from .process import ask
-from .reading import Reading
-from .source import Markup, Places
-from .values import legal, listing, put
+from .reading import BALL, FREE, SLIDE, Reading
+from .settings import SETTINGS
+from .source import Markup, Places, before, place, refusal
+from .values import legal, listing, numbers, put, put_number, put_pose, tidy, tidy_position, transform, value_of
 
-RULES = (
-    Rule("mjcf-no-body", "An MJCF is a scene without a robot.", "Name the file that has the robot.", Heading.READING),
-)
-
+RULES = (Rule("mjcf-no-body", "An MJCF is a scene without a robot.", "Name the file of the robot.", READING),)
 
 _UNNAMED = "MuJoCo Model"
+_SIZES = {FREE: 7, BALL: 4}  # positions of a joint
+_NEAR = 1e-12  # rad or m: rounding
+_NEAR_KEY = 1e-9  # rad or m: of two that are the same but for rounding
 
 
 def read_mjcf(path: Path, options: ReadOptions) -> Imported:
@@ -57,8 +59,7 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     if answer.facts is None:
         return Imported(None, [refusal(markup, answer)], files=files)
     named = (path.parent / markup.place_of(name) for name in answer.facts["assets"])
-    assets = tuple(file for file in named if is_file(file))
-    files += assets
+    files += tuple(file for file in named if is_file(file))
     reading = Reading(markup, Places(markup, answer.facts), answer.facts)
     for message in answer.warnings:
         reading.warned(f"MuJoCo warns: {' '.join(message.split())}", place(markup, message))
@@ -71,135 +72,206 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     tree, about_meaning = accept(reading.tree, options.lenient)
     if tree is not None:
         put(tree, "outputs", _outputs(reading))
+    bodies = {index: name for index, name in reading.link_of.items() if index}
+    names = {"body": bodies, "joint": reading.joint_of | reading.ball_of, "material": reading.material_of}
+    names |= {"actuator": reading.actuator_of}
+    names |= {"equality" if kind == "constraint" else kind: given for kind, given in reading.given.items()}
     diagnostics = arrange([*reading.diagnostics, *about_meaning])
-    return Imported(tree, diagnostics, comments_of(reading), files, names=_names(reading))
+    return Imported(tree, diagnostics, _comments(reading), files, names=names)
 
 
 def _no_body(markup: Markup) -> Diagnostic:
-    """Return the error about a file of which MuJoCo makes no body."""
     outside = [element for element in markup.everything() if element.tag == "body"]
-    if outside:
-        count = "its body stands" if len(outside) == 1 else f"its {len(outside)} bodies stand"
-        message = f"{count} outside of <worldbody>, where MuJoCo passes over them: this is a part of an MJCF"
-        help = "name the MJCF that includes it, or put them into a <worldbody>"
-        return error("mjcf-no-body", message, outside[0].span, help)
-    message = "the file has no body: it is a scene without a robot"
-    return error("mjcf-no-body", message, markup.root.span, "name the file that has the robot")
+    if not outside:
+        message = "the file has no body: it is a scene without a robot"
+        return error("mjcf-no-body", message, markup.root.span, "name the file that has the robot")
+    count = "its body stands" if len(outside) == 1 else f"its {len(outside)} bodies stand"
+    message = f"{count} outside of <worldbody>, where MuJoCo passes over them: this is a part of an MJCF"
+    help = "name the MJCF that includes it, or put them into a <worldbody>"
+    return error("mjcf-no-body", message, outside[0].span, help)
 
 
 def _read(reading: Reading, path: Path) -> None:
-    """Fill the tree, in the order in which a person would read it."""
     tree, root = reading.tree, reading.markup.root
-    name = legal(reading.facts["name"])
-    model = root.attributes.get("model")
+    name, model = legal(reading.facts["name"]), root.attributes.get("model")
     put(tree, "robot", path.stem if name in ("", _UNNAMED) else name, model.span if model else None)
     origin = Map(root.span)
     put(origin, "status", "imported")
     put(origin, "note", f"from {path.name}")
     put(tree, "source", origin)
-    links.name_links(reading)
-    joints.name_joints(reading)
+    links.name_all(reading)
     links.add_links(reading)
-    joints.add_joints(reading, drives_of(reading))
+    links.add_joints(reading, drives_of(reading))
     links.add_marks(reading)
     shapes.add_shapes(reading)
     put(tree, "links", reading.links)
     put(tree, "joints", reading.joints)
-    joints.add_root(reading)
+    links.add_root(reading)
     entries.keep_tendons(reading)
     entries.add_equalities(reading)
-    poses.add_poses(reading)
+    _add_poses(reading)
     entries.add_sensors(reading)
     entries.add_contacts(reading)
     entries.add_kept(reading)
-    joints.report_stand_ins(reading)
-    joints.report_light_bodies(reading)
-
-
-def _names(reading: Reading) -> dict[str, dict[int, str]]:
-    """Return the names that objects got, by kind and index."""
-    bodies = {index: name for index, name in reading.link_of.items() if index}
-    names = {"body": bodies, "joint": reading.joint_of | reading.ball_of, "material": dict(reading.material_of)}
-    return (
-        names
-        | {"actuator": dict(reading.actuator_of)}
-        | {"equality" if kind == "constraint" else kind: given for kind, given in reading.given.items()}
-    )
 
 
 def _outputs(reading: Reading) -> Map:
-    """Return how the robot stands in the world, and with which settings it is simulated."""
-    outputs, mjcf = Map(reading.tree.span), Map(reading.tree.span)
+    outputs, mjcf, groups = (Map(reading.tree.span) for _ in range(3))
     put(mjcf, "file", "robot.xml")
     if reading.free_base:
         put(mjcf, "base", "free")
     if not reading.in_order:
-        put(mjcf, "actuators", listing(reading.actuators, reading.markup.root))
+        put(mjcf, "actuators", listing(reading.actuator_of.values(), reading.markup.root))
     if not reading.implied_contacts:
         put(mjcf, "contacts", "described")
     seen = any("visual" in link for link in reading.links.values())
     shown = any(shapes.has_our_look(reading, geom) for geom in reading.facts["geoms"])
     if seen == shown:  # else it is as usual: collision shapes are shown where there is no visual
         put(mjcf, "visuals", "from_collision" if shown else "own")
-    groups = Map(reading.tree.span)
     for purpose, group in reading.groups.items():
         put(groups, purpose, group)
     if groups:
         put(mjcf, "groups", groups)
     if any(not mesh["taken"] for mesh in reading.facts["meshes"]):
         put(mjcf, "mesh_inertia", "legacy")
-    put(mjcf, "option", poses.settings(reading))
+    put(mjcf, "option", _settings(reading))
     put(outputs, "mjcf", mjcf)
     return outputs
 
 
-def comments_of(reading: Reading) -> list[Comment]:
-    """Return all comments, in the order of the files and their text."""
-    paths: dict[Element, TreePath] = {}
+def _settings(reading: Reading) -> Map:
+    """Return the settings of the simulation that the file has, and the integrator, which it has in any case."""
+    root = reading.markup.root
+    options, flags = Map(root.span), Map(root.span)
+    put(options, "integrator", reading.facts["integrator"])
+    resolved = reading.facts["elements"]["options"]  # also those of attached models
+    for element in reading.markup.sections("option"):
+        for name, attribute in element.attributes.items():
+            value = value_of(attribute.value, SETTINGS[name], element, name) if name in SETTINGS else None
+            if value is not None and name not in ("integrator", "flag"):
+                put(options, name, value, attribute.span)
+        for flag in reading.markup.children(element):
+            for name, attribute in flag.attributes.items() if flag.tag == "flag" else ():
+                put(flags, name, attribute.value, attribute.span)
+    for name, text in resolved.items():
+        flag_name = name.removeprefix("flag ")
+        if flag_name != name and flag_name not in flags:
+            put(flags, flag_name, text)
+        elif flag_name == name and name in SETTINGS and name not in options:
+            put(options, name, value_of(text, SETTINGS[name], root, name))
+        elif flag_name == name and name not in SETTINGS:
+            reading.lost(f'the setting "{name}"', root.span)
+    if flags:
+        put(options, "flag", flags)
+    return options
+
+
+def _add_poses(reading: Reading) -> None:
+    """Add the keyframes: positions of joints, where the free base is, and the controls of actuators.
+
+    Joints not named are at zero, and so are those that follow another one. An actuator that is not named is at zero,
+    but a servo holds its joint where it is.
+    """
+    elements, keys = reading.markup.listed("keyframe", "key"), reading.facts["keys"]
+    poses = Map(reading.markup.root.span)
+    for number, (key, attributes) in enumerate(zip(keys, reading.facts["elements"]["keys"], strict=False)):
+        element = elements[number] if number < len(elements) else reading.markup.root
+        positions, pose = Map(element.span), Map(element.span)
+        for name, value in _positions(reading, key["qpos"]):
+            if value and "mimic" not in reading.joints[name]:
+                put_number(positions, name, value, element)
+        if key["name"] == HOME and reading.is_ours and _is_usual(reading, positions):
+            if len(keys) > 1:  # simulators begin at the first key: the order of keys matters
+                put(poses, HOME, pose)
+            continue
+        put(pose, "positions", positions)
+        if reading.free_base:
+            base = Map(element.span)
+            put(base, "xyz", numbers([tidy(value) for value in key["qpos"][:3]], element))
+            put_pose(base, transform(key["qpos"][:3], key["qpos"][3:7]), element)
+            put(pose, "base", base)
+        controls = _controls(reading, key, element)
+        if controls:
+            put(pose, "controls", controls)
+        more = {word: text for word, text in attributes.items() if word not in ("name", "ctrl", "qpos")}
+        if _is_beyond(reading, key["qpos"]):
+            more["qpos"] = " ".join(repr(value) for value in _all_positions(reading, key["qpos"]))
+        reading.put_words(pose, more, "pose", element, "a key")
+        put(poses, reading.name("key", key["name"], f"key_{number}", number), pose, element.span)
+    if poses:
+        put(reading.tree, "poses", poses)
+
+
+def _positions(reading: Reading, qpos: list[float]) -> Iterator[tuple[str, float]]:
+    for index, name in sorted(reading.joint_of.items()):
+        joint = reading.facts["joints"][index]
+        yield name, tidy_position(qpos[joint["qposadr"]], joint["type"] == SLIDE)
+
+
+def _is_beyond(reading: Reading, qpos: list[float]) -> bool:
+    """Return True if a keyframe has what a pose cannot have: a follower off its way, or a place of what floats."""
+    for joint in reading.facts["joints"]:
+        floats = joint["bodyid"] in reading.motion_of or (joint["type"] == FREE and not reading.free_base)
+        place = range(joint["qposadr"], joint["qposadr"] + _SIZES.get(joint["type"], 1))
+        if (floats or joint["type"] == BALL) and any(abs(qpos[i] - reading.facts["qpos0"][i]) > _NEAR for i in place):
+            return True
+    at = dict(_positions(reading, qpos))
+    follows = ((value, at, reading.joints[name].get("mimic")) for name, value in at.items())
+    return any(
+        mimic
+        and abs(mimic.get("multiplier", 1) * at.get(mimic["joint"], 0.0) + mimic.get("offset", 0) - value) > _NEAR_KEY
+        for value, at, mimic in follows
+    )
+
+
+def _all_positions(reading: Reading, qpos: list[float]) -> Iterator[float]:
+    """Yield the positions of all joints as an MJCF of ours counts them, in the order of the file."""
+    for joint in reading.facts["joints"]:
+        at, kind = joint["qposadr"], joint["type"]
+        slides = joint["bodyid"] in reading.motion_of or kind in (FREE, BALL, SLIDE)
+        yield from (tidy_position(value, slides) for value in qpos[at : at + _SIZES.get(kind, 1)])
+
+
+def _controls(reading: Reading, key: Mapping[str, Any], element: Element) -> Map:
+    """Return the controls that a keyframe has for actuators, where those are not what a pose implies."""
+    controls = Map(element.span)
+    for number, name in sorted(reading.actuator_of.items()):
+        fact, held = reading.facts["actuators"][number], reading.servos.get(number)
+        control, usual, follows = key["ctrl"][fact["ctrladr"]], 0.0, False
+        if held is not None:
+            usual = fact["gear"][0] * key["qpos"][reading.facts["joints"][held]["qposadr"]]
+            follows = "mimic" in reading.joints[reading.joint_of[held]]
+        if follows or abs(control - usual) > _NEAR:
+            put_number(controls, name, tidy(control), element)
+    return controls
+
+
+def _is_usual(reading: Reading, positions: Mapping[str, float]) -> bool:
+    """Return True if positions (rad or m) are those of the key home that a robot without such a pose has."""
+    for name, joint in reading.joints.items():
+        limit = joint.get("limit") or {}
+        lower, upper = limit.get("lower", 0.0), limit.get("upper", 0.0)
+        usual = lower if lower > 0.0 else upper if upper < 0.0 else 0.0
+        if "mimic" not in joint and abs(positions.get(name, 0.0) - usual) > _NEAR:
+            return False
+    return True
+
+
+def _comments(reading: Reading) -> list[Comment]:
+    """Return all comments, each at the entry of its element or of what that is in; others are of the robot."""
+    entries: dict[Element, TreePath] = {}
     for index, name in reading.link_of.items():
         if index:
-            paths.setdefault(reading.places.body(index), ("links", name))
+            entries.setdefault(reading.places.body(index), ("links", name))
     for index, name in reading.joint_of.items():
-        paths.setdefault(reading.places.of("joints", index), ("joints", name))
+        entries.setdefault(reading.places.of("joints", index), ("joints", name))
     made: list[Comment] = []
     for document in reading.markup.documents:
-        made += [_made(document, remark, ("robot",), BEFORE) for remark in document.before if remark.kind == COMMENT]
-        inner = [comment for element in document.root.iter() for comment in _inside(element, paths)]
-        made += sorted(inner, key=lambda comment: (comment.span.line, comment.span.column))
-        made += [_made(document, remark, (), END) for remark in document.after if remark.kind == COMMENT]
-    return made
-
-
-def _inside(element: Element, paths: dict[Element, TreePath]) -> list[Comment]:
-    """Return the comments directly in an element: before or beside what stands there, or at its end."""
-    made = []
-    document = element.document
-    for position, item in enumerate(element.content):
-        if isinstance(item, Element) or item.kind != COMMENT:
-            continue
-        before = next((e for e in reversed(element.content[:position]) if isinstance(e, Element)), None)
-        after = next((e for e in element.content[position:] if isinstance(e, Element)), None)
-        own_line = "\n" in document.source.text[(before.end if before else element.opened) : item.start]
-        if before is not None and not own_line:
-            made.append(_made(document, item, _path(before, paths), BESIDE))
-        elif after is not None:
-            made.append(_made(document, item, _path(after, paths), BEFORE))
-        else:
-            made.append(_made(document, item, _path(element, paths), INSIDE if element.parent else END))
-    return made
-
-
-def _path(element: Element, paths: dict[Element, TreePath]) -> TreePath:
-    """Return the entry of an element, or of what it stands in; the robot as a whole for all else."""
-    here: Element | None = element
-    while here is not None:
-        if here in paths:
-            return paths[here]
-        here = here.parent
-    return ("robot",)
-
-
-def _made(document: Document, remark: Remark, path: TreePath, where: str) -> Comment:
-    if where in (INSIDE, END) and path == ("robot",):
-        path, where = (), END
-    return Comment(remark.text, document.span(remark.start, remark.end - remark.start), path, where)
+        paths: dict[int, TreePath] = {}
+        for element in document.root.iter():  # what holds others comes first
+            above = paths[id(element.parent)] if element.parent is not None else ("robot",)
+            paths[id(element)] = entries.get(element, above)
+        made += comments_of(document, paths)
+    return [
+        Comment(one.text, one.span, (), END) if one.where == INSIDE and one.path == ("robot",) else one for one in made
+    ]

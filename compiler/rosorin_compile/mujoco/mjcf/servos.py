@@ -9,26 +9,18 @@ from typing import NamedTuple
 from rosorin_compile.model import Joint, Output, Robot, Transform
 from rosorin_compile.model.geometry import cross, dot, unit
 from rosorin_compile.model.mass import along_link, together
-from rosorin_compile.model.simulation import GENERAL, MOTOR, POSITION, VELOCITY, Actuator, Attribute
+from rosorin_compile.model.simulation import GENERAL, MOTOR, POSITION, VELOCITY, Actuator
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, counted, first_of
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.xml.elements import found_in
 
 from .omissions import position_range
 
 RULES = (
+    Rule("drives-assumed", "A note: servos of an assumed strength move joints.", "Describe the actuators.", FORMATS),
     Rule(
-        "drives-assumed",
-        "A note: servos of an assumed strength stand in for actuators that the description does not have.",
-        "Describe the actuators of the joints, and remove `drives` from the output.",
-        Heading.FORMATS,
-    ),
-    Rule(
-        "mjcf-actuators",
-        "Two actuators have one name, or an output of MJCF lists one that the robot does not have, or one twice.",
-        "Name each one once.",
-        Heading.FORMATS,
+        "mjcf-actuators", "An output of MJCF names an actuator twice, or one that is unknown.", "Correct it.", FORMATS
     ),
 )
 
@@ -91,17 +83,13 @@ def _stand_in(robot: Robot, joint: Joint, kind: str, places: Mapping[str, Transf
         felt = body.mass if joint.type == "prismatic" else about + body.mass * dot(arm, arm)
     felt = max(felt, _LEAST_FELT)
     if kind == POSITION and position_range(joint) is not None:
-        return Actuator(POSITION, kp=_two_digits(felt * _STIFF**2), damping_ratio=1.0)
+        return Actuator(POSITION, kp=float(f"{felt * _STIFF**2:.2g}"), damping_ratio=1.0)
     # The damping of the joint costs at most 2 % of the commanded speed.
-    return Actuator(VELOCITY, kv=_two_digits(max(felt * _STIFF, 50 * joint.braking)))
+    return Actuator(VELOCITY, kv=float(f"{max(felt * _STIFF, 50 * joint.braking):.2g}"))
 
 
 _STIFF = 100.0
 _LEAST_FELT = 1e-6
-
-
-def _two_digits(value: float) -> float:
-    return float(f"{value:.2g}")
 
 
 def aims(drive: Drive) -> tuple[float, float] | None:
@@ -111,24 +99,23 @@ def aims(drive: Drive) -> tuple[float, float] | None:
         return None
     if actuator.range is not None or joint is None:
         return actuator.range
-    gear = actuator.gear[0] if actuator.gear else 1.0
-    if actuator.holds_position:
-        ends = position_range(joint)
-        return None if ends is None else _ordered(gear * ends[0], gear * ends[1])
-    if actuator.type == VELOCITY:
-        speed = joint.limit.known("velocity") if joint.limit else None
-        return _ordered(-gear * speed, gear * speed) if speed else None
-    return None
+    ends = position_range(joint) if actuator.holds_position else None
+    if actuator.type == VELOCITY and joint.limit and joint.limit.known("velocity"):
+        speed = joint.limit.known("velocity") or 0.0
+        ends = -speed, speed
+    if ends is None:
+        return None
+    low, high = sorted((actuator.gear[0] if actuator.gear else 1.0) * end for end in ends)
+    return low, high
 
 
 def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
-    """Say whether the actuators of a joint bring its effort and no more: then that is no second clamp."""
+    """Return True if the actuators of a joint bring its effort and no more: then that is no second clamp."""
     own = [joint.actuator] if joint.actuator else []
     others = robot.actuators if own and own[0].targets == {} else ()
-    drives = [*own, *(one for one in others if one.targets.get("joint") == joint.name)]
-    most = [_strength(one) for one in drives]
-    total = sum(one for one in most if one is not None)
-    return bool(most) and None not in most and math.isclose(total, effort, rel_tol=_ROUNDING)
+    most = [_strength(one) for one in (*own, *(one for one in others if one.targets.get("joint") == joint.name))]
+    known = [one for one in most if one is not None]
+    return bool(most) and len(known) == len(most) and math.isclose(sum(known), effort, rel_tol=_ROUNDING)
 
 
 _ROUNDING = 1e-12
@@ -136,26 +123,18 @@ _SHOWN = 4  # names in a message
 
 
 def _strength(actuator: Actuator) -> float | None:
-    """Return the largest torque (N*m) or force (N) that an actuator brings to its joint; None if that is not said."""
-    gear = abs(actuator.gear[0]) if actuator.gear else 1.0
-    if actuator.force is not None and actuator.mjcf.get("forcelimited") is not False:
+    """Return the largest torque (N*m) or force (N) that an actuator brings to its joint, or None if it is unknown."""
+    gear, mjcf = abs(actuator.gear[0]) if actuator.gear else 1.0, actuator.mjcf
+    if actuator.force is not None and mjcf.get("forcelimited") is not False:
         return gear * max(map(abs, actuator.force))
-    gain = _gain(actuator)
-    if gain is not None and actuator.range is not None and not actuator.unlimited:
-        return gear * gain * max(map(abs, actuator.range)) if actuator.mjcf.get("ctrllimited") is not False else None
-    return None
-
-
-def _gain(actuator: Actuator) -> float | None:
-    """Return by what an actuator multiplies its control to a force; None if that is not all that it does."""
-    if actuator.type == MOTOR:
-        return 1.0
-    usual = {"gaintype": "fixed", "biastype": "none"}
-    if actuator.type != GENERAL or any(actuator.mjcf.get(word, text) != text for word, text in usual.items()):
+    found = mjcf.get("gainprm", 1.0) if actuator.type == GENERAL else 1.0
+    gain = found[0] if isinstance(found, tuple) else found
+    usual = {"gaintype": "fixed", "biastype": "none"} if actuator.type == GENERAL else {}
+    is_plain = actuator.type in (MOTOR, GENERAL) and all(mjcf.get(word, text) == text for word, text in usual.items())
+    is_limited = actuator.range is not None and not actuator.unlimited and mjcf.get("ctrllimited") is not False
+    if not is_plain or not is_limited or not isinstance(gain, (int, float)):
         return None
-    found = actuator.mjcf.get("gainprm", 1.0)
-    gains = found if isinstance(found, tuple) else (found,)
-    return abs(float(gains[0])) if isinstance(gains[0], (int, float)) else None
+    return gear * abs(float(gain)) * max(map(abs, actuator.range or ()))
 
 
 # The controls of the kinds that may have several, where none are named.
@@ -165,7 +144,7 @@ _QUATERNION, _TURN = 4, 3
 
 def controls_of(drive: Drive, asked: float) -> list[float]:
     """Return the controls of an actuator of which ``asked`` is the first; MuJoCo has several of some kinds."""
-    count = _count(drive.actuator.type, {**drive.actuator.mjcf})
+    count = _count(drive.actuator.type, drive.actuator.mjcf)
     return [asked, *[0.0] * (count - 1)] if count else []
 
 
@@ -173,10 +152,10 @@ def kept_controls(robot: Robot) -> int:
     """Return how many controls the actuators have that stand in elements of MJCF."""
     texts = [text for text in robot.mjcf if "<actuator" in text]
     elements = [found for text in texts for found in found_in(text) if found.tags[:-1] == ("actuator",)]
-    return sum(_count(found.tags[-1], {**found.attributes}) for found in elements)
+    return sum(_count(found.tags[-1], found.attributes) for found in elements)
 
 
-def _count(tag: str, attributes: Mapping[str, Attribute]) -> int:
+def _count(tag: str, attributes: Mapping[str, object]) -> int:
     kind = tag if tag in _INPUTS else str(attributes.get("gaintype", ""))
     words = str(attributes.get("input") or _INPUTS.get(kind, ""))
     if "so3" in kind or tag == "orientation":
@@ -184,14 +163,15 @@ def _count(tag: str, attributes: Mapping[str, Attribute]) -> int:
     return (0 if words == "none" else len(words.split())) if kind in _INPUTS else 1
 
 
-def _ordered(one: float, other: float) -> tuple[float, float]:
-    return (one, other) if one <= other else (other, one)
-
-
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Yield what is wrong with the names of actuators, and with the list that orders them; name the stand-ins."""
-    robot = case.robot
-    names: dict[str, Drive] = {}
+    robot, names = case.robot, dict[str, Drive]()
+
+    def place_of(drive: Drive) -> tuple[str | int, ...]:
+        if drive.joint is not None and drive.beside:
+            return case.joint(drive.joint, "actuator")
+        return ("actuators", drive.name)
+
     if assumed := stand_ins(robot, robot.joints, output):
         message = f"{counted(len(assumed), 'joint')} without an actuator: servos of an assumed strength move them in"
         message += f" {output.file} alone ({first_of([one.name for one in assumed], _SHOWN)})"
@@ -206,9 +186,9 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     for drive in drives(robot, robot.joints, output):
         if names.setdefault(drive.name, drive) is not drive:
             message = f'two actuators are called "{drive.name}"'
-            related = [case.related("the other one", _place(case, names[drive.name]))]
+            related = [case.related("the other one", place_of(names[drive.name]))]
             help = "give one of them another name"
-            yield case.problem("mjcf-actuators", message, _place(case, drive), help, related=related)
+            yield case.problem("mjcf-actuators", message, place_of(drive), help, related=related)
     seen: set[str] = set()
     for index, name in enumerate(output.options.get("actuators", ())):
         path = ("outputs", output.name, "actuators", index)
@@ -218,9 +198,3 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         elif name in seen:
             yield case.problem("mjcf-actuators", f'the actuator "{name}" is listed twice', path, "remove one")
         seen.add(name)
-
-
-def _place(case: Case, drive: Drive) -> tuple[str | int, ...]:
-    if drive.joint is not None and drive.beside:
-        return case.joint(drive.joint, "actuator")
-    return ("actuators", drive.name)

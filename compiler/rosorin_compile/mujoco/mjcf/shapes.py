@@ -5,7 +5,8 @@ MuJoCo has no such difference; people express it in two ways. A geom that collid
 is in a group that viewers hide (3 to 5), or transparent, or of a class with "collision" in its name, or its body has
 geoms only to be seen and those have groups of their own in this model.
 
-A geom that the language has no shape for is kept as it is.
+A geom that the language has no shape for is kept as it is, and so is what the language cannot express of a texture or
+a material.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import posixpath
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import PurePosixPath
-from typing import Any, cast
+from typing import Any
 
 from rosorin_compile.model import Transform
 from rosorin_compile.source.diagnostics import Span, counted
@@ -39,11 +40,11 @@ from .values import (
     transform,
 )
 
-PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF = range(9)
+_PLANE, _HFIELD, _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH, _SDF = range(9)
 _WORDS = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
-_CARRIED = (SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH)
+_CARRIED = (_SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH)
 _HIDDEN = 3  # the first group that viewers hide
-_NO_COLOUR = (0.5, 0.5, 0.5, 1.0)  # MuJoCo: a geom of this colour has that of its material
+_NO_COLOUR = [0.5, 0.5, 0.5, 1.0]  # MuJoCo: a geom of this colour has that of its material
 # What the shape, its place and its looks express, or what has gone into the mass of the link.
 _READ = (
     *("name", "type", "pos", "quat", "size", "fromto", "mesh", "hfield", "mass", "density", "shellinertia"),
@@ -51,29 +52,35 @@ _READ = (
 )
 _OF_CONTACT = ("friction", "condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
 _LOOKS = ("castshadow",)
+_PLAIN_IMAGE = {"name", "type", "file", "colorspace", "content_type"}
+
+Thing = Mapping[str, Any]
 
 
 def add_shapes(reading: Reading) -> None:
     """Add the shapes of all links, and the materials that they use."""
     geoms, purposes = reading.facts["geoms"], _purposes(reading)
-    looks = Looks(reading)
-    reading.groups = _usual_groups(reading, purposes)
-    held: dict[tuple[str, str], Seq] = {}
+    for purpose in ("visual", "collision"):  # the groups that most geoms have
+        of_it = [geoms[index] for index, found in purposes.items() if found[0] == purpose]
+        counts = Counter(geom["group"] for geom in of_it if not has_our_look(reading, geom))
+        if counts:
+            reading.groups[purpose] = counts.most_common(1)[0][0]
+    looks, held = Looks(reading), dict[tuple[str, str], Seq]()
     for index, found in purposes.items():
-        element, link = reading.places.of("geoms", index), reading.link_of[geoms[index]["body"]]
+        element, geom = reading.places.of("geoms", index), geoms[index]
         for purpose in found:
-            shape = _shape(reading, geoms[index], element)
+            shape = _shape(reading, geom, element)
             if purpose == "visual":
-                looks.put(geoms[index], shape, element)
+                looks.put(geom, shape, element)
             else:
-                _put_contact(reading, geoms[index], shape, element)
-            _put_more(reading, looks, geoms[index], shape, element, found, purpose)
-            held.setdefault((link, purpose), Seq(element.span)).put(shape, element.span)
+                _put_contact(reading, geom, shape, element)
+            _put_more(reading, looks, geom, shape, element, found, purpose)
+            held.setdefault((reading.link_of[geom["bodyid"]], purpose), Seq(element.span)).put(shape, element.span)
     for (link, purpose), shapes in held.items():
         put(reading.links[link], purpose, shapes)
     for index, geom in enumerate(geoms):
-        if geom["body"] in reading.link_of and not _is_carried(reading, geom) and not is_scene(geom):
-            span, link = reading.places.of("geoms", index).span, reading.link_of[geom["body"]]
+        if geom["bodyid"] in reading.link_of and not _is_carried(reading, geom) and not is_scene(geom):
+            span, link = reading.places.of("geoms", index).span, reading.link_of[geom["bodyid"]]
             reading.keep(whole_geom(reading, geom), f"geom: {_WORDS[geom['type']]}", span, link)
     looks.finish()
     _report_scene(reading)
@@ -83,65 +90,45 @@ def _purposes(reading: Reading) -> dict[int, list[str]]:
     """Return what each geom that is carried is there for: to be seen, to collide, or both."""
     carried = {index: geom for index, geom in enumerate(reading.facts["geoms"]) if _is_carried(reading, geom)}
     only_seen = [geom for geom in carried.values() if not _collides(geom)]
-    seen_groups, decorated = {geom["group"] for geom in only_seen}, {geom["body"] for geom in only_seen}
+    seen_groups, decorated = {geom["group"] for geom in only_seen}, {geom["bodyid"] for geom in only_seen}
     solid_groups = {geom["group"] for geom in carried.values() if _collides(geom)}
     are_apart = bool(seen_groups) and seen_groups.isdisjoint(solid_groups)
     purposes = {}
     for index, geom in carried.items():
         is_visible = geom["group"] < _HIDDEN and geom["rgba"][3] > 0 and "collision" not in geom["class"].lower()
-        is_seen = not _collides(geom) or (is_visible and not (are_apart and geom["body"] in decorated))
+        is_seen = not _collides(geom) or (is_visible and not (are_apart and geom["bodyid"] in decorated))
         purposes[index] = ["visual"] * is_seen + ["collision"] * _collides(geom)
     return purposes
 
 
-def _usual_groups(reading: Reading, purposes: Mapping[int, list[str]]) -> dict[str, int]:
-    """Return the groups that most geoms have, of those that are seen and of those that collide and are not."""
-    geoms, usual = reading.facts["geoms"], {}
-    for purpose in ("visual", "collision"):
-        of_it = [geoms[index] for index, found in purposes.items() if found[0] == purpose]
-        counts = Counter(geom["group"] for geom in of_it if not has_our_look(reading, geom))
-        if counts:
-            usual[purpose] = counts.most_common(1)[0][0]
-    return usual
-
-
 def _put_more(
-    reading: Reading,
-    looks: Looks,
-    geom: Mapping[str, Any],
-    shape: Map,
-    element: Element,
-    purposes: list[str],
-    purpose: str,
+    reading: Reading, looks: Looks, geom: Thing, shape: Map, element: Element, purposes: list[str], purpose: str
 ) -> None:
-    """Set what a shape has for a simulation alone; of two that stand for one geom only one has it."""
-    attributes = geom["element"]["attributes"]
+    """Set what a shape has for a simulation alone; of two that are one geom only one has it."""
+    attributes, ours = geom["element"]["attributes"], has_our_look(reading, geom)
     more = {key: text for key, text in attributes.items() if key not in (*_READ, *_OF_CONTACT)}
     if len(purposes) > 1:
         more = {key: text for key, text in more.items() if (key in _LOOKS) == (purpose == "visual")}
-    ours = has_our_look(reading, geom)
     if purposes[0] == purpose and not ours and geom["group"] != reading.groups[purpose]:
         more["group"] = str(geom["group"])
     elif purposes[0] != purpose and reading.groups.get(purpose, _HIDDEN) != _HIDDEN:
         more["group"] = str(_HIDDEN)  # the visual is what is seen of it
     if purposes == ["collision"] and "rgba" in attributes:
         more["rgba"] = " ".join(map(repr, _colour(geom)))
-    if purposes == ["collision"] and geom["material"] >= 0 and not ours:
-        more["material"] = looks.material(geom["material"])
+    if purposes == ["collision"] and geom["matid"] >= 0 and not ours:
+        more["material"] = looks.material(geom["matid"])
     inner = Map(element.span)
-    what = f'a geom of link "{reading.link_of[geom["body"]]}"'
-    reading.put_words(inner, more, "mjcf_geom", element, what)
+    reading.put_words(inner, more, "mjcf_geom", element, f'a geom of link "{reading.link_of[geom["bodyid"]]}"')
     for word, value in inner.items():
         put_inner(shape, word, value)
 
 
-def _colour(thing: Mapping[str, Any]) -> list[float]:
+def _colour(thing: Thing) -> list[float]:
     """Return the colour of a geom or material, which MuJoCo has with seven digits."""
     return [tidy(round(value, 7)) for value in thing["rgba"]]
 
 
-def _put_contact(reading: Reading, geom: Mapping[str, Any], shape: Map, element: Element) -> None:
-    """Set the bits of a shape and how it touches."""
+def _put_contact(reading: Reading, geom: Thing, shape: Map, element: Element) -> None:
     entry, attributes = Map(element.span), geom["element"]["attributes"]
     for word in ("contype", "conaffinity"):
         if geom[word] != 1:
@@ -152,13 +139,12 @@ def _put_contact(reading: Reading, geom: Mapping[str, Any], shape: Map, element:
         put(shape, "contact", entry)
 
 
-def whole_geom(reading: Reading, geom: Mapping[str, Any]) -> Node:
+def whole_geom(reading: Reading, geom: Thing) -> Node:
     """Return a geom as an element that is kept as it is, without mass, in the frame of its file."""
-    node = geom["element"]
+    node, place = geom["element"], transform(geom["pos"], geom["quat"])
     attributes = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density")}
-    place = transform(geom["pos"], geom["quat"])
-    if geom["type"] in (MESH, SDF):
-        mesh = reading.facts["meshes"][geom["data"]]
+    if geom["type"] in (_MESH, _SDF):
+        mesh = reading.facts["meshes"][geom["dataid"]]
         place = place.then(transform(mesh["pos"], mesh["quat"]).inverse())
     return {**node, "attributes": {**attributes, **placing(place), "density": "0"}}
 
@@ -173,103 +159,90 @@ def keep_assets(reading: Reading, node: Node, span: Span) -> None:
 
 def _keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
     """Keep an asset that is named by something that is kept as it is; once."""
-    for node in reading.facts["elements"][f"{kind}_assets"]:
-        attributes, own = node["attributes"], _asset_name(node)
-        if not name or own != name or (kind, name) in reading.of_scene:
-            continue
-        reading.of_scene.add((kind, name))
-        folder = reading.facts["folders"].get(kind, {}).get(own, "")
-        files = {
-            word: reading.markup.place_of(posixpath.normpath(posixpath.join(folder, text.replace("\\", "/"))))
-            for word, text in attributes.items()
-            if word.startswith("file")
-        }
-        reading.keep_in_section("asset", {**node, "attributes": attributes | files}, f"asset: {kind}", span)
+    node = _asset(reading, kind, name)
+    if not node["attributes"] or (kind, name) in reading.of_scene:
+        return
+    reading.of_scene.add((kind, name))
+    folder = reading.facts["folders"].get(kind, {}).get(name, "")
+    files = {
+        word: reading.markup.place_of(posixpath.normpath(posixpath.join(folder, text.replace("\\", "/"))))
+        for word, text in node["attributes"].items()
+        if word.startswith("file")
+    }
+    reading.keep_in_section("asset", {**node, "attributes": node["attributes"] | files}, f"asset: {kind}", span)
 
 
-def _is_carried(reading: Reading, geom: Mapping[str, Any]) -> bool:
+def _asset(reading: Reading, kind: str, name: str) -> Node:
+    nodes: list[Node] = reading.facts["elements"][f"{kind}_assets"] if name else []
+    return next((one for one in nodes if _asset_name(one) == name), {"tag": kind, "attributes": {}, "inner": []})
+
+
+def _asset_name(asset: Node) -> str:
+    attributes = asset["attributes"]
+    return attributes.get("name") or PurePosixPath(attributes.get("file", "")).stem
+
+
+def _is_carried(reading: Reading, geom: Thing) -> bool:
     inner = geom["element"]["inner"]  # plugins
-    if geom["type"] == MESH:
-        mesh = reading.facts["meshes"][geom["data"]]
+    if geom["type"] == _MESH:
+        mesh = reading.facts["meshes"][geom["dataid"]]
         inner = inner or _asset(reading, "mesh", mesh["name"])["inner"]
-        if not mesh_file(mesh):
+        if not _mesh_file(mesh):
             return False
-    return geom["type"] in _CARRIED and geom["body"] in reading.link_of and not inner
+    return geom["type"] in _CARRIED and geom["bodyid"] in reading.link_of and not inner
 
 
-def is_scene(geom: Mapping[str, Any]) -> bool:
+def is_scene(geom: Thing) -> bool:
     """Return True if a geom is ground for the robot to be on."""
-    return geom["body"] == 0 and geom["type"] in (PLANE, HFIELD)
+    return geom["bodyid"] == 0 and geom["type"] in (_PLANE, _HFIELD)
 
 
-def has_our_look(reading: Reading, geom: Mapping[str, Any]) -> bool:
+def has_our_look(reading: Reading, geom: Thing) -> bool:
     """Return True if a geom collides and is seen in a colour that our writer gave it, for want of a visual."""
     return geom["class"] in [f"{reading.facts['name']}_{purpose}" for purpose in (SHOWN, SHOWN_WHEEL)]
 
 
-def _collides(geom: Mapping[str, Any]) -> bool:
+def _collides(geom: Thing) -> bool:
     return bool(geom["contype"] or geom["conaffinity"])
 
 
-def _shape(reading: Reading, geom: Mapping[str, Any], element: Element) -> Map:
-    """Return the entry of a shape."""
-    entry, place = Map(element.span), transform(geom["pos"], geom["quat"])
-    if geom["type"] == MESH:
-        mesh, inner = reading.facts["meshes"][geom["data"]], Map(element.span)
-        put(inner, "file", reading.markup.place_of(mesh_file(mesh)))
+def _shape(reading: Reading, geom: Thing, element: Element) -> Map:
+    entry, sizes, place = Map(element.span), Map(element.span), transform(geom["pos"], geom["quat"])
+    kind, size = geom["type"], geom["size"]
+    if kind == _MESH:
+        mesh = reading.facts["meshes"][geom["dataid"]]
+        put(sizes, "file", reading.markup.place_of(_mesh_file(mesh)))
         scale = tidy_vector(mesh["scale"])
         if scale != (1, 1, 1):
-            put(inner, "scale", numbers(scale, reading.markup.named("asset", mesh["name"]) or element, "scale"))
+            put(sizes, "scale", numbers(scale, reading.markup.named("asset", mesh["name"]) or element, "scale"))
         if mesh["taken"]:
-            put(inner, "inertia", mesh["taken"])
+            put(sizes, "inertia", mesh["taken"])
         attributes, more = _asset(reading, "mesh", mesh["name"])["attributes"], Map(element.span)
         words = ("maxhullvert", "smoothnormal", *(() if PurePosixPath(mesh["file"]).suffix else ("content_type",)))
         put_words(more, {key: attributes[key] for key in words if key in attributes}, "mjcf_mesh", element)
         if more:
-            put(inner, "mjcf", more)
-        put(entry, "mesh", inner)
-        place = place.then(frame_of_file(mesh))
+            put(sizes, "mjcf", more)
+        place = place.then(_frame_of_file(mesh))
+    elif kind == _BOX:
+        put(sizes, "size", numbers([tidy(2 * half) for half in size], element))
+    elif kind == _ELLIPSOID:
+        put(sizes, "radii", numbers([tidy(radius) for radius in size], element, "size"))
     else:
-        put(entry, _WORDS[geom["type"]], _sizes(geom["type"], geom["size"], element))
+        put_number(sizes, "radius", tidy(size[0]), element, "size")
+        if kind != _SPHERE:
+            put_number(sizes, "length", tidy(2 * size[1]), element)
+    put(entry, _WORDS[kind], sizes)
     if geom["name"]:
         put(entry, "name", legal(geom["name"]))
     put_pose(entry, place, element)
     return entry
 
 
-def _sizes(kind: int, size: list[float], element: Element) -> Map:
-    """Return the sizes of a primitive: full extents and lengths, where MuJoCo has halves."""
-    sizes = Map(element.span)
-    if kind == BOX:
-        put(sizes, "size", numbers([tidy(2 * half) for half in size], element))
-    elif kind == ELLIPSOID:
-        put(sizes, "radii", numbers([tidy(radius) for radius in size], element, "size"))
-    else:
-        put_number(sizes, "radius", tidy(size[0]), element, "size")
-        if kind != SPHERE:
-            put_number(sizes, "length", tidy(2 * size[1]), element)
-    return sizes
-
-
-def _asset(reading: Reading, kind: str, name: str) -> Node:
-    """Return the element of a mesh, a texture or a material by its name."""
-    for node in reading.facts["elements"][f"{kind}_assets"]:
-        if name and _asset_name(node) == name:
-            return cast("Node", node)
-    return {"tag": kind, "attributes": {}, "inner": []}
-
-
-def _asset_name(asset: Node) -> str:
-    """Return the name of a mesh, a texture or a material, which may be that of its file."""
-    attributes = asset["attributes"]
-    return attributes.get("name") or PurePosixPath(attributes.get("file", "")).stem
-
-
-def frame_of_file(mesh: Mapping[str, Any]) -> Transform:
+def _frame_of_file(mesh: Thing) -> Transform:
     """Return where the scaled mesh of the file is in the frame of its geom, which MuJoCo moves to the mesh's own axes.
 
     MuJoCo takes ``refpos`` from the vertices of the file, turns them by ``refquat``, scales them, and then moves them
-    to the axes ``pos`` and ``quat``. Here they are scaled first; ``mesh_file`` refuses what that would change.
+    to the axes ``pos`` and ``quat``. Here they are scaled first; ``_mesh_file`` refuses what that would change.
     """
     own = transform(mesh["pos"], mesh["quat"])
     reference = transform(mesh["reference"]["pos"], mesh["reference"]["quat"]).inverse()
@@ -277,7 +250,7 @@ def frame_of_file(mesh: Mapping[str, Any]) -> Transform:
     return own.inverse().then(Transform(reference.rows, (x, y, z)))
 
 
-def mesh_file(mesh: Mapping[str, Any]) -> str:
+def _mesh_file(mesh: Thing) -> str:
     """Return the file of a mesh as it is found from the folder of the MJCF; empty if no file has it as it is.
 
     No file has a mesh that is turned before it is scaled by another factor along each axis.
@@ -290,65 +263,63 @@ def mesh_file(mesh: Mapping[str, Any]) -> str:
 class Looks:
     """Colours and materials: those that shapes use, and the others of the file.
 
-    What the language cannot express of a texture or a material is kept as it is, and the material names it.
+    A material with layers of textures is kept as it is.
     """
 
     def __init__(self, reading: Reading) -> None:
         self.reading = reading
         self.materials = Map(reading.markup.root.span)
 
-    def put(self, geom: Mapping[str, Any], shape: Map, element: Element) -> None:
+    def put(self, geom: Thing, shape: Map, element: Element) -> None:
         """Set the colour of a visual: its own, or its material."""
-        rgba, at = _colour(geom), geom["material"]
-        material = self.reading.facts["materials"][at] if at >= 0 else None
-        is_whole = material is not None and self._is_whole(material)
-        if rgba == list(_NO_COLOUR) and material is not None and is_whole:
-            rgba = _colour(material)
-        elif rgba == list(_NO_COLOUR):
-            if material is not None:
-                put(shape, "material", self.material(at))
+        rgba, at = _colour(geom), geom["matid"]
+        if at < 0:
+            if rgba != _NO_COLOUR:
+                put(shape, "rgba", numbers(rgba, element, "rgba"))
             return
-        put(shape, "rgba", numbers(rgba, element, "rgba"))
-        if material is not None and material["texture"]:
+        material = self.reading.facts["materials"][at]
+        is_layered = bool(_asset(self.reading, "material", material["name"])["inner"])
+        if rgba == _NO_COLOUR and not is_layered:
+            put(shape, "material", self.material(at))
+            return
+        put(shape, "rgba", numbers(_colour(material) if rgba == _NO_COLOUR else rgba, element, "rgba"))
+        if material["texture"]:
             put(shape, "texture", self.reading.markup.place_of(material["texture"]))
-        if material is not None and (material["texture"] or is_whole or self._more(material)):
+        if material["texture"] or is_layered or self._more(material):
             put_inner(shape, "material", self.material(at))
 
-    def _is_whole(self, material: Mapping[str, Any]) -> bool:
-        """Return True if a material has layers of textures: it is kept as it is."""
-        return bool(_asset(self.reading, "material", material["name"])["inner"])
-
-    def _more(self, material: Mapping[str, Any]) -> dict[str, str]:
+    def _more(self, material: Thing) -> dict[str, str]:
         """Return the attributes of a material besides its colour, and an image that the language has words for."""
         attributes = _asset(self.reading, "material", material["name"])["attributes"]
         texture = attributes.get("texture", "")
-        image = _asset(self.reading, "texture", texture)["attributes"]
-        written = self.reading.markup.named("asset", texture)
-        is_plain = image.keys() <= {"name", "type", "file", "colorspace", "content_type"} and image.get("type") == "2d"
+        image, written = (
+            _asset(self.reading, "texture", texture)["attributes"],
+            self.reading.markup.named("asset", texture),
+        )
+        is_plain = image.keys() <= _PLAIN_IMAGE and image.get("type") == "2d" and bool(material["texture"])
         is_plain = (
             is_plain and not (written and written.get("colorspace")) and bool(texture_path(image.get("file", "")))
         )
-        known = ("name", "rgba", "texture") if material["texture"] and is_plain else ("name", "rgba")
+        known = ("name", "rgba", "texture") if is_plain else ("name", "rgba")
         return {key: text for key, text in attributes.items() if key not in known}
 
     def material(self, index: int) -> str:
         """Return the name of a material, which the description has from now on."""
-        reading = self.reading
-        material, name = reading.facts["materials"][index], reading.facts["materials"][index]["name"]
+        reading, material = self.reading, self.reading.facts["materials"][index]
+        name = str(material["name"])
         if index in reading.material_of:
             return reading.material_of[index]
         element = reading.markup.named("asset", name) or reading.markup.root
-        if self._is_whole(material):
+        if _asset(reading, "material", name)["inner"]:
             _keep_asset(reading, "material", name, element.span)
-            return str(name)
+            return name
         own = name.removeprefix(f"{reading.facts['name']}_" if reading.is_ours else "") or name
         given = reading.material_of[index] = reading.name("material", own)
         reading.renamed.setdefault("material", {})[name] = given
-        entry = Map(element.span)
+        entry, more = Map(element.span), self._more(material)
         put(entry, "rgba", numbers(_colour(material), element, "rgba"))
         if material["texture"]:
             put(entry, "texture", reading.markup.place_of(material["texture"]))
-        more = self._more(material)
         texture = more.pop("texture", "")
         reading.put_words(entry, more, "material", element, f'the material "{given}"')
         if texture:
@@ -359,49 +330,41 @@ class Looks:
 
     def finish(self) -> None:
         """Set the materials: those of shapes, and those that sites and tendons have, or nothing."""
-        reading = self.reading
-        used: dict[str, set[int]] = {"ours": set(), "own": set(), "scene": set()}
+        reading, used = self.reading, {"ours": set[int](), "own": set[int](), "scene": set[int]()}
         for geom in reading.facts["geoms"]:
             where = "ours" if has_our_look(reading, geom) else "own" if _is_carried(reading, geom) else "scene"
-            used[where].add(geom["material"])
+            used[where].add(geom["matid"])
         for index in range(len(reading.facts["materials"])):
             if index in used["own"] or index not in used["scene"] | used["ours"]:
                 self.material(index)
         left = used["scene"] - used["own"] - {-1}
         if left:
-            element = (reading.markup.sections("asset") or [reading.markup.root])[0]
             message = f"{counted(len(left), 'material')} of the world: the scene is no part of the robot"
-            reading.ignored(message, element.span)
-        _report_textures(reading)
+            reading.ignored(message, reading.markup.first("asset").span)
         if self.materials:
             put(reading.tree, "materials", self.materials)
 
 
-def _report_textures(reading: Reading) -> None:
-    """Report the textures that are not carried, because only the scene has them, such as its sky."""
-    assets = reading.facts["elements"]
+def _report_scene(reading: Reading) -> None:
+    geoms, markup, assets = reading.facts["geoms"], reading.markup, reading.facts["elements"]
     used = {name for kind, name in reading.of_scene if kind == "texture"}
     for material in assets["material_assets"]:
         used |= {one["attributes"].get("texture", "") for one in (material, *material["inner"])}
     names = [_asset_name(texture) for texture in assets["texture_assets"]]
     unused = [name for name in names if not name or name not in used]
     if unused:
-        elements = reading.markup.listed("asset", "texture") or [reading.markup.root]
+        elements = markup.listed("asset", "texture") or [markup.root]
         element = next((one for one in elements if one.get("name") == unused[0]), elements[0])
         message = f"{counted(len(unused), 'texture')} that no material has: the scene is no part of the robot"
         reading.ignored(message, element.span)
-
-
-def _report_scene(reading: Reading) -> None:
-    """Report the meshes that no geom has, and the geoms that are not carried because they are those of the scene."""
-    geoms, markup = reading.facts["geoms"], reading.markup
-    used = {geom["data"] for geom in geoms if geom["type"] in (MESH, SDF)}
-    named = {site["element"]["attributes"].get("mesh") for site in reading.facts["sites"]}
-    unused = [mesh for at, mesh in enumerate(reading.facts["meshes"]) if at not in used and mesh["name"] not in named]
-    if unused:
-        element = markup.named("asset", unused[0]["name"]) or (markup.sections("asset") or [markup.root])[0]
-        reading.ignored(f"{counted(len(unused), 'mesh')} that no geom has", element.span)
-    scene = [at for at, geom in enumerate(geoms) if geom["body"] not in reading.link_of or is_scene(geom)]
+    shaped = {geom["dataid"] for geom in geoms if geom["type"] in (_MESH, _SDF)}
+    of_sites = {site["element"]["attributes"].get("mesh") for site in reading.facts["sites"]}
+    meshes = [mesh["name"] for at, mesh in enumerate(reading.facts["meshes"]) if at not in shaped]
+    meshes = [name for name in meshes if name not in of_sites]
+    if meshes:
+        element = markup.named("asset", meshes[0]) or markup.first("asset")
+        reading.ignored(f"{counted(len(meshes), 'mesh')} that no geom has", element.span)
+    scene = [at for at, geom in enumerate(geoms) if geom["bodyid"] not in reading.link_of or is_scene(geom)]
     if scene:
         message = f"{counted(len(scene), 'geom')} of the world: the scene is no part of the robot"
         reading.ignored(message, reading.places.of("geoms", scene[0]).span)

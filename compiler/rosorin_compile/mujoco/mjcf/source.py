@@ -1,22 +1,49 @@
-"""The text of an MJCF: read safely with all that it includes, so that all that MuJoCo tells has a place in it."""
+"""The text of an MJCF, read safely with all that it includes, so that all that MuJoCo reports has a place in it.
+
+``before`` finds what MuJoCo is not asked about, ``refusal`` explains what it refuses.
+"""
 
 from __future__ import annotations
 
 import os
 import posixpath
+import re
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Source, Span, error
-from rosorin_compile.source.xml.files import mended, read_source
-from rosorin_compile.source.xml.markup import Attribute, Document, Element, MarkupError, parse
+from rosorin_compile.source.diagnostics import Diagnostic, Span, error
+from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.xml.markup import Attribute, Document, Element, MarkupError, mended, parse, read_source
+
+from .process import Answer
+
+RULES = (
+    Rule("mjcf-refused", "MuJoCo does not load the file; the message is MuJoCo's.", "Correct it.", READING),
+    Rule("mjcf-too-large", "The replicas of an MJCF are more elements than any robot has.", "Repeat less.", READING),
+)
 
 MAX_DEPTH = 20  # of files that include files
+MAX_ELEMENTS = 500_000
 _OWN = 4  # parts of the path of a folder that is somebody's own: /home/somebody/robots
+_GROUPING = ("frame", "replicate")
+_MAKERS = ("attach", "replicate", "flexcomp", "composite")
+_TAGS = {
+    "joints": ("joint", "freejoint"),
+    "geoms": ("geom",),
+    "sites": ("site",),
+    "cameras": ("camera",),
+    "lights": ("light",),
+}
+_LINE = re.compile(r"\bline (\d+)")
+_TAG = re.compile(r"Element '([^']+)'")
+_QUOTED = re.compile(r"'([^']+)'")
+_NOT_FINITE = re.compile(r"(?i)[-+]?(nan|inf|infinity)")
+_FILE_HELP = "put the file where the MJCF looks for it: MuJoCo wants to see every mesh and texture"
+_WORDS = ("name", "class", "childclass", "file", "model", "prefix", "material", "mesh", "texture", "group")
 
 
 class _Including(NamedTuple):
@@ -27,31 +54,6 @@ class _Including(NamedTuple):
     known: set[str]
     depth: int
     above: tuple[Path, ...] = ()
-
-
-def _found(name: str, by: _Including) -> Path:
-    """Return the file of a name: beside the main file, else beside the file that names it."""
-    beside_main, beside_own = by.main / name, by.own / name
-    return beside_own if not files.is_file(beside_main) and files.is_file(beside_own) else beside_main
-
-
-def _absolute(path: Path) -> str:
-    return os.path.abspath(path)
-
-
-def _parsed(source: Source) -> Document:
-    """Return a text as XML; MuJoCo reads it itself, and what it passes over is no fault. Raises MarkupError."""
-    try:
-        return parse(source)
-    except MarkupError as problem:
-        try:
-            return parse(mended(source))
-        except MarkupError:
-            raise problem from None
-
-
-_GROUPING = ("frame", "replicate")
-_MAKERS = ("attach", "replicate", "flexcomp", "composite")
 
 
 class Markup:
@@ -70,26 +72,34 @@ class Markup:
         self.root = self._main(path, None, 0)
 
     def _main(self, path: Path, asked: Span | None, depth: int) -> Element:
-        """Read a main file and all that it includes."""
         self.models.append(path.parent)
-        root = self._read(path, asked)
-        known = {_absolute(path)}
+        root, known = self._read(path, asked), {os.path.abspath(path)}
         for element in root.iter():
             self._follow(element, _Including(path.parent, path.parent, known, depth))
         return root
 
     def _read(self, path: Path, asked: Span | None) -> Element:
-        document = _parsed(read_source(path, asked))
+        """Read a file as XML; MuJoCo reads it itself, and what it passes over is no fault. Raises MarkupError."""
+        source = read_source(path, asked)
+        try:
+            document = parse(source)
+        except MarkupError as problem:
+            try:
+                document = parse(mended(source))
+            except MarkupError:
+                raise problem from None
         self.files.append(path)
         self.documents.append(document)
         return document.root
 
     def _follow(self, element: Element, by: _Including) -> None:
-        """Read the file that an element includes, and what that includes, or the model that it names."""
         file = element.attributes.get("file")
         if file is None or not file.value or element.tag not in ("include", "model"):
             return
-        path = _found(file.value.replace("\\", "/"), by)  # MuJoCo takes both for a separator
+        name = file.value.replace("\\", "/")  # MuJoCo takes both for a separator
+        is_beside = not files.is_file(by.main / name) and files.is_file(by.own / name)
+        path = by.own / name if is_beside else by.main / name
+        absolute = os.path.abspath(path)
         if not any(files.resolve(path).is_relative_to(folder) for folder in self.allowed):
             message = f"{file.value} lies outside the folder of the robot, and is not read"
             help = f"move it there, or allow its folder: --package {self._to_allow(path)}"
@@ -98,10 +108,16 @@ class Markup:
             message = f"files include each other {MAX_DEPTH} levels deep"
             raise MarkupError(error("include-too-many", message, file.span, "join some"))
         if element.tag == "model":
-            self._model(path, file.span, by.depth + 1)
+            if absolute not in {os.path.abspath(known) for known in self.files}:
+                self._main(path, file.span, by.depth + 1)
             return
-        self._check_new(file, path, by)
-        by.known.add(_absolute(path))
+        if absolute in by.known:  # MuJoCo goes by names, and follows no links
+            if path in by.above or absolute == os.path.abspath(self.files[0]):
+                problem = error("include-cycle", f"{file.value} includes itself", file.span, "remove one include")
+                raise MarkupError(problem)
+            message = f"{file.value} is included a second time: MuJoCo includes a file once"
+            raise MarkupError(error("mjcf-refused", message, file.span, "include a copy, or use a class"))
+        by.known.add(absolute)
         root = self.included[element] = self._read(path, file.span)
         for inner in root.iter():
             self._follow(inner, _Including(by.main, path.parent, by.known, by.depth + 1, (*by.above, path)))
@@ -114,25 +130,11 @@ class Markup:
             return "NAME=FOLDER"
         return f"{shared[0].name}={shlex.quote(os.path.relpath(shared[0]))}"
 
-    def _model(self, path: Path, asked: Span, depth: int) -> None:
-        """Read a model that is attached, once however often it is named."""
-        if _absolute(path) not in {_absolute(known) for known in self.files}:
-            self._main(path, asked, depth)
-
-    def _check_new(self, file: Attribute, path: Path, by: _Including) -> None:
-        """Raise MarkupError for a file that is included already: MuJoCo goes by names, and follows no links."""
-        if _absolute(path) not in by.known:
-            return
-        if path in by.above or _absolute(path) == _absolute(self.files[0]):
-            raise MarkupError(error("include-cycle", f"{file.value} includes itself", file.span, "remove one include"))
-        message = f"{file.value} is included a second time: MuJoCo includes a file once"
-        raise MarkupError(error("mjcf-refused", message, file.span, "include a copy, or use a class"))
-
     def place_of(self, name: str) -> str:
         """Return the name of a mesh or texture as seen from the main file.
 
-        MuJoCo names one that stands beside an included file by its whole path, and one of an attached model as that
-        model does.
+        MuJoCo names one that is beside an included file by its whole path, and one of an attached model as that model
+        does.
         """
         top = Path(os.path.abspath(self.models[0]))
         if posixpath.isabs(name):
@@ -154,54 +156,61 @@ class Markup:
             yield child
             yield from self.within(child)
 
+    def everything(self) -> list[Element]:
+        """Return all elements, those of included files in place of the includes."""
+        return [self.root, *self.within(self.root)]
+
     def sections(self, tag: str) -> list[Element]:
         """Return the sections of a name: MuJoCo takes several of one name for one."""
         return [child for child in self.children(self.root) if child.tag == tag]
 
+    def first(self, tag: str) -> Element:
+        """Return the first section of a name, or the root."""
+        return (self.sections(tag) or [self.root])[0]
+
     def named(self, section: str, name: str) -> Element | None:
         """Return the element of a name in a section."""
-        for part in self.sections(section):
-            for element in self.within(part):
-                if name and element.get("name") == name:
-                    return element
-        return None
+        elements = (element for part in self.sections(section) for element in self.within(part))
+        return next((element for element in elements if name and element.get("name") == name), None)
 
     def listed(self, section: str, tag: str = "") -> list[Element]:
         """Return the elements directly in a section, in order."""
         return [e for part in self.sections(section) for e in self.children(part) if not tag or e.tag == tag]
 
-    def everything(self) -> list[Element]:
-        """Return all elements, those of included files in place of the includes."""
-        return [self.root, *self.within(self.root)]
-
 
 class Places:
-    """Where each body, joint, geom, site, camera and light of the compiled model stands in the text."""
+    """Where each body, joint, geom, site, camera and light of the compiled model is in the text."""
 
     def __init__(self, markup: Markup, facts: Mapping[str, Any]) -> None:
         self.markup = markup
-        self.bodies: dict[int, Element] = {0: (markup.sections("worldbody") or [markup.root])[0]}
-        self.exact: set[tuple[str, int]] = set()
+        self.bodies: dict[int, Element] = {0: markup.first("worldbody")}
         self.parts: dict[tuple[str, int], Element] = {}
-        children: dict[int, list[int]] = {}
+        held: dict[tuple[str, int], list[int]] = {}
+        for kind in _TAGS:
+            for index, thing in enumerate(facts[kind]):
+                held.setdefault((kind, thing["bodyid"]), []).append(index)
         for index, body in enumerate(facts["bodies"]):
             if index:
-                children.setdefault(body["parent"], []).append(index)
-        held = {kind: _by_body(facts[kind]) for kind in _TAGS}
+                held.setdefault(("bodies", body["parentid"]), []).append(index)
         waiting: list[tuple[int, Sequence[Element]]] = [(0, markup.sections("worldbody"))]
         while waiting:
             index, containers = waiting.pop()
-            for kind, tags in _TAGS.items():
-                matched = self._match(containers, tags, [(at, facts[kind][at]) for at in held[kind].get(index, ())])
-                self.parts |= {(kind, at): element for at, element in matched.items()}
-            below = self._match(containers, ("body",), [(at, facts["bodies"][at]) for at in children.get(index, ())])
-            self.bodies |= below
-            waiting += [(at, [element]) for at, element in below.items()]
+            for kind, tags in {**_TAGS, "bodies": ("body",)}.items():
+                wanted = [(at, str(facts[kind][at]["name"])) for at in held.get((kind, index), ())]
+                for at, element in self._match(containers, tags, wanted).items():
+                    if kind == "bodies":
+                        self.bodies[at] = element
+                        waiting.append((at, [element]))
+                    else:
+                        self.parts[kind, at] = element
 
     def _match(
-        self, containers: Sequence[Element], tags: Sequence[str], wanted: list[tuple[int, Mapping[str, Any]]]
+        self, containers: Sequence[Element], tags: Sequence[str], wanted: list[tuple[int, str]]
     ) -> dict[int, Element]:
-        """Return the element of each object: by order where nothing is repeated, else by name, else what holds it."""
+        """Return the element of each object: by order where nothing is repeated, else by name, else what holds it.
+
+        The name of a replica is that of its element and a number.
+        """
         if not wanted:
             return {}
         elements = [element for container in containers for element in self._direct(container, tags)]
@@ -210,11 +219,10 @@ class Places:
         holders = [e for c in containers for e in self.markup.within(c) if e.tag in _MAKERS]
         nameless = [element for element in elements if not element.get("name")]
         fallback = [*nameless, *holders, *containers, self.markup.root][0]
-        names = {element.get("name"): element for element in elements}
-        return {at: _called(names, thing["name"]) or fallback for at, thing in wanted}
+        names = {element.get("name"): element for element in elements if element.get("name")}
+        return {at: names.get(name) or names.get(name.rstrip("0123456789")) or fallback for at, name in wanted}
 
     def _direct(self, container: Element, tags: Sequence[str]) -> Iterator[Element]:
-        """Yield the elements of a body itself, not of the bodies in it."""
         for child in self.markup.children(container):
             if child.tag in tags:
                 yield child
@@ -226,44 +234,83 @@ class Places:
         return self.bodies.get(index, self.markup.root)
 
     def of(self, kind: str, index: int) -> Element:
-        """Return the element of a joint, geom, site or camera (``kind`` is the plural)."""
+        """Return the element of a joint, geom, site, camera or light (``kind`` is the plural)."""
         return self.parts.get((kind, index), self.markup.root)
 
 
-_TAGS = {
-    "joints": ("joint", "freejoint"),
-    "geoms": ("geom",),
-    "sites": ("site",),
-    "cameras": ("camera",),
-    "lights": ("light",),
-}
+def before(markup: Markup) -> Iterator[Diagnostic]:
+    """Yield what MuJoCo is not asked about: numbers that are none, replicas without end, files without an end.
+
+    Reading a mesh, texture or height field that is a pipe or a device may never end.
+    """
+    inner = [e.get(word) for e in markup.sections("compiler") for word in ("meshdir", "texturedir", "assetdir")]
+    folders = dict.fromkeys(file.parent for file in markup.files)
+    places = [folder / name.replace("\\", "/") for folder in folders for name in ("", *filter(None, inner))]
+    for element in markup.everything():
+        for attribute in element.attributes.values():
+            name, value = attribute.name, attribute.value.replace("\\", "/")
+            is_file = name.startswith("file") and value and element.tag not in ("include", "model")
+            if is_file and any(files.is_special(folder / value) for folder in places):
+                message = f"{attribute.value} is no regular file"
+                yield error("file-unreadable", message, attribute.span, "name a file")
+            for word in attribute.words() if name not in _WORDS else ():
+                if _NOT_FINITE.fullmatch(word.text):
+                    message = f"{name} of <{element.tag}> is {word.text}, which is no number"
+                    yield error("not-finite", message, word.span, "give a number")
+    most, where = _replicas(markup, markup.root)
+    if most > MAX_ELEMENTS:
+        message = f"the replicas of this file are {most:,} elements, more than {MAX_ELEMENTS:,}"
+        yield error("mjcf-too-large", message, (where or markup.root).span, "repeat less often")
 
 
-def _by_body(entries: Sequence[Mapping[str, Any]]) -> dict[int, list[int]]:
-    held: dict[int, list[int]] = {}
-    for index, entry in enumerate(entries):
-        held.setdefault(entry["body"], []).append(index)
-    return held
+def _replicas(markup: Markup, element: Element) -> tuple[int, Element | None]:
+    """Return how many elements an element holds when all is repeated, and the replicate that makes the most of them."""
+    total, most, where = 1, 0, None
+    for child in markup.children(element):
+        count, inner = _replicas(markup, child)
+        total += count
+        if inner is not None and count > most:
+            most, where = count, inner
+    written = element.get("count")
+    if element.tag == "replicate" and written.isdecimal():
+        return total * int(written), where or element
+    return total, where
 
 
-def _called(names: Mapping[str, Element], name: str) -> Element | None:
-    """Return the element of a name; a replica's name is that of its element and a number."""
-    if not name:
-        return None
-    return names.get(name) or names.get(name.rstrip("0123456789")) or None
+def refusal(markup: Markup, answer: Answer) -> Diagnostic:
+    """Return the error about a file that MuJoCo does not load, in MuJoCo's words."""
+    words = " ".join(answer.refusal.split())
+    for prefix in ("XML Error: ", "Error: "):
+        words = words.removeprefix(prefix)
+    if answer.missing:
+        return error("extra-missing", words, markup.root.span, answer.help)
+    help = _FILE_HELP if words.startswith("Error opening file") else answer.help
+    message = words if answer.own else f"MuJoCo refuses the file: {words}"
+    return error("mjcf-refused", message, place(markup, words), help)
 
 
-def spans_of(attribute: Attribute | None, values: Sequence[float], span: Span) -> list[Span]:
-    """Return the places of numbers: those of the digits of an attribute that says the very values, else ``span``."""
-    words = attribute.words() if attribute else []
-    if len(words) == len(values) and all(says(word.text, value) for word, value in zip(words, values, strict=True)):
-        return [word.span for word in words]
-    return [span] * len(values)
+def place(markup: Markup, message: str) -> Span:
+    """Return the place that a message of MuJoCo speaks of.
+
+    MuJoCo gives the line in the main file, 0 in others, and quotes the names of elements and attributes and the values
+    that it does not like: the element that has the most of them is meant.
+    """
+    line, tag = _LINE.search(message), _TAG.search(message)
+    quoted = set(_QUOTED.findall(message)) - {tag[1] if tag else ""}
+    best, likely = 0, markup.root.span
+    for element in markup.everything():
+        found = (a for a in element.attributes.values() if a.name in quoted or _has_value(a, quoted))
+        attribute = next(found, None)
+        here = line is not None and element.document is markup.root.document and element.span.line == int(line[1])
+        score = 4 * here + 2 * (tag is not None and element.tag == tag[1]) + 3 * (attribute is not None)
+        if score > best:
+            best, likely = score, element.span
+            if attribute is not None:
+                likely = attribute.name_span if attribute.name in quoted else attribute.span
+    return likely
 
 
-def says(text: str, value: float) -> bool:
-    """Say whether a word is this very number."""
-    try:
-        return float(text) == value
-    except ValueError:
-        return False
+def _has_value(attribute: Attribute, quoted: Collection[str]) -> bool:
+    """Return True if an attribute has a quoted value; MuJoCo quotes a file with the folder that it looked in."""
+    value = attribute.value
+    return value in quoted or (attribute.name == "file" and any(q.endswith(f"/{value}") for q in quoted if value))

@@ -1,8 +1,8 @@
 """Put values from MuJoCo into the tree of a description: without the noise of its arithmetic, with their places.
 
 Attributes of elements become keys by the forms that the schema has for them (``put_words``). An element comes as
-``resolved`` has it: a tag, attributes as texts, and inner elements. What no key can express is returned, and the
-element is then kept as it is (``text_of``).
+``engine`` has it: a tag, attributes as texts, and inner elements. What no key can express is returned, and the element
+is then kept as it is (``text_of``).
 """
 
 from __future__ import annotations
@@ -19,9 +19,7 @@ from rosorin_compile.model.geometry import IDENTITY, Rows
 from rosorin_compile.model.geometry import unit as normalized
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.tree import Map, Seq
-from rosorin_compile.source.xml.markup import Element
-
-from .source import says, spans_of
+from rosorin_compile.source.xml.markup import Attribute, Element
 
 Attributes = Mapping[str, str]
 Node = Mapping[str, Any]
@@ -32,7 +30,6 @@ ROUNDING = 1e-15  # of sums and products of numbers near 1
 ANGLE_ROUNDING = 1e-12  # rad
 NO_POSE = Transform()
 _ILLEGAL = re.compile(r"[<>&\"'\s\x00-\x1f\x7f]+")
-_NAMES = "#/$defs/name"
 
 
 def legal(name: str) -> str:
@@ -50,7 +47,7 @@ def put_number(entry: Map, key: str, value: float, element: Element, attribute: 
     """Set a number; its place is the word ``at`` of the attribute if that is this very value."""
     words = element.attributes.get(attribute)
     word = words.words()[at : at + 1] if words else []
-    span = word[0].span if word and says(word[0].text, value) else element.span
+    span = word[0].span if word and _equals(word[0].text, value) else element.span
     entry.put(key, plain(value), element.span, span)
 
 
@@ -80,9 +77,14 @@ def put_inner(entry: Map, key: str, value: Any) -> None:
 
 def numbers(values: Sequence[float], element: Element, attribute: str = "") -> Seq:
     """Return a list of numbers; their places are those in the attribute if it has these very values."""
+    own = element.attributes.get(attribute)
+    words = own.words() if own else []
+    exact = len(words) == len(values) and all(
+        _equals(one.text, value) for one, value in zip(words, values, strict=True)
+    )
     listed = Seq(element.span)
-    for value, span in zip(values, spans_of(element.attributes.get(attribute), values, element.span), strict=True):
-        listed.put(plain(value), span)
+    for at, value in enumerate(values):
+        listed.put(plain(value), words[at].span if exact else element.span)
     return listed
 
 
@@ -99,12 +101,6 @@ def plain(value: float) -> float | int:
     return int(value) if value == int(value) and abs(value) < 1e15 else value
 
 
-def forms_of(name: str) -> Mapping[str, Any]:
-    """Return the schemas of the keys that an entry of a kind may have."""
-    forms: Mapping[str, Any] = schema()["$defs"][name]["properties"]
-    return forms
-
-
 def put_words(
     entry: Map,
     attributes: Attributes,
@@ -118,18 +114,17 @@ def put_words(
     ``words`` are the keys with another name than the attribute. What the language has no word for goes into ``mjcf``.
     ``rename`` returns the name that the description has for a name in an attribute.
     """
-    forms, called = forms_of(kind), words or {}
+    forms, called = schema()["$defs"][kind]["properties"], words or {}
     more = resolve(forms.get("mjcf", {})).get("properties", {})
     inner, rest = Map(element.span), {}
     for name, text in attributes.items():
         if name == "name":
             continue
-        key, target = called.get(name, name), entry
-        own = key in forms and key not in ("mjcf", "name", "source", "xyz", "rpy")
-        value = value_of(text, forms[key], element, name, rename) if own else None
-        if value is None:
-            key, target = name, inner
-            value = value_of(text, more[name], element, name, rename) if name in more else None
+        key, target, value = called.get(name, name), entry, None
+        if key in forms and key not in ("mjcf", "name", "source", "xyz", "rpy"):
+            value = value_of(text, forms[key], element, name, rename)
+        if value is None and name in more:
+            key, target, value = name, inner, value_of(text, more[name], element, name, rename)
         if value is None:
             rest[name] = text
         else:
@@ -143,7 +138,7 @@ def value_of(
     text: str, form: Mapping[str, Any], element: Element, attribute: str, rename: Rename = lambda _, name: name
 ) -> Any:
     """Return the value of an attribute in a form of the schema, or None if the form does not take it."""
-    if form.get("$ref") == _NAMES:
+    if form.get("$ref") == "#/$defs/name":
         return rename(attribute, text)
     if form.get("$ref") == "#/$defs/rgba":
         form = {"minItems": 3, "maxItems": 4, "type": "array"}
@@ -172,13 +167,20 @@ def _numbers(text: str) -> list[float]:
         return []
 
 
+def _equals(text: str, value: float) -> bool:
+    try:
+        return float(text) == value
+    except ValueError:
+        return False
+
+
 def _place(element: Element, attribute: str, text: str) -> Span:
     """Return the place of the attribute in the file, if it is this very text or number there."""
-    own = element.attributes.get(attribute)
+    own: Attribute | None = element.attributes.get(attribute)
     if own is None or own.value == text:
         return own.span if own else element.span
-    words = own.words()
-    is_number = len(words) == 1 and len(text.split()) == 1 and bool(_numbers(text)) and says(words[0].text, float(text))
+    words, found = own.words(), _numbers(text)
+    is_number = len(words) == 1 and len(found) == len(text.split()) == 1 and _equals(words[0].text, float(text))
     return own.span if is_number else element.span
 
 
@@ -225,17 +227,17 @@ def tidy_angle(value: float) -> float:
     return tidy(value, ANGLE_ROUNDING)
 
 
-def tidy_position(value: float) -> float:
-    """Return a position of a joint that turns (rad): as ``tidy_angle``, but -180 deg stays what it is."""
-    degrees = round(value / DEGREE) if math.isfinite(value) else 0
+def tidy_position(value: float, slides: bool = False) -> float:
+    """Return a position of a joint (rad, or m of one that slides): as ``tidy_angle``, but -180 deg stays what it is."""
+    degrees = round(value / DEGREE) if math.isfinite(value) and not slides else 0
     if degrees and abs(value - degrees * DEGREE) <= ANGLE_ROUNDING * max(1.0, abs(degrees) / 180):
         return degrees * DEGREE
     return tidy(value)
 
 
-def tidy_vector(values: Iterable[float], zero: float = ROUNDING) -> Vector:
+def tidy_vector(values: Iterable[float]) -> Vector:
     """Return three numbers freed of rounding."""
-    x, y, z = (tidy(value, zero) for value in values)
+    x, y, z = map(tidy, values)
     return (x, y, z)
 
 
@@ -245,16 +247,10 @@ def unit(axis: Sequence[float]) -> Vector:
     return tidy_vector(normalized((x, y, z)))
 
 
-def transform(pos: Sequence[float], quat: Sequence[float] = (1, 0, 0, 0)) -> Transform:
-    """Return the transform of a position (m) and a quaternion (w, x, y, z) of any length above zero."""
+def transform(pos: Sequence[float], quat: Sequence[float] | None = None) -> Transform:
+    """Return the transform of a position (m) and a quaternion (w, x, y, z) of any length above zero, or none."""
     x, y, z = pos
-    return Transform.of_quaternion((x, y, z), quat)
-
-
-def shift(offset: Sequence[float]) -> Transform:
-    """Return the transform that only moves (m)."""
-    x, y, z = offset
-    return Transform(xyz=(x, y, z))
+    return Transform(xyz=(x, y, z)) if quat is None else Transform.of_quaternion((x, y, z), quat)
 
 
 def rotation(quaternion: Sequence[float]) -> Rows:
@@ -286,10 +282,7 @@ def full_inertia(diagonal: Sequence[float], rows: Rows) -> dict[str, float]:
 
 def is_unturned(place: Transform) -> bool:
     """Return True if a transform does not turn."""
-    pairs = (
-        (a, b) for row, other in zip(place.rows, NO_POSE.rows, strict=True) for a, b in zip(row, other, strict=True)
-    )
-    return all(abs(a - b) < ANGLE_ROUNDING for a, b in pairs)
+    return all(abs(a - (n == k)) < ANGLE_ROUNDING for n, row in enumerate(place.rows) for k, a in enumerate(row))
 
 
 def placing(place: Transform) -> dict[str, str]:

@@ -31,9 +31,9 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import partial
 from typing import NamedTuple
 
 from markupsafe import Markup
@@ -57,31 +57,188 @@ from rosorin_compile.model import (
     Sphere,
     Vector,
 )
+from rosorin_compile.model.geometry import plane_axes, pose_of
+from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.looks import colours_of
 from rosorin_compile.model.mesh_vertices import clouds_of
-from rosorin_compile.model.shape import Material
+from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.simulation import Attribute
-from rosorin_compile.mujoco.rest_pose import home_of, stands_at
+from rosorin_compile.mujoco.rest_pose import HOME, home_of, stands_at
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.xml.elements import indented
 
-from .bodies import COLLISION, FRAME, SHOWN, SHOWN_WHEEL, VISUAL, WHEEL, body_name
-from .classes import Class, Classes, Named, Part
-from .contacts import Geom, contacts
+from .bodies import (
+    COLLISION,
+    FLOATING,
+    FRAME,
+    PLANAR,
+    SHOWN,
+    SHOWN_WHEEL,
+    STIFF,
+    VISUAL,
+    WHEEL,
+    body_name,
+    is_free,
+    reference,
+    rolling,
+)
+from .classes import Classes, Named, Part
+from .contacts import contacts
 from .height_fields import Field, field_of, form_of, solids
-from .masks import rolling
-from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, has_products, weightless
-from .omissions import has_volume, is_written, mesh_path, named, omitted, refused, texture_path, unpaired
-from .servos import Drive
+from .omissions import (
+    LEAST,
+    LEAST_EIGENVALUE,
+    along_link_of,
+    has_mass,
+    has_products,
+    has_volume,
+    is_written,
+    mesh_path,
+    named,
+    omitted,
+    position_range,
+    refused,
+    texture_path,
+    unpaired,
+    weightless,
+)
+from .servos import Drive, controls_of, is_clamped, kept_controls
 from .servos import drives as drives_of
-from .write_joints import followers, free_joint, keys, several, single, stands
-from .write_sensors import Element, elements_of
-from .write_simulation import SimulationPrinter
+from .write_elements import ElementPrinter, place_of, sensor_elements
+
+# The types of joints that one joint of MuJoCo is.
+TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
+
+_AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_AT_ORIGIN = {"planar": (0.0, 0.0, 0.0), "floating": (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)}
+_AT_ORIGIN |= {"ball": (1.0, 0.0, 0.0, 0.0)}
+
+
+def stands(joint: Joint) -> Pose:
+    """Return where the body of a joint stands in the one above it."""
+    ref = reference(joint)
+    return pose_of(joint.transform(ref)) if ref else joint.origin
+
+
+def free_joint(robot: Robot) -> str:
+    """Return a name for the joint of a floating base that no other joint has."""
+    name = f"{robot.root}_free"
+    while name in robot.joint:
+        name += "_"
+    return name
+
+
+def several(joint: Joint, printer: ElementPrinter) -> list[Markup]:
+    """Return the attributes of the joints that a body has for a planar, floating or ball joint, in their order."""
+    if is_free(printer.robot, joint):
+        return [attributes(name=joint.name, type="free", **_inner(joint, printer))]
+    if joint.type == "ball":
+        return [attributes(name=joint.name, type="ball", **_inner(joint, printer))]
+    base, number = base_name(joint, printer.robot), printer.number
+    if joint.type == "planar":
+        axes = (*plane_axes(joint.axis), joint.axis)
+        kinds = ("slide", "slide", "hinge")
+        parts = zip(PLANAR, kinds, axes, strict=True)
+    else:
+        parts = zip(FLOATING[:3], ("slide",) * 3, _AXES, strict=True)
+    made = [attributes(name=base + end, **_motion(kind, axis, number)) for end, kind, axis in parts]
+    return made if joint.type == "planar" else [*made, attributes(name=base + FLOATING[3], type="ball")]
+
+
+def base_name(joint: Joint, robot: Robot) -> str:
+    """Return the name of a joint, with underscores after it where its parts would have the names of others."""
+    base = joint.name
+    while any(base + end in robot.joint for end in {*PLANAR, *FLOATING}):
+        base += "_"
+    return base
+
+
+def single(joint: Joint, printer: ElementPrinter) -> dict[str, str]:
+    """Return the attributes of a joint of one position, but its name."""
+    values = _motion(TYPES[joint.type], joint.axis, printer.number)
+    ends = position_range(joint)
+    if ends:
+        values["range"] = numbers(ends, printer.number)
+    return {**values, **_inner(joint, printer)}
+
+
+def _motion(kind: str, axis: Vector, number: NumberFormat) -> dict[str, str]:
+    values = {} if kind == "hinge" else {"type": kind}
+    return values if axis == _AXES[2] else {**values, "axis": vector(axis, number)}
+
+
+def _inner(joint: Joint, printer: ElementPrinter) -> dict[str, str]:
+    number, dynamics = printer.number, joint.dynamics or Dynamics()
+    # That of the drive, too: no force limit clamps it, and MJX leaves out the damping of actuators (MuJoCo 3.17).
+    words = {"damping": joint.braking, "frictionloss": dynamics.friction, "armature": dynamics.armature}
+    words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
+    values = {word: number(value) for word, value in words.items() if value}
+    effort = joint.limit.known("effort") if joint.limit is not None else None
+    if effort and not is_clamped(printer.robot, joint, effort):
+        values["actuatorfrcrange"] = numbers([-effort, effort], number)
+    if joint.mjcf:
+        values |= printer.texts(joint.mjcf)
+    return values
+
+
+def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> list[Markup]:
+    """Return the attributes of the constraints of joints that follow another; of one that never moves: their angle."""
+    made = []
+    for joint, mimic in ((joint, joint.mimic) for joint in joints if joint.mimic is not None and joint.moves):
+        leader = robot.joint[mimic.joint]
+        values = {"name": mimic.name or joint.name, "joint1": joint.name}
+        values |= {"joint2": leader.name} if leader.moves else {}
+        factor = mimic.multiplier if leader.moves else 0.0
+        # MuJoCo counts both from their references.
+        offset = mimic.offset + factor * reference(leader) - reference(joint)
+        tuned = {"solref": mimic.solref or STIFF["solref"], "solimp": mimic.solimp or STIFF["solimp"]}
+        words = {word: numbers(values, number) for word, values in tuned.items()}
+        made.append(attributes(**values, polycoef=numbers([offset, factor, 0.0, 0.0, 0.0], number), **words))
+    return made
+
+
+Key = tuple[str, list[float], list[float], dict[str, Attribute]]
+
+
+def keys(
+    robot: Robot, joints: Sequence[Joint], drives: Sequence[Drive], stands: Callable[[JointPose], Pose] | None
+) -> list[Key]:
+    """Return name, qpos, ctrl and the rest of each pose: where the base ``stands`` if it is free, then the joints.
+
+    The first key is home. A robot without that pose has it all the same, if anything of it can move. One that was
+    imported has its poses in the order of its source, and what is made up behind them: simulators begin at the first.
+    """
+    made: list[Key] = []
+    home, others = home_of(robot), [pose for pose in robot.poses if pose.name != HOME]
+    poses = (home, *others)
+    if robot.source.status == "imported":
+        poses = robot.poses if len(others) < len(robot.poses) else (*others, home)
+    for pose in poses:
+        at: dict[str, Sequence[float]] = {}
+        for joint in joints:
+            at[joint.name] = _AT_ORIGIN.get(joint.type) or (robot.position(joint, pose.positions),)
+            if is_free(robot, joint):
+                at[joint.name] = (*joint.origin.xyz, *joint.origin.transform().quaternion())
+        ctrl: list[float] = []
+        for drive in drives:
+            control, moved, gear = 0.0, drive.joint, drive.actuator.gear
+            if drive.actuator.holds_position and moved is not None and moved.moves:  # it is to hold the pose
+                control = at[moved.name][0] * (gear[0] if gear else 1.0)
+            ctrl += controls_of(drive, pose.controls.get(drive.name, control))
+        place = stands(pose) if stands else None
+        qpos = [*place.xyz, *place.transform().quaternion()] if place else []
+        qpos += [number for joint in joints for number in at[joint.name]]
+        if qpos or ctrl or pose in robot.poses:
+            whole = pose.mjcf.get("qpos")
+            where = list(map(float, whole)) if isinstance(whole, tuple) else qpos
+            more = {word: value for word, value in pose.mjcf.items() if word != "qpos"}
+            made.append((pose.name, where, ctrl + [0.0] * kept_controls(robot), more))
+    return made
+
 
 # A chain of thousands of links is not indented further: its text would grow with the square of its length.
 DEEPEST = 30
-
 # The settings of the simulation, where the description has no others.
 OPTION = {"integrator": "implicitfast"}
 # Those of a robot on wheels or feet, which creeps down a slope without them: four mecanum wheels 30 mm in 5 s at 10
@@ -93,24 +250,23 @@ PLAIN_WHEELS = {"cone": "elliptic"}
 # What a body without mass has where MuJoCo asks for one (see ``masses.weightless``).
 _NO_SIZE = 1e-9  # m
 _LEAST_INERTIAL = Inertial(LEAST, Pose(), LEAST, LEAST, LEAST)
+# A geom that keeps fluids from such a body: MuJoCo takes it for a box of metres.
+_NO_DRAG = {"mass": "0", "contype": "0", "conaffinity": "0", "group": "5", "rgba": "0 0 0 0"}
+_NO_DRAG |= {"fluidshape": "ellipsoid", "fluidcoef": "0 0 0 0 0"}
 
 
 class Body(NamedTuple):
-    """A body as the attributes of its elements, and the indents of the bodies that end after it, innermost first.
-
-    ``inertial`` is empty where there is none; ``joints``, ``geoms`` and ``elements`` are lists.
-    """
+    """A body as the attributes of its elements, and the indents of the bodies that end after it, innermost first."""
 
     indent: str
     names: str
     inertial: Markup | str
-    joints: list[Markup]
-    geoms: list[str]
+    joints: Sequence[Markup]
+    geoms: Sequence[Markup]
     site: str
-    elements: Sequence[Element]
-    marks: Sequence[Part]
+    elements: Sequence[Part]
     kept: Sequence[str]
-    ends: list[str]
+    ends: Sequence[str]
 
 
 class Frame(NamedTuple):
@@ -130,51 +286,82 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     unless it says fixed), ``number_format``,
     ``visuals`` (own, or from_collision for links that have none).
     """
-    number = number_format(output.options)
-    free = robot.has_free_base(output)
-    elements = elements_of(robot, templates, number)
-    form = form_of(output)
-    frames = list(walk(robot))
+    number, free, frames = number_format(output.options), robot.has_free_base(output), list(_walk(robot))
     joints = [frame.joint for frame in frames if frame.joint]
     shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
     drives = drives_of(robot, joints, output)
-    shown = colours_of(robot) if _shows_collision(robot, output) else {}
-    printer = _Printer(robot, number, elements.bodies, free, output, weightless(robot, free), shown)
-    kept = [*robot.mjcf, *(text for _, text in elements.sections)]
-    printer.share(joints, drives, kept)
-    bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
-    touching = contacts(robot, form, output.options.get("contacts", "implied") == "implied")
+    usual = "own" if any(link.visual for link in robot.links) else "from_collision"
+    shown = colours_of(robot) if output.options.get("visuals", usual) == "from_collision" else {}
+    printer = ElementPrinter(robot, number, shown.values())
+    sensors = sensor_elements(robot, templates, printer)
+    moving = [joint for joint in joints if joint.moves]
+    shared = [Named("joint", joint.name, single(joint, printer), joint.name) for joint in moving]
+    shared += [printer.actuator(drive) for drive in drives]
+    classes = Classes(robot.name, shared, [*robot.mjcf, *(text for _, text in sensors.sections)])
+    implied = output.options.get("contacts", "implied") == "implied"
+    rolls = rolling(robot) if implied else frozenset[str]()
+    geoms = _Geoms(robot, output, printer, classes, rolls, frozenset(shown))
+    stands_there = partial(stands_at, robot, clouds=clouds_of(robot, as_opened=True))
+    is_placed = robot.root_in_world.placed or not free
+    root = robot.root_in_world.pose if is_placed else stands_there(home_of(robot))
+    top = 1 if robot.root_in_world.world else 0  # the depth of the frames that are bodies in the world
+    none = frozenset(weightless(robot, free))
+    in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
+    printed = {joint.name: classes.printed(place) for place, joint in enumerate(moving)}
+    framed = attributes(**{"class": classes.named(FRAME)})
+    bodies: list[tuple[list[Markup], Body]] = []
+    for frame, after in zip(frames, [*frames[1:], None], strict=True):
+        link, joint, indent = frame.link or Link(frame.name), frame.joint, _indent(frame.depth - top)
+        made = [*geoms.of(link, COLLISION, link.collision), *geoms.of(link, VISUAL, link.visual)]
+        if in_fluid and link.name in none:
+            made.append(attributes(name=f"{link.name}_no_drag", size=number(_NO_SIZE), **_NO_DRAG))
+        pose, names = root if frame.depth == 0 else frame.pose, ""
+        if frame.depth >= top:
+            place = place_of(pose.xyz, pose.rpy, number)
+            names = attribute("name", body_name(robot, frame.name)) + attributes(**place)
+            names += printer.printed({**link.limited_values("mjcf"), **link.mjcf})
+        body = Body(
+            indent,
+            names,
+            _inertial(_LEAST_INERTIAL if link.name in none else link.inertial, number),
+            [] if joint is None else [printed[joint.name]] if joint.moves else several(joint, printer),
+            made,
+            attribute("name", frame.name) + framed,
+            [*sensors.bodies.get(frame.name, ()), *map(printer.mark, link.marked)],
+            [indented(text, _indent(frame.depth - top + 1)) for text in link.mjcf_elements],
+            [_indent(depth - top) for depth in range(frame.depth, (after.depth if after else top) - 1, -1)],
+        )
+        bodies.append(([_free_joint(robot, printer)] if free and not bodies else [], body))
+    touching = contacts(robot, form_of(output), implied)
     values = {
         "robot": robot,
-        "classes": printer.tree(output.options.get("groups", {})),
-        "materials": [printer.simulated.printed(values) for values in printer.simulated.materials()],
-        "textures": [(name, texture_path(file)) for file, name in printer.simulated.textures.items()],
-        "meshes": [printer.mesh(name, mesh) for (mesh, *_), name in printer.meshes.items()],
-        "fields": list(printer.fields.items()),
-        "bodies": list(zip([[printer.free_joint()] if free else [], *[()] * len(bodies)], bodies, strict=False)),
+        "classes": classes.tree(geoms.used, bool(rolls), output.options.get("groups", {})),
+        "materials": [printer.printed(values) for values in printer.materials()],
+        "textures": [(name, texture_path(file)) for file, name in printer.textures.items()],
+        "meshes": geoms.printed_meshes(),
+        "fields": list(geoms.fields.items()),
+        "bodies": bodies,
         "followers": followers(robot, joints, number),
-        "actuators": printer.actuators(drives),
-        "equalities": [printer.simulated.constraint(one) for one in robot.constraints],
-        "sensors": elements.sensors,
-        "sections": elements.sections,
-        "keys": keys(robot, joints, drives, printer.stands if free else None),
+        "actuators": [Part(one.actuator.type, classes.printed(at)) for at, one in enumerate(drives, len(moving))],
+        "equalities": [printer.constraint(one) for one in robot.constraints],
+        "sensors": sensors.sensors,
+        "sections": sensors.sections,
+        "keys": keys(robot, joints, drives, stands_there if free else None),
         "excludes": touching.excluded,
-        "contact_pairs": [(printer.collider(one), printer.collider(other)) for one, other in touching.pairs],
+        "contact_pairs": [[geoms.names[one.link, COLLISION, one.number] for one in pair] for pair in touching.pairs],
         "stand_ins": [comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
         "title": comment(robot.name),
-        "option": _option(robot, output, free, number),
-        "number": number,
-        "numbers": printer.numbers,
-        "pairs": lambda pairs: attributes(**dict(pairs)),
-        "printed": printer.simulated.printed,
+        "option": _option(robot, output, free, printer),
+        "numbers": partial(numbers, number=number),
+        "printed": printer.printed,
         "kept": [indented(text, "  ") for text in robot.mjcf],
     }
     text = templates.own("mujoco/robot.xml.jinja", values)
-    told = [*refused(robot, free), *omitted(robot, joints), *unpaired(touching.left), *elements.diagnostics]
-    return text, [*told, *(named(text, printer.left_out) if printer.left_out else ())]
+    told = [*refused(robot, free), *omitted(robot, joints), *unpaired(touching.left), *sensors.diagnostics]
+    return text, [*told, *(named(text, geoms.left_out) if geoms.left_out else ())]
 
 
-def walk(robot: Robot) -> Iterator[Frame]:
+def _walk(robot: Robot) -> Iterator[Frame]:
     """Yield every frame from the root, parents before children: links by their joints, then known static edges."""
     edges: dict[str, list[tuple[str, Pose]]] = {}
     known = set(robot.link)
@@ -182,252 +369,109 @@ def walk(robot: Robot) -> Iterator[Frame]:
         if edge.pose is not None and not edge.moving and edge.child not in known:
             known.add(edge.child)
             edges.setdefault(edge.parent, []).append((edge.child, edge.pose))
-    links, joints_from = robot.link, robot.joints_from
-    waiting = [Frame(robot.root, 0, Pose(), None, links[robot.root])]
+    waiting = [Frame(robot.root, 0, Pose(), None, robot.link[robot.root])]
     while waiting:
         frame = waiting.pop()
         yield frame
         depth = frame.depth + 1
         for name, pose in reversed(edges.get(frame.name, ())):
             waiting.append(Frame(name, depth, pose, None, None))
-        for joint in reversed(joints_from.get(frame.name, ())):
+        for joint in reversed(robot.joints_from.get(frame.name, ())):
             moving = None if joint.is_fixed else joint
-            waiting.append(Frame(joint.child, depth, stands(joint), moving, links[joint.child]))
+            waiting.append(Frame(joint.child, depth, stands(joint), moving, robot.link[joint.child]))
 
 
-class _Printer:
-    """Puts frames into the terms of MuJoCo, numbers printed: a template takes its time over hundreds of geoms.
+def _free_joint(robot: Robot, printer: ElementPrinter) -> Markup:
+    root = robot.root_in_world
+    name = root.joint or free_joint(robot)
+    if set(root.values) <= {"group", "align"}:
+        return Markup("<freejoint{}/>").format(printer.printed({"name": name, **root.values}))
+    return Markup("<joint{}/>").format(printer.printed({"name": name, "type": "free", **root.values}))
 
-    ``shown`` are the colours of the links that are seen as their collision shapes.
+
+def _inertial(inertial: Inertial | None, number: NumberFormat) -> Markup | str:
+    if inertial is None or not has_mass(inertial):
+        return ""
+    pos, mass, six = vector(inertial.pose.xyz, number), number(inertial.mass), along_link_of(inertial)
+    if not any(six[3:]):
+        return attributes(pos=pos, mass=mass, diaginertia=" ".join(inertial.printed(number, six)[:3]))
+    if inertial.principal_moments[0] < LEAST_EIGENVALUE and not has_products(inertial):
+        own, place = " ".join(inertial.printed(number)[:3]), place_of(inertial.pose.xyz, inertial.pose.rpy, number)
+        return attributes(**{"pos": pos, **place, "mass": mass, "diaginertia": own})
+    return attributes(pos=pos, mass=mass, fullinertia=" ".join(inertial.printed(number, six)))
+
+
+class _Geoms:
+    """Geoms of shapes, named by the link, the purpose and the number of the solid.
+
+    ``used`` are the purposes of those that are written, ``left_out`` those that are not, each with its link. ``rolls``
+    are links that meet the floor alone, ``shown`` those that are seen as their collision shapes.
     """
 
     def __init__(
         self,
         robot: Robot,
-        number: NumberFormat,
-        elements: Mapping[str, Sequence[Element]],
-        free: bool,
         output: Output,
-        weightless: Sequence[str],
-        shown: Mapping[str, Material],
+        printer: ElementPrinter,
+        classes: Classes,
+        rolls: frozenset[str],
+        shown: frozenset[str],
     ) -> None:
-        self.robot = robot
-        self.shown = shown
-        implied = output.options.get("contacts", "implied") == "implied"
-        self.rolling = rolling(robot) if implied else frozenset[str]()
-        self.number = number
-        self.elements = elements
-        self.meshes: dict[tuple[Mesh, str, tuple[tuple[str, Attribute], ...]], str] = {}
-        self.geom_names: dict[str, list[str]] = {}
-        self.left_out: dict[str, str] = {}  # geoms that are not written, each with its link
-        self.used: set[str] = set()  # the purposes of those that are
-        self.simulated = SimulationPrinter(robot, number, shown.values())
-        self.fields: dict[str, Field] = {}
-        # What is printed of values that many joints and links may share.
-        self.motions: dict[Hashable, Mapping[str, str]] = {}
-        self.printed: dict[Hashable, tuple[object, Markup | str]] = {}
+        self.robot, self.printer, self.classes, self.rolls, self.shown = robot, printer, classes, rolls, shown
+        self.colours = colours_of(robot) if shown else {}
         self.form = form_of(output)
-        self.names, self.simulated.own_names = _geom_names(robot, self.form)
+        self.names, printer.own_names = _geom_names(robot, self.form)
         self.mesh_inertia = output.options.get("mesh_inertia", "shell")
-        self.in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
-        self.top = 1 if robot.root_in_world.world else 0  # the depth of the frames that are bodies in the world
-        self.weightless = frozenset(weightless)
-        stands = robot.root_in_world.placed or not free
-        self.stands = partial(stands_at, robot, clouds=clouds_of(robot, as_opened=True))
-        self.root = robot.root_in_world.pose if stands else self.stands(home_of(robot))
+        self.meshes: dict[tuple[Mesh, str, tuple[tuple[str, Attribute], ...]], str] = {}
+        self.fields: dict[str, Field] = {}
+        self.left_out: dict[str, str] = {}
+        self.used: set[str] = set()
 
-    def share(self, joints: Sequence[Joint], drives: Sequence[Drive], kept: Sequence[str]) -> None:
-        """Make the default classes of the robot; ``kept`` are texts that may have classes of their own."""
-        moving = [joint for joint in joints if joint.moves]
-        made = [Named("joint", joint.name, self.motion(joint), joint.name) for joint in moving]
-        made += [self.simulated.actuator(drive) for drive in drives]
-        self.classes = Classes(self.robot.name, made, kept)
-        self.framed = attributes(**{"class": self.classes.named(FRAME)})
-        self.single = {joint.name: self.classes.printed(place) for place, joint in enumerate(moving)}
-
-    def motion(self, joint: Joint) -> Mapping[str, str]:
-        """Return the attributes of a joint but its name: one object for joints that move alike."""
-        if joint.actuator is not None or joint.mjcf:
-            return single(joint, self.simulated)
-        key = (joint.type, joint.axis, id(joint.limit), id(joint.dynamics))
-        if key not in self.motions:
-            self.motions[key] = single(joint, self.simulated)
-        return self.motions[key]
-
-    def tree(self, groups: Mapping[str, int]) -> Class:
-        """Return the <default> classes that printed elements use; ``groups`` are those of geoms, by kind."""
-        return self.classes.tree(self.used, bool(self.rolling), groups)
-
-    def actuators(self, drives: Sequence[Drive]) -> list[Part]:
-        """Return the elements of actuators, which follow the joints in the list of those that share classes."""
-        places = range(len(self.single), len(self.single) + len(drives))
-        pairs = zip(places, drives, strict=True)
-        return [Part(drive.actuator.type, self.classes.printed(place)) for place, drive in pairs]
-
-    def joints_of(self, joint: Joint) -> list[Markup]:
-        """Return the attributes of the joints that a body has for one joint, in their order."""
-        return [self.single[joint.name]] if joint.moves else several(joint, self.simulated)
-
-    def numbers(self, values: Iterable[float]) -> str:
-        return numbers(values, self.number)
-
-    def place(self, pose: Pose) -> Mapping[str, str]:
-        """Return a position (m) and a unit quaternion (w x y z): each where it is not that of what it stands in."""
-        return _place(pose.xyz, pose.rpy, self.number)
-
-    def body(self, frame: Frame, after: Frame | None) -> Body:
-        """Return the body of a frame; ``after`` is the next frame of the tree."""
-        ends = range(frame.depth, (after.depth if after else self.top) - 1, -1)
-        link = frame.link or Link(frame.name)
-        return Body(
-            _indent(frame.depth - self.top),
-            self.names_of(link, frame),
-            self.inertial(link.inertial if link.name not in self.weightless else _LEAST_INERTIAL),
-            self.joints_of(frame.joint) if frame.joint else [],
-            [
-                *self.geoms(link, COLLISION, link.collision),
-                *self.geoms(link, VISUAL, link.visual),
-                *([self.no_drag(link.name)] if self.in_fluid and link.name in self.weightless else []),
-            ],
-            attribute("name", frame.name) + self.framed,
-            self.elements.get(frame.name, ()),
-            [self.simulated.mark(mark, self.place(mark.pose)) for mark in link.marked],
-            [indented(text, _indent(frame.depth - self.top + 1)) for text in link.mjcf_elements],
-            [_indent(depth - self.top) for depth in ends],
-        )
-
-    def names_of(self, link: Link, frame: Frame) -> str:
-        """Return the attributes of a body; none of the world."""
-        if frame.depth < self.top:
-            return ""
-        pose = self.root if frame.depth == 0 else frame.pose
-        texts = [attribute("name", body_name(self.robot, frame.name)), _placed(pose.xyz, pose.rpy, self.number)]
-        values = {**link.limited_values("mjcf"), **link.mjcf}
-        return "".join([*texts, self.simulated.printed(values)] if values else texts)
-
-    def free_joint(self) -> Markup:
-        """Return the element of the joint of a floating base."""
-        root = self.robot.root_in_world
-        name = root.joint or free_joint(self.robot)
-        if set(root.values) <= {"group", "align"}:
-            return Markup("<freejoint{}/>").format(self.simulated.printed({"name": name, **root.values}))
-        return Markup("<joint{}/>").format(self.simulated.printed({"name": name, "type": "free", **root.values}))
-
-    def inertial(self, inertial: Inertial | None) -> Markup | str:
-        """Return the attributes of an inertial; empty where there is no mass."""
-        if inertial is None:
-            return ""
-        return self.once(id(inertial), inertial, self.massive, inertial)
-
-    def once(self, key: Hashable, values: object, make: Callable[..., Markup | str], *given: object) -> Markup | str:
-        """Return what is printed of ``values``, whose identities are in the key."""
-        found = self.printed.get(key)
-        if found is None:
-            found = self.printed[key] = (values, make(*given))
-        return found[1]
-
-    def massive(self, inertial: Inertial) -> Markup | str:
-        """Return the attributes of an inertial that is there."""
-        if not has_mass(inertial):
-            return ""
-        pos, mass, six = vector(inertial.pose.xyz, self.number), self.number(inertial.mass), along_link_of(inertial)
-        if not any(six[3:]):
-            return attributes(pos=pos, mass=mass, diaginertia=" ".join(inertial.printed(self.number, six)[:3]))
-        if inertial.principal_moments[0] < LEAST_EIGENVALUE and not has_products(inertial):
-            own = " ".join(inertial.printed(self.number)[:3])
-            return attributes(**{"pos": pos, **self.place(inertial.pose), "mass": mass, "diaginertia": own})
-        return attributes(pos=pos, mass=mass, fullinertia=" ".join(inertial.printed(self.number, six)))
-
-    def collider(self, geom: Geom) -> str:
-        """Return the name of a geom that collides."""
-        return self.names[geom.link, "collision", geom.number]
-
-    def geoms(self, link: Link, purpose: str, shapes: tuple[Shape, ...]) -> list[str]:
-        """Return the geoms of shapes, named by the link, the purpose and the number of the solid."""
-        if not shapes:
-            return []
-        shown = self.shown.get(link.name) if purpose == COLLISION else None
+    def of(self, link: Link, purpose: str, shapes: Sequence[Shape]) -> Iterator[Markup]:
+        """Yield the attributes of the geoms of a link for a purpose."""
+        is_shown, rolls = purpose == COLLISION and link.name in self.shown, link.name in self.rolls
         kind = purpose
-        if purpose == COLLISION and link.name in self.rolling:
-            kind = SHOWN_WHEEL if shown else WHEEL
-        elif shown:
-            kind = SHOWN
+        if purpose == COLLISION and (rolls or is_shown):
+            kind = (SHOWN_WHEEL if is_shown else WHEEL) if rolls else SHOWN
         called = self.classes.named(kind)
-        made: list[str] = []
         for index, solid in enumerate([solid for shape in shapes for solid in solids(shape, self.form)], start=1):
-            geometry = solid.geometry
-            sized = self.once((called, id(geometry), id(solid.pose)), solid, self.sized, called, geometry, solid)
-            name = self.names[link.name, purpose, index]
-            if not sized:
+            geometry, name = solid.geometry, self.names[link.name, purpose, index]
+            if not has_volume(geometry) or (isinstance(geometry, Mesh) and not is_written(self.robot, geometry)):
                 self.left_out[name] = link.name
                 continue
             self.used.add(kind)
-            if purpose == COLLISION:
-                self.geom_names.setdefault(link.name, []).append(name)
-                more = {"material": self.simulated.material(shown.name)} if shown else {}
-            else:
-                more = self.look(solid)
+            more = self.printer.look(solid) if purpose == VISUAL else {}
+            more |= {"material": self.printer.material(self.colours[link.name].name)} if is_shown else {}
             if solid.contact is not None or solid.mjcf:
-                more |= self.simulated.touching(solid, purpose)
-            if isinstance(geometry, (Mesh, HeightMap)):
-                made.append(attributes(**{"name": name, "class": called, **self.of_file(geometry, solid), **more}))
-            else:
-                made.append("".join((attribute("name", name), sized, *map(attribute, more, more.values()))))
-        return made
+                more |= self.printer.touching(solid, purpose)
+            yield attributes(**{"name": name, "class": called, **self._sized(geometry, solid), **more})
 
-    def sized(self, called: str, geometry: Geometry, solid: Shape) -> Markup | str:
-        """Return the class of a geom, of a primitive its sizes and where it sits too; nothing for what is no geom."""
-        if not has_volume(geometry) or (isinstance(geometry, Mesh) and not is_written(self.robot, geometry)):
-            return ""
-        if isinstance(geometry, (Mesh, HeightMap)):
-            return attributes(**{"class": called})
-        kind = {} if isinstance(geometry, Sphere) else {"type": type(geometry).__name__.lower()}
-        sizes = self.numbers(_half_sizes(geometry))
-        return attributes(**{"class": called}, **kind, size=sizes, **self.place(solid.origin()))
-
-    def of_file(self, geometry: Mesh | HeightMap, solid: Shape) -> Mapping[str, str]:
-        """Return the type of what is no primitive, what it is of, and where it sits."""
+    def _sized(self, geometry: Geometry, solid: Shape) -> dict[str, str]:
+        number, pose = self.printer.number, solid.origin()
         if isinstance(geometry, HeightMap):
             field = field_of(solid, geometry)
-            name = f"{self.robot.name}_height_field_{len(self.fields) + 1}"
+            name, pose = f"{self.robot.name}_height_field_{len(self.fields) + 1}", field.pose
             self.fields[name] = field
-            return {"type": "hfield", "hfield": name, **self.place(field.pose)}
-        if not geometry.inertia and self.mesh_inertia != "legacy":
-            geometry = replace(geometry, inertia=self.mesh_inertia)
-        key = (geometry, geometry.inertia, tuple(sorted(geometry.mjcf.items())))
-        name = self.meshes.setdefault(key, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
-        return {"type": "mesh", "mesh": name, **self.place(solid.origin())}
+            made = {"type": "hfield", "hfield": name}
+        elif isinstance(geometry, Mesh):
+            if not geometry.inertia and self.mesh_inertia != "legacy":
+                geometry = replace(geometry, inertia=self.mesh_inertia)
+            key = (geometry, geometry.inertia, tuple(sorted(geometry.mjcf.items())))
+            made = {"type": "mesh"}
+            made["mesh"] = self.meshes.setdefault(key, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
+        else:
+            made = {} if isinstance(geometry, Sphere) else {"type": type(geometry).__name__.lower()}
+            made["size"] = numbers(_half_sizes(geometry), number)
+        return {**made, **place_of(pose.xyz, pose.rpy, number)}
 
-    def mesh(self, name: str, mesh: Mesh) -> Markup:
-        """Return the attributes of a mesh."""
-        values = {"name": name, "file": mesh_path(mesh.file), "scale": self.numbers(mesh.scale)}
-        values |= {"inertia": mesh.inertia} if mesh.inertia else {}
-        return attributes(**values, **self.simulated.texts(mesh.mjcf))
-
-    def no_drag(self, link: str) -> Markup:
-        """Return a geom that keeps fluids from a body without mass: MuJoCo takes that for a box of metres."""
-        of_fluid = {"fluidshape": "ellipsoid", "fluidcoef": "0 0 0 0 0"}
-        none = {"mass": "0", "contype": "0", "conaffinity": "0", "group": "5", "rgba": "0 0 0 0"}
-        return attributes(name=f"{link}_no_drag", size=self.number(_NO_SIZE), **none, **of_fluid)
-
-    def look(self, visual: Shape) -> dict[str, str]:
-        """Return the material of a visual, and the colour that it has instead of that of the material."""
-        material = self.robot.material.get(visual.material) if visual.material else None
-        named = self.simulated.material(visual.material) if material else ""
-        if named and visual.rgba is None and not visual.texture:  # it looks as its material says
-            return {"material": named}
-        texture = self.robot.texture(visual)
-        if "material" not in visual.mjcf and not (material and material.texture == texture):
-            named = self.simulated.material_of(texture) or named
-        colour = self.robot.colour(visual)
-        own = colour if colour and not (named and material and colour == material.rgba) else None
-        return {**({"material": named} if named else {}), **({"rgba": self.numbers(own)} if own else {})}
-
-
-def _shows_collision(robot: Robot, output: Output) -> bool:
-    """Say whether links without visuals are seen as their collision shapes: where nothing is seen, or as asked for."""
-    usual = "own" if any(link.visual for link in robot.links) else "from_collision"
-    return bool(output.options.get("visuals", usual) == "from_collision")
+    def printed_meshes(self) -> list[Markup]:
+        """Return the attributes of the meshes."""
+        made = []
+        for (mesh, *_), name in self.meshes.items():
+            values = {"name": name, "file": mesh_path(mesh.file), "scale": numbers(mesh.scale, self.printer.number)}
+            values |= {"inertia": mesh.inertia} if mesh.inertia else {}
+            made.append(attributes(**values, **self.printer.texts(mesh.mjcf)))
+        return made
 
 
 def _geom_names(robot: Robot, form: str) -> tuple[dict[tuple[str, str, int], str], dict[str, str]]:
@@ -442,10 +486,7 @@ def _geom_names(robot: Robot, form: str) -> tuple[dict[tuple[str, str, int], str
             shapes = link.visual if purpose == VISUAL else link.collision
             for number, solid in enumerate([solid for shape in shapes for solid in solids(shape, form)], start=1):
                 places[link.name, purpose, number] = solid.name
-    own = [(at, name) for at, name in places.items() if name]
-    if not own:
-        return {at: f"{at[0]}_{at[1]}_{at[2]}" for at in places}, {}
-    first: dict[str, str] = {}
+    own, first = [(at, name) for at, name in places.items() if name], dict[str, str]()
     for (_, purpose, _), name in own:
         first.setdefault(name, purpose)
     counts = Counter(name for (_, purpose, _), name in own if first[name] == purpose)
@@ -462,39 +503,19 @@ def _geom_names(robot: Robot, form: str) -> tuple[dict[tuple[str, str, int], str
     return names, meant
 
 
-def _option(robot: Robot, output: Output, free: bool, number: NumberFormat) -> tuple[Markup, Markup | str]:
+def _option(robot: Robot, output: Output, free: bool, printer: ElementPrinter) -> tuple[Markup, Markup | str]:
     """Return the attributes of the settings of the simulation, and those of its flags, if any is set.
 
     What an import says is all that its source has: nothing is added.
     """
     said, drive = output.options.get("option", {}), robot.drive
-    whole = bool(said) and robot.source.status == "imported"
-    stands: Mapping[str, object] = {}
-    if (free or drive) and not whole:
-        stands = STANDING if drive is None or drive.slides else PLAIN_WHEELS
-    values = {**OPTION, **stands, **said}
+    standing: Mapping[str, object] = {}
+    if (free or drive) and not (said and robot.source.status == "imported"):
+        standing = STANDING if drive is None or drive.slides else PLAIN_WHEELS
+    values = {**OPTION, **standing, **said}
     flags = values.pop("flag", {})
-    texts = {word: _setting(value, number) for word, value in values.items()}
+    texts = {word: printer.text(tuple(one) if isinstance(one, (list, tuple)) else one) for word, one in values.items()}
     return attributes(**texts), attributes(**flags) if flags else ""
-
-
-def _setting(value: str | float | Sequence[float], number: NumberFormat) -> str:
-    if isinstance(value, str):
-        return value
-    return number(value) if isinstance(value, (int, float)) else numbers(value, number)
-
-
-@lru_cache(maxsize=20_000)
-def _place(xyz: Vector, rpy: Vector, number: NumberFormat) -> Mapping[str, str]:
-    quaternion = Pose(xyz, rpy).transform().quaternion()
-    made = {"pos": vector(xyz, number)} if any(xyz) else {}
-    return made if quaternion == (1, 0, 0, 0) else {**made, "quat": vector(quaternion, number)}
-
-
-@lru_cache(maxsize=20_000)
-def _placed(xyz: Vector, rpy: Vector, number: NumberFormat) -> str:
-    """Return the attributes of a place as text."""
-    return attributes(**_place(xyz, rpy, number))
 
 
 def _indent(depth: int) -> str:

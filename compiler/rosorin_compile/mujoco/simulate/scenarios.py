@@ -1,69 +1,266 @@
-"""Scenarios: the robot holds its poses, drives, moves its joints over their ranges, and swings without damping.
+"""The robot in MuJoCo: it holds its poses, drives, moves its joints over their ranges, and swings without damping.
 
 Each scenario starts again and returns numbers, which ``simulation`` compares with limits. One that diverges has
-``broken``, and no numbers.
+``broken``, when and why, and no numbers.
 """
 
 from __future__ import annotations
 
 import copy
 import math
-from collections import deque
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
+from importlib import import_module
 from itertools import pairwise
+from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.model import Joint, Robot, Twist
-from rosorin_compile.mujoco.rest_pose import HOME, home_of, leader_of, range_of
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.model import Joint, Output, Robot, Twist
+from rosorin_compile.model.drive import Drive
+from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.progress import Progress
 
-from .world import FREE, POSITION, VELOCITY, SimulationDiverged, World
+from ..mjcf.bodies import body_name
+from ..rest_pose import HOME, home_of, leader_of, range_of
 
-LAST = 0.25  # s at the end of a scenario over which is averaged
-RAMP, DRIVING = 0.5, 2.0  # s until a drive is at its speed, and at speed, of which the second half counts
-FORWARD, SIDEWAYS, TURN, CURVE = Twist(vx=0.3), Twist(vy=0.3), Twist(wz=1.0), Twist(vx=0.3, wz=0.3)
-SWING = 0.5  # s
+POSITION, VELOCITY, FORCE = "position", "velocity", "force"
+FIXED, FREE = "fixed", "free"
+_SAMPLE = 0.005  # s between two samples, rounded to a whole number of steps
+_SPEED_UP = 0.002  # s in which our servo brings the robot to speed: stiff, so that errors are those of the robot
+_OVER_DAMPING = 500  # how much stiffer than the damping of its joint such a servo is at least
+_STEER = 200.0  # rad/s: the frequency of our steering servo with the inertia at its joint, without damping
+_FAR = 1e6  # m: beyond any distance to the floor
+_LAST = 0.25  # s at the end of a scenario over which is averaged
+_RAMP, _DRIVING = 0.5, 2.0  # s until a drive is at its speed, and at speed, of which the second half counts
+_SWING = 0.5  # s
 _PUSH = 0.5  # rad/s, or a tenth of it in m/s: the speed that joints swing from
 _SWEEP_SPEED, _SLIDE_SPEED = 1.0, 0.1  # rad/s and m/s at most, and half of the limit of the joint
 _SHORTEST, _LONGEST, _AT_END = 0.25, 4.0, 0.4  # s from one end to the other, and there
 
 
+@dataclass(frozen=True)
+class Actuator:
+    """An actuator of the model and the joint that it drives (empty: something else).
+
+    Its force is ``gain`` * control + bias (MuJoCo): it is a servo for the position or velocity that the bias depends on
+    with ``stiffness``. ``targets`` are the lowest and the highest target for the joint, or None if any is possible.
+    """
+
+    number: int
+    joint: str
+    kind: str
+    gear: float
+    gain: float
+    offset: float
+    stiffness: float
+    targets: tuple[float, float] | None
+
+    def control(self, target: float) -> float:
+        """Return the control that makes a length (rad or m) or speed the target of the servo."""
+        return -(self.offset + self.stiffness * target) / self.gain
+
+
+@contextmanager
+def quiet() -> Iterator[Any]:
+    """Import MuJoCo and drop its warnings meanwhile, which it would also write to a file in the working folder."""
+    mujoco: Any = import_module("mujoco")
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield mujoco
+    finally:
+        mujoco.set_mju_user_warning(None)
+
+
+def mjcf_text(robot: Robot, output: Output | None, templates: Templates, base: str) -> tuple[str, list[Diagnostic]]:
+    """Return the MJCF of a robot with the options of an output, and the diagnostics of the format."""
+    options = {**(output.options if output else {}), "base": base}
+    return FORMATS["mjcf"].written(robot, Output("simulated", "mjcf", "simulated.xml", options), templates)
+
+
+class World:
+    """A robot in MuJoCo, fixed to the world or free on a floor. Lengths in m, angles in rad.
+
+    ``joints`` are those that move and have a single coordinate, ``own`` those of the drive that got a servo here,
+    because no actuator of the robot drives them, ``targets`` the positions of the joints that are held. ``broken`` is
+    when and why the simulation diverged, or empty.
+    """
+
+    def __init__(
+        self, mujoco: Any, robot: Robot, text: str, base: str, folder: Path, meshes: Mapping[str, bytes] | None = None
+    ) -> None:
+        """Compile the MJCF in ``text``; ``folder`` is that of its file, ``meshes`` the contents of files by name.
+
+        Raises ValueError with the reason of MuJoCo.
+        """
+        self.mujoco, self.robot, self.base = mujoco, robot, base
+        self.joints = [joint for joint in robot.joints if joint.moves]
+        self.steps, self.cpu, self.broken, self.targets = 0, 0.0, "", dict[str, float]()
+        spec: Any = mujoco.MjSpec.from_string(text, assets=dict(meshes or {}))
+        spec.modelfiledir = str(folder)
+        for key in list(spec.keys):
+            spec.delete(key)  # states come from the poses of the description
+        if base == FREE:
+            floor = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.05])
+        self.model = spec.compile()
+        self.own = self._add_servos(spec, robot.drive) if base == FREE and robot.drive is not None else ()
+        self.model = spec.compile() if self.own else self.model
+        self.floor = floor.id if base == FREE else -1
+        self.data = mujoco.MjData(self.model)
+        numbers = {mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_BODY, body_name(robot, n)): n for n in robot.link}
+        self.link_of: dict[int, str] = {number: name for number, name in numbers.items() if number >= 0}
+        self.actuators = self._actuators()
+        self.servos = {(one.joint, one.kind): one for one in reversed(self.actuators)}  # the first of several
+        self.chunk = max(1, round(_SAMPLE / self.model.opt.timestep))
+        self.sample = self.chunk * float(self.model.opt.timestep)
+
+    def _actuators(self) -> list[Actuator]:
+        model, mujoco, actuators = self.model, self.mujoco, []
+        on_joint = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
+        for number in range(model.nu):
+            is_on_joint = model.actuator_trntype[number] in on_joint
+            joint = model.joint(int(model.actuator_trnid[number][0])).name if is_on_joint else ""
+            gain, gear = float(model.actuator_gainprm[number][0]), float(model.actuator_gear[number][0])
+            is_servo = gain and model.actuator_biastype[number] == int(mujoco.mjtBias.mjBIAS_AFFINE)
+            offset, position, velocity = model.actuator_biasprm[number][:3].tolist() if is_servo else (0.0, 0.0, 0.0)
+            kind, stiffness = POSITION if position else VELOCITY if velocity else FORCE, position or velocity
+            targets = None
+            if model.actuator_ctrllimited[number] and stiffness:
+                ends = model.actuator_ctrlrange[number].tolist()
+                low, high = sorted(-(gain * end + offset) / (stiffness * gear) for end in ends)
+                targets = (low, high)
+            actuators.append(Actuator(number, joint, kind, gear, gain, offset, stiffness, targets))
+        return actuators
+
+    def _add_servos(self, spec: Any, drive: Drive) -> tuple[str, ...]:
+        """Add a servo for each joint of the drive that has none; return the joints."""
+        mujoco, added = self.mujoco, []
+        existing = {(one.joint, one.kind) for one in self._actuators()}
+        mass_per_wheel = float(self.model.body_mass.sum()) / len(drive.wheels)
+        radius = {wheel.joint: wheel.radius for wheel in self.robot.driving.wheels}
+        for name in (*drive.wheels, *drive.steering):
+            steers, joint = name in drive.steering, self.model.joint(name)
+            if (name, POSITION) in existing or ((name, VELOCITY) in existing and not steers):
+                continue
+            if steers:
+                gain = float(self.model.dof_M0[joint.dofadr[0]]) * _STEER**2
+                bias = [0.0, -gain, -2 * gain / _STEER]
+            else:
+                gain = max(mass_per_wheel * radius[name] ** 2 / _SPEED_UP, _OVER_DAMPING * float(joint.damping[0]))
+                bias = [0.0, 0.0, -gain]
+            servo = spec.add_actuator(target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+            servo.gaintype, servo.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
+            servo.gainprm[0], servo.biasprm[:3] = gain, bias
+            added.append(name)
+        return tuple(added)
+
+    def reset(self, positions: Mapping[str, float]) -> None:
+        """Start again at joint positions, everything at rest and held there; on the floor if there is one."""
+        model, data, self.broken = self.model, self.data, ""
+        self.mujoco.mj_resetData(model, data)
+        for joint in self.joints:
+            data.joint(joint.name).qpos[0] = self.robot.position(joint, positions)
+        self.mujoco.mj_forward(model, data)
+        if self.base == FREE:
+            types, affinities, floor = model.geom_contype, model.geom_conaffinity, self.floor
+            meets = (types & affinities[floor]) | (affinities & types[floor])
+            geoms = [geom for geom in range(model.ngeom) if meets[geom] and model.geom_bodyid[geom]]
+            heights = [self.mujoco.mj_geomDistance(model, data, floor, geom, _FAR, None) for geom in geoms]
+            data.qpos[2] -= min(heights, default=0.0)
+            self.mujoco.mj_forward(model, data)
+        servos = [one for one in self.actuators if one.kind == POSITION]
+        for servo in servos:
+            data.ctrl[servo.number] = servo.control(float(data.actuator_length[servo.number]))
+        self.targets = {one.joint: self.position(one.joint) for one in servos if one.joint in self.robot.joint}
+
+    def hold(self, joint: str, position: float) -> None:
+        """Set the target of the position servos of a joint."""
+        for one in self.actuators:
+            if (one.joint, one.kind) == (joint, POSITION):
+                self.data.ctrl[one.number] = one.control(position * one.gear)
+                self.targets[joint] = position
+
+    def turn(self, joint: str, speed: float, seconds: float) -> None:
+        """Set the speed (rad/s) of a wheel for some seconds: a position servo is moved on."""
+        servo = self.servos.get((joint, VELOCITY))
+        if servo is not None:
+            self.data.ctrl[servo.number] = servo.control(speed * servo.gear)
+        elif joint in self.targets:
+            self.hold(joint, self.targets[joint] + speed * seconds)
+
+    def run(self, seconds: float, before: Callable[[float], None] = lambda _: None) -> Iterator[float]:
+        """Simulate and yield the time (s) since the start after every ``sample``; ``before`` is called before each.
+
+        It ends with a reason in ``broken`` if positions become infinite, or MuJoCo warns.
+        """
+        import numpy as np
+
+        data, start = self.data, self.data.time
+        for _ in range(round(seconds / self.sample)):
+            now, problem = data.time, ""
+            before(now - start)
+            began = time.process_time()
+            self.mujoco.mj_step(self.model, data, self.chunk)
+            self.cpu += time.process_time() - began
+            self.steps += self.chunk
+            for number in np.flatnonzero(data.warning.number).tolist()[:1]:
+                index, kind = int(data.warning.lastinfo[number]), self.mujoco.mjtWarning(number).name
+                problem = f"MuJoCo warns: {self.mujoco.mju_warningText(number, index).partition('. ')[0].rstrip('.')}"
+                if kind in ("mjWARN_BADQPOS", "mjWARN_INERTIA", "mjWARN_BADQVEL", "mjWARN_BADQACC"):
+                    addresses = self.model.jnt_qposadr if kind == "mjWARN_BADQPOS" else self.model.jnt_dofadr
+                    problem += f', joint "{self.model.joint(int(np.flatnonzero(addresses <= index)[-1])).name}"'
+            if not problem and (data.time <= now or not np.isfinite(data.qpos).all()):
+                problem = "its positions become infinite"
+            if problem:
+                self.broken = f"after {round(now, 3):.6g} s: {problem}"
+                return
+            yield data.time - start
+
+    def contacts(self) -> tuple[list[tuple[str, str]], list[str]]:
+        """Return the pairs of links that touch each other, sorted, and the links that touch the floor."""
+        pairs, on_floor = set[tuple[str, str]](), set[str]()
+        for contact in self.data.contact:
+            bodies = self.model.geom_bodyid[contact.geom].tolist()
+            links = sorted({self.link_of[body] for body in bodies if body in self.link_of})
+            if len(links) > 1 and contact.dist < 0:
+                pairs.add((links[0], links[1]))
+            on_floor.update(links if 0 in bodies else ())
+        return sorted(pairs), [name for name in self.robot.link if name in on_floor]
+
+    def position(self, joint: str) -> float:
+        """Return the position of a joint (rad or m)."""
+        return float(self.data.joint(joint).qpos[0])
+
+    def place(self, link: str) -> tuple[Any, Any]:
+        """Return the pose of a link in the world: a rotation (3, 3), and a place (3,) in metres."""
+        body = self.data.body(body_name(self.robot, link))
+        return body.xmat.reshape(3, 3).copy(), body.xpos.copy()
+
+
 @dataclass
 class Result:
-    """What all scenarios have: when and why it diverged, or an empty text."""
+    """The result of a scenario."""
 
-    broken: str = field(default="", kw_only=True)
-
-    @contextmanager
-    def recording(self) -> Iterator[None]:
-        """Record it if the simulation diverges."""
-        try:
-            yield
-        except SimulationDiverged as problem:
-            self.broken = str(problem)
+    broken: str = field(default="", kw_only=True)  # when and why the simulation diverged
 
 
 @dataclass
 class PoseTrial(Result):
-    """A pose that was held.
-
-    ``errors`` are the mean errors at the end (rad or m) by joint. ``drift`` (m) and ``turned`` (rad) are how far the
-    base moved over the floor, ``leans`` (rad) how far it leans over, ``ripple`` (m) how much its height changes at the
-    end. ``touches`` are the links that touch there, ``stands_on`` those that touch the floor.
-    """
+    """A pose that was held, and what was measured at the end."""
 
     pose: str
     positions: Mapping[str, float]
-    errors: dict[str, float] = field(default_factory=dict)
-    drift: float = 0.0
-    turned: float = 0.0
-    leans: float = 0.0
-    ripple: float = 0.0
-    touches: list[tuple[str, str]] = field(default_factory=list)
-    stands_on: list[str] = field(default_factory=list)
+    errors: dict[str, float] = field(default_factory=dict)  # the mean error of each joint (rad or m)
+    drift: float = 0.0  # how far the base moved over the floor (m)
+    turned: float = 0.0  # how far it turned (rad)
+    leans: float = 0.0  # how far it leans over (rad)
+    ripple: float = 0.0  # how much its height changes (m)
+    touches: list[tuple[str, str]] = field(default_factory=list)  # links that touch each other
+    stands_on: list[str] = field(default_factory=list)  # links that touch the floor
 
     @property
     def worst(self) -> tuple[str, float] | None:
@@ -73,31 +270,24 @@ class PoseTrial(Result):
 
 @dataclass
 class Driven(Result):
-    """A command that was driven, scaled to the limits of the wheels, and the velocity that was measured (m/s, rad/s).
-
-    ``off`` is the largest error of a commanded part of the velocity, as a share of it; ``cross`` the largest part (m/s
-    or rad/s) that was not commanded; ``ripple`` (m) the change of the height.
-    """
+    """A command that was driven, scaled to the limits of the wheels, and the velocity that was measured."""
 
     command: str
     commanded: Twist
     measured: Twist = field(default_factory=Twist)
-    off: float = 0.0
-    cross: float = 0.0
-    ripple: float = 0.0
+    off: float = 0.0  # the largest error of a commanded part of the velocity, as a share of it
+    cross: float = 0.0  # the largest part that was not commanded (m/s or rad/s)
+    ripple: float = 0.0  # the change of the height (m)
 
 
 class End(NamedTuple):
-    """An end of a range: the target, the error there (rad or m), and the links that touch there.
+    """An end of a range, and what was measured there."""
 
-    ``first_touch`` is the first contact on the way, ``touch_position`` the position of the joint then (rad or m).
-    """
-
-    target: float
+    target: float  # rad or m, as the error and the position
     error: float
     touches: list[tuple[str, str]]
-    first_touch: tuple[str, str] | None = None
-    touch_position: float = 0.0
+    first_touch: tuple[str, str] | None = None  # the first contact on the way
+    touch_position: float = 0.0  # of the joint at that contact
 
 
 @dataclass
@@ -110,41 +300,33 @@ class Swept(Result):
 
 @dataclass
 class Swung(Result):
-    """The energy of the robot without damping, friction, actuators and contacts; without gravity where it is free.
+    """The energy of the robot without damping, friction, actuators and contacts; without gravity where it is free."""
 
-    ``change`` is the largest change as a share of the largest kinetic energy; ``lightest`` is the joint that moves the
-    least inertia.
-    """
-
-    change: float = 0.0
-    lightest: str = ""
+    change: float = 0.0  # the largest, as a share of the largest kinetic energy
+    lightest: str = ""  # the joint that moves the least inertia
 
 
 def run_scenarios(world: World, seconds: float) -> dict[str, Any]:
-    """Run all scenarios and return the results by kind; each pose is held for ``seconds`` (at least twice ``LAST``)."""
-    robot, poses, joints = world.robot, poses_of(world.robot), swept_joints(world)
-    home, commands = poses[0][1], dict[str, Twist]()
+    """Run all scenarios and return the results by kind; each pose is held for ``seconds``."""
+    robot, poses, joints, commands = world.robot, poses_of(world.robot), swept_joints(world), list[tuple[str, Twist]]()
     if robot.drive is not None and world.base == FREE:
-        others = {"turn": TURN}
-        if robot.driving.slides:
-            others = {"sideways": SIDEWAYS, "turn": TURN}
-        elif robot.driving.steering:
-            others = {"curve": CURVE}
-        commands = {"forward": FORWARD, **others}
-    done, total = 0, len(poses) + len(commands) + len(joints) + 1
-
-    def step(scenario: Callable[..., Any], *arguments: Any) -> Any:
-        nonlocal done
-        Progress.step("simulating", done, total)
-        done += 1
-        return scenario(world, *arguments)
-
-    return {
-        "poses": tuple(step(hold, *pose, seconds) for pose in poses),
-        "drive": tuple(step(drive, home, *command) for command in commands.items()),
-        "ranges": tuple(step(sweep, home, *joint) for joint in joints),
-        "energy": step(swing, home) if world.joints else None,
-    }
+        commands = [("forward", Twist(vx=0.3)), ("sideways", Twist(vy=0.3)), ("turn", Twist(wz=1.0))]
+        if robot.driving.steering:
+            commands[1:] = [("curve", Twist(vx=0.3, wz=0.3))]
+        elif not robot.driving.slides:
+            del commands[1]
+    home, total, results = poses[0][1], len(poses) + len(commands) + len(joints) + 1, dict[str, list[Any]]()
+    scenarios: list[tuple[str, Callable[..., Any], Sequence[Any]]] = [
+        *(("poses", hold, (*pose, seconds)) for pose in poses),
+        *(("drive", drive, (home, *command)) for command in commands),
+        *(("ranges", sweep, (home, *joint)) for joint in joints),
+        *([("energy", swing, (home,))] if world.joints else []),
+    ]
+    for number, (kind, scenario, arguments) in enumerate(scenarios):
+        Progress.step("simulating", number, total)
+        results.setdefault(kind, []).append(scenario(world, *arguments))
+    (energy,) = results.pop("energy", [None])
+    return {"energy": energy, **{kind: tuple(several) for kind, several in results.items()}}
 
 
 def poses_of(robot: Robot) -> list[tuple[str, Mapping[str, float]]]:
@@ -155,22 +337,22 @@ def poses_of(robot: Robot) -> list[tuple[str, Mapping[str, float]]]:
 
 def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float) -> PoseTrial:
     """Leave the robot to its actuators in a pose for some seconds."""
-    result, root, robot = PoseTrial(pose, positions), world.robot.root, world.robot
+    root, robot = world.robot.root, world.robot
     world.reset(positions)
     actuated = set(world.targets) - set(world.own)
     held = [joint for joint in world.joints if actuated.intersection((joint.name, leader_of(robot, joint).name))]
     targets = {joint.name: robot.position(joint, positions) for joint in held}
     turn_before, place_before = world.place(root)
     errors, heights = list[list[float]](), list[float]()
-    with result.recording():
-        for _ in world.run(seconds):
-            errors.append([world.position(joint.name) - targets[joint.name] for joint in held])
-            heights.append(float(world.place(root)[1][2]))
-    if not result.broken:
-        last = max(1, round(LAST / world.sample))
+    for _ in world.run(seconds):
+        errors.append([world.position(joint.name) - targets[joint.name] for joint in held])
+        heights.append(float(world.place(root)[1][2]))
+    result = PoseTrial(pose, positions, broken=world.broken)
+    if not world.broken:
+        last = max(1, round(_LAST / world.sample))
         means = (abs(sum(several) / len(several)) for several in zip(*errors[-last:], strict=True))
         result.errors = {joint.name: mean for joint, mean in zip(held, means, strict=True)}
-        result.touches, result.stands_on = world.touches(), world.stands_on()
+        result.touches, result.stands_on = world.contacts()
         if world.base == FREE:
             turn, place = world.place(root)
             result.drift = math.hypot(*(place - place_before)[:2])
@@ -186,31 +368,34 @@ def _yaw(turn: Any) -> float:
 
 def drive(world: World, positions: Mapping[str, float], command: str, twist: Twist) -> Driven:
     """Drive a command from a pose: half a second to get to speed, a second to settle, and one that counts."""
-    driving = world.robot.driving
-    scale = _scale(world, twist)
+    driving, scale = world.robot.driving, 1.0
+    for name, speed in driving.speeds(twist).items():  # as fast as the wheels can
+        servo, limit = world.servos.get((name, VELOCITY)), world.robot.joint[name].limit
+        ends = (servo.targets if servo else None) or ()
+        fastest = [one for one in (*map(abs, ends), limit.known("velocity") if limit else None) if one]
+        if fastest and abs(speed) > min(fastest):
+            scale = min(scale, 0.9 * min(fastest) / abs(speed))
     twist = Twist(*(scale * part for part in twist))
-    result, angles = Driven(command, twist), driving.angles(twist)
+    angles = driving.angles(twist)
     speeds, centre = driving.speeds(twist, angles), (*driving.centre, 0.0)
     world.reset({**positions, **angles})
-    states: list[tuple[float, ...]] = []  # time, x, y, yaw and height of the centre of the drive
 
-    def sample(time: float) -> None:
+    def state(time: float) -> tuple[float, ...]:
+        """Return the time, and x, y, yaw and height of the centre of the drive."""
         turn, place = world.place(driving.frame)
         x, y, height = map(float, place + turn @ centre)
-        states.append((time, x, y, _yaw(turn), height))
+        return time, x, y, _yaw(turn), height
 
     def command_wheels(now: float) -> None:
         for name, speed in speeds.items():
-            world.turn(name, speed * min(1.0, now / RAMP), world.sample)
+            world.turn(name, speed * min(1.0, now / _RAMP), world.sample)
         for name, angle in angles.items():
             world.hold(name, angle)
 
-    sample(0.0)
-    with result.recording():
-        for time in world.run(RAMP + DRIVING, command_wheels):
-            sample(time)
-    if not result.broken:
-        count = max(1, round(DRIVING / 2 / world.sample))
+    states = [state(0.0), *map(state, world.run(_RAMP + _DRIVING, command_wheels))]
+    result = Driven(command, twist, broken=world.broken)
+    if not world.broken:
+        count = max(1, round(_DRIVING / 2 / world.sample))
         last = [_velocity(*pair) for pair in pairwise(states)][-count:]
         result.measured = Twist(*(sum(parts) / len(last) for parts in zip(*last, strict=True)))
         parts = list(zip(result.measured, twist, strict=True))
@@ -229,58 +414,43 @@ def _velocity(before: Sequence[float], after: Sequence[float]) -> Twist:
     return Twist((cosine * x + sine * y) / seconds, (cosine * y - sine * x) / seconds, turned / seconds)
 
 
-def _scale(world: World, twist: Twist) -> float:
-    """Return the share of a command (0 to 1) that the limits of the wheels allow."""
-    scale = 1.0
-    for name, speed in world.robot.driving.speeds(twist).items():
-        servo, limit = world.servo(name, VELOCITY), world.robot.joint[name].limit
-        ends = (servo.targets() if servo else None) or ()
-        known = [one for one in (*map(abs, ends), limit.known("velocity") if limit else None) if one]
-        if known and abs(speed) > min(known):
-            scale = min(scale, 0.9 * min(known) / abs(speed))
-    return scale
-
-
 def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
     """Return the joints that an actuator can move over a range, with the ends of it (rad or m)."""
-    wheels = world.robot.drive.wheels if world.robot.drive is not None else ()
-    found = []
+    found, wheels = [], {*world.own, *(world.robot.drive.wheels if world.robot.drive is not None else ())}
     for joint in world.joints:
-        servo, ends = world.servo(joint.name, POSITION), range_of(joint)
-        if servo is None or ends is None or joint.limit is None or joint.type == "continuous":
-            continue
-        lower, upper = servo.targets() or ends
-        ends = (max(lower, ends[0]), min(upper, ends[1]))
-        if ends[0] < ends[1] and joint.name not in (*wheels, *world.own):
-            found.append((joint, ends))
+        servo, ends = world.servos.get((joint.name, POSITION)), range_of(joint)
+        if servo and ends and joint.limit and joint.type != "continuous" and joint.name not in wheels:
+            lower, upper = servo.targets or ends
+            ends = (max(lower, ends[0]), min(upper, ends[1]))
+            found += [(joint, ends)] if ends[0] < ends[1] else []
     return found
 
 
 def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tuple[float, float]) -> Swept:
     """Move a joint from a pose to its lower end, and from there to its upper one."""
-    result = Swept(joint.name)
     velocity = joint.limit.known("velocity") if joint.limit else None
     speed = min(_SLIDE_SPEED if joint.type == "prismatic" else _SWEEP_SPEED, velocity / 2 if velocity else math.inf)
     world.reset(positions)
-    at_start, here = set(world.touches()), world.position(joint.name)
+    result, at_start, here = Swept(joint.name), set(world.contacts()[0]), world.position(joint.name)
 
     def move(start: float, end: float, seconds: float, now: float) -> None:
         world.hold(joint.name, start + (end - start) * min(1.0, now / seconds))
 
-    with result.recording():
-        for end in ends:
-            seconds = min(_LONGEST, max(_SHORTEST, abs(end - here) / speed))
-            errors: deque[float] = deque(maxlen=max(1, round(LAST / world.sample / 2)))
-            first, first_position, before = None, 0.0, at_start | set(world.touches())
-            for _ in world.run(seconds + _AT_END, partial(move, here, end, seconds)):
-                now, touches = world.position(joint.name), world.touches()
-                errors.append(abs(now - end))
-                fresh = [pair for pair in touches if pair not in before]
-                if fresh and first is None:
-                    first, first_position = fresh[0], now
-            left = [pair for pair in touches if pair not in at_start]
-            result.ends.append(End(end, sum(errors) / len(errors), left, first, first_position))
-            here = end
+    for end in ends:
+        seconds = min(_LONGEST, max(_SHORTEST, abs(end - here) / speed))
+        errors, first, first_position, before = list[float](), None, 0.0, at_start | set(world.contacts()[0])
+        for _ in world.run(seconds + _AT_END, partial(move, here, end, seconds)):
+            now, touches = world.position(joint.name), world.contacts()[0]
+            errors.append(abs(now - end))
+            fresh = [pair for pair in touches if pair not in before]
+            if fresh and first is None:
+                first, first_position = fresh[0], now
+        if world.broken:
+            result.broken = world.broken
+            break
+        last, left = errors[-max(1, round(_LAST / world.sample / 2)) :], [p for p in touches if p not in at_start]
+        result.ends.append(End(end, sum(last) / len(last), left, first, first_position))
+        here = end
     return result
 
 
@@ -303,9 +473,8 @@ def swing(world: World, positions: Mapping[str, float]) -> Swung:
     mujoco.mj_forward(model, free.data)
     inertia = {joint.name: float(model.dof_M0[model.joint(joint.name).dofadr[0]]) for joint in joints}
     result, at_start, most = Swung(lightest=min(inertia, key=lambda name: inertia[name])), free.data.energy.sum(), 0.0
-    with result.recording():
-        for _ in free.run(SWING):
-            change = abs(float(free.data.energy.sum() - at_start))
-            most, result.change = max(most, float(free.data.energy[1])), max(result.change, change)
-    result.change = result.change / most if most else 0.0
+    for _ in free.run(_SWING):
+        change = abs(float(free.data.energy.sum() - at_start))
+        most, result.change = max(most, float(free.data.energy[1])), max(result.change, change)
+    result.broken, result.change = free.broken, result.change / most if most else 0.0
     return result

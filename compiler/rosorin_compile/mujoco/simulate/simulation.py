@@ -1,4 +1,4 @@
-"""Run all scenarios of one robot in MuJoCo and compare their results with limits."""
+"""Run all scenarios of one robot in MuJoCo, compare their results with limits, and print them as tables."""
 
 from __future__ import annotations
 
@@ -6,90 +6,52 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import Joint
 from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    WARNING,
-    Diagnostic,
-    MissingPackages,
-    RequestError,
-    did_you_mean,
-    error,
-    first_of,
-    has_errors,
-    listed,
-)
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, MissingPackages, RequestError, error, has_errors
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import DECLARED, SIMULATION, Rule
+from rosorin_compile.source.rule_registry import SIMULATION, declare
 from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.tree import exists
+from rosorin_compile.source.wording import counted, did_you_mean, first_of, listed
 
+from ..mjcf.engine import reason
 from ..rest_pose import leader_of
-from .scenarios import Driven, End, PoseTrial, Swept, Swung, run_scenarios
-from .world import FIXED, FREE, Refused, World, mjcf_text, quiet
+from .scenarios import FIXED, FREE, Driven, PoseTrial, Swept, Swung, World, mjcf_text, quiet, run_scenarios
 
-RULES = (
-    Rule(
-        "simulation-refused",
-        "The robot cannot be simulated: MuJoCo does not load it, or its MJCF cannot be written.",
-        "Look at what `check` reports.",
-        SIMULATION,
-    ),
-    Rule(
-        "simulation-breaks",
-        "The positions of the robot become infinite, or MuJoCo warns of values beyond what it can compute.",
-        "Look for parts that start inside each other, for masses and inertias far too small, for gains far too large.",
-        SIMULATION,
-    ),
-    Rule(
-        "pose-not-held",
-        "A warning: a joint comes to rest away from a named pose. A note where the robot touches itself there.",
-        "Correct the pose, raise `kp` of the actuator or its effort, or lower the mass that it carries.",
-        SIMULATION,
-    ),
-    Rule(
-        "base-drifts",
-        "A warning: on a floor, the robot falls over, does not stay in its place, or its height does not come to rest.",
-        "Give its wheels actuators or damping; look for shapes that start inside each other.",
-        SIMULATION,
-    ),
-    Rule(
-        "drive-not-followed",
-        "A warning: driven on a floor, the robot moves at another velocity than was commanded, or shakes.",
-        "Check radius, places and axes of the wheels, `kv` against damping, and what else touches the floor.",
-        SIMULATION,
-    ),
-    Rule(
-        "drive-without-actuator",
-        "A note: a joint of the drive has no actuator; a servo of `simulate` turned it.",
+RULES = declare(
+    SIMULATION,
+    {
+        "simulation-refused": "The robot cannot be simulated: MuJoCo does not load it, or its MJCF cannot be written. "
+        "Fix: Look at what `check` reports.",
+        "simulation-breaks": "The positions of the robot become infinite, or MuJoCo warns of values beyond what it can "
+        "compute. Fix: Look for parts that start inside each other, for masses and inertias far too small, for gains "
+        "far too large.",
+        "pose-not-held": "A warning: a joint comes to rest away from a named pose. A note where the robot touches "
+        "itself there. Fix: Correct the pose, raise `kp` of the actuator or its effort, or lower the mass that it "
+        "carries.",
+        "base-drifts": "A warning: on a floor, the robot falls over, does not stay in its place, or its height does "
+        "not come to rest. Fix: Give its wheels actuators or damping; look for shapes that start inside each other.",
+        "drive-not-followed": "A warning: driven on a floor, the robot moves at another velocity than was commanded, "
+        "or shakes. Fix: Check radius, places and axes of the wheels, `kv` against damping, and what else touches the "
+        "floor.",
+        "drive-without-actuator": "A note: a joint of the drive has no actuator; a servo of `simulate` turned it. Fix: "
         "Give the joint an actuator: on speed where it rolls, on position where it steers.",
-        SIMULATION,
-    ),
-    Rule(
-        "limit-not-reached",
-        "A warning: an actuator does not bring its joint to a limit. A note where the robot touches itself there.",
-        "Narrow the limits, or check effort, `kp` and the mass that the joint carries.",
-        SIMULATION,
-    ),
-    Rule(
-        "energy-not-kept",
-        "A warning: the energy of the robot changes without damping, friction, actuators and contacts.",
-        "The time step is too long for its lightest parts: a shorter `timestep`, more mass, or `armature`.",
-        SIMULATION,
-    ),
+        "limit-not-reached": "A warning: an actuator does not bring its joint to a limit. A note where the robot "
+        "touches itself there. Fix: Narrow the limits, or check effort, `kp` and the mass that the joint carries.",
+        "energy-not-kept": "A warning: the energy of the robot changes without damping, friction, actuators and "
+        "contacts. Fix: The time step is too long for its lightest parts: a shorter `timestep`, more mass, or "
+        "`armature`.",
+    },
 )
-DECLARED.update({rule.id: rule for rule in RULES})
 
-SECONDS = (0.5, 600.0)  # the shortest and the longest time to hold a pose
-TIPPED = 0.2  # rad
+_TIPPED = 0.2  # rad
 _SHOWN = 3  # names
 _LEAST = 5e-3  # m/s or rad/s: less is not reported
 
@@ -153,12 +115,7 @@ def simulate_robot(
     limits: Mapping[str, float] | None = None,
     timing: bool = True,
 ) -> Simulated:
-    """Run all scenarios of a robot and return their results, with a diagnostic for each that is beyond a limit.
-
-    ``base`` is "fixed" or "free"; by default a robot with a drive is free on a floor. Each pose is held for ``seconds``
-    (0.5 to 600). ``limits`` replace those of ``LIMITS`` by name. Raises RequestError for unusable values, and without
-    MuJoCo.
-    """
+    """Run all scenarios of a robot and compare their results with limits. Arguments and errors: ``api.simulate``."""
     used = dict(LIMITS)
     for name, value in (limits or {}).items():
         if name not in LIMITS:
@@ -166,164 +123,132 @@ def simulate_robot(
         if not 0 <= value < math.inf:
             raise RequestError(f"a limit is a number that is not negative, such as {name}={LIMITS[name].value:g}")
         used[name] = LIMITS[name]._replace(value=value)
-    if not SECONDS[0] <= seconds <= SECONDS[1]:
-        raise RequestError(f"seconds is {SECONDS[0]:g} to {SECONDS[1]:g}, not {seconds:g}")
+    if not 0.5 <= seconds <= 600:
+        raise RequestError(f"seconds is 0.5 to 600, not {seconds:g}")
     if base not in (None, FIXED, FREE):
         raise RequestError(f'base is "{FIXED}" or "{FREE}", not "{base}"')
     if missing := [name for name in ("mujoco", "numpy") if not is_installed(name)]:
         raise MissingPackages(f"simulate needs what is not installed ({listed(missing)}): {pip_install('simulate')}")
-    understood = request.understand()
+    understood, description = request.understand(), request.description
     case = understood.case
     if case is None:
         errors = tuple(one for one in understood.diagnostics if one.severity == "error")
-        return Simulated(request.description.name, diagnostics=errors)
+        return Simulated(description.name, diagnostics=errors)
     robot = case.robot
+
+    def refuse(why: str, found: Sequence[Diagnostic] = ()) -> Simulated:
+        message, help = f"{robot.name} cannot be simulated: {why}", "check names the place"
+        return Simulated(robot.name, diagnostics=(*found, error("simulation-refused", message, None, help)))
+
     with quiet() as mujoco:
+        Progress.step("building the model")
+        meshes = request.search_meshes(case.tree, robot.outputs)
+        if has_errors(meshes.diagnostics):
+            return refuse("a mesh cannot be used", meshes.diagnostics)
+        output = next((one for one in robot.outputs if one.backend == "mjcf"), None)
+        base, with_meshes = base or (FREE if robot.drive else FIXED), meshes.add_to(robot)
+        text, problems = mjcf_text(with_meshes, output, Templates(description.path.parent), base)
+        if has_errors(problems):
+            return refuse("it cannot be written for MuJoCo", problems)
+        folder = (description.outputs / output.file).parent if output else description.outputs
         try:
-            Progress.step("building the model")
-            meshes = request.search_meshes(case.tree, robot.outputs)
-            if has_errors(meshes.diagnostics):
-                raise Refused("a mesh cannot be used", meshes.diagnostics)
-            folder = request.description.outputs
-            output = next((one for one in robot.outputs if one.backend == "mjcf"), None)
-            base = base or (FREE if robot.drive else FIXED)
-            with_meshes = meshes.add_to(robot)
-            text = mjcf_text(with_meshes, output, Templates(request.description.path.parent), base)
-            folder = (folder / output.file).parent if output else folder
             world = World(mujoco, with_meshes, text, base, folder, meshes.files)
-        except Refused as problem:
-            message = f"{robot.name} cannot be simulated: {problem}"
-            refused = error("simulation-refused", message, None, "check names the place")
-            return Simulated(robot.name, diagnostics=(*problem.diagnostics, refused))
+        except ValueError as problem:
+            return refuse(reason(mujoco, problem)[0] or "MuJoCo gives no reason")
         scenarios = run_scenarios(world, seconds)
-    timestep = float(world.model.opt.timestep)
-    speed = world.steps / world.cpu if world.cpu else 0.0
-    result = Simulated(
-        robot.name,
-        mujoco.__version__,
-        base,
-        timestep,
-        used,
-        {joint.name: joint.unit for joint in robot.joints if joint.moves},
-        own_servos=world.own,
-        timing=Timing(speed, speed * timestep) if timing else None,
-        inputs=understood.expanded.files,
-        **scenarios,
-    )
-    found = settled(case, _Judge(case, result).judge(), "simulation")
-    return replace(result, diagnostics=tuple(arrange(found)))
+    timestep, speed = float(world.model.opt.timestep), world.steps / world.cpu if world.cpu else 0.0
+    units, files = {joint.name: joint.unit for joint in robot.joints if joint.moves}, understood.expanded.files
+    result = Simulated(robot.name, mujoco.__version__, base, timestep, used, units, own_servos=world.own, inputs=files)
+    result = replace(result, timing=Timing(speed, speed * timestep) if timing else None, **scenarios)
+    return replace(result, diagnostics=tuple(arrange(settled(case, _judge(case, result), "simulation"))))
 
 
-class _Judge:
-    """Reports what is beyond the limits, at the lines of the description."""
+def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
+    """Yield what is beyond the limits, at the lines of the description."""
+    limits, robot = {name: limit.value for name, limit in result.limits.items()}, case.robot
 
-    def __init__(self, case: Case, result: Simulated) -> None:
-        self.case, self.robot, self.result = case, case.robot, result
-        self.limits = {name: limit.value for name, limit in result.limits.items()}
+    def broken(where: str, stop: str, path: TreePath) -> Diagnostic:
+        return replace(case.problem("simulation-breaks", f"{where}, {stop}", path, key=True), of=())
 
-    def judge(self) -> Iterator[Diagnostic]:
-        """Yield diagnostics for the results of all scenarios."""
-        results, own = self.result, self.result.own_servos
-        for held in results.poses:
-            yield from self._held(held)
-        if own and results.drive:
-            message = f"no actuator turns {first_of(own, _SHOWN)}: simulate drove with its own servos"
-            yield replace(self._found("drive-without-actuator", message, ("drive",)), of=own)
-        for driven in results.drive:
-            yield from self._driven(driven, results.poses[0])
-        for swept in results.ranges:
-            joint = self.robot.joint[swept.joint]
-            if swept.broken:
-                yield self._broken(f'joint "{joint.name}" moved over its range', swept.broken, self.case.joint(joint))
-                continue
-            for end, side in zip(swept.ends, ("lower", "upper"), strict=True):
-                if end.error > self.limits["reach"]:
-                    yield self._not_reached(joint, end, side)
-        swung = results.energy
-        if swung is not None and swung.broken:
-            yield self._broken("swinging without damping", swung.broken, ("robot",))
-        elif swung is not None and swung.change > self.limits["energy"]:
-            message = (
-                f"without damping, friction and actuators the energy of the robot changes by {swung.change:.0%} within"
-                f' half a second; joint "{swung.lightest}" moves the least inertia'
-            )
-            yield self._found("energy-not-kept", message, ("robot",))
-
-    def _found(self, rule: str, message: str, path: TreePath, severity: str = "") -> Diagnostic:
-        return self.case.problem(rule, message, path, severity=severity, key=True)
-
-    def _broken(self, where: str, stop: str, path: TreePath) -> Diagnostic:
-        return replace(self._found("simulation-breaks", f"{where}, {stop}", path), of=())
-
-    def _held(self, held: PoseTrial) -> Iterator[Diagnostic]:
+    for held in result.poses:
         named: TreePath = ("poses", held.pose)
-        is_named = exists(self.case.tree, named)
+        is_named = exists(case.tree, named)
         path: TreePath = named if is_named else ("robot",)
         where = f'in pose "{held.pose}"' if is_named else "at rest"
         if held.broken:
-            yield self._broken(f"simulated {where}", held.broken, path)
-            return
+            yield broken(f"simulated {where}", held.broken, path)
+            continue
         for name, off in sorted(held.errors.items(), key=lambda item: -item[1]):
-            if off > self.limits["hold"]:
-                joint = self.robot.joint[name]
-                yield self._not_held(held, joint, off, where, path if is_named else self.case.joint(joint))
-        moves = held.drift > self.limits["drift"] or held.turned > 2 * self.limits["drift"]
-        if moves or held.leans > TIPPED or held.ripple > self.limits["ripple"]:
+            if off <= limits["hold"]:
+                continue
+            joint = robot.joint[name]
+            root = leader_of(robot, joint)
+            movers = [root, *(one for one in robot.joints if one.mimic and one.mimic.joint == root.name)]
+            moved = set().union(*(robot.below(one.child) for one in movers))
+            touch = next((one for one in held.touches if len(moved.intersection(one)) == 1), None)
+            message = f'{where}, joint "{name}" ends {off:.3g} {joint.unit} from its target{_touching(touch)}'
+            severity, place = NOTE if touch else "", path if is_named else case.joint(joint)
+            found = case.problem("pose-not-held", message, place, severity=severity, key=True)
+            yield replace(found, of=(name, joint.child))
+        moves = held.drift > limits["drift"] or held.turned > 2 * limits["drift"]
+        if moves or held.leans > _TIPPED or held.ripple > limits["ripple"]:
             message = (
-                f"{where}, the robot {'falls over' if held.leans > TIPPED else 'does not come to rest'}: it leans by"
+                f"{where}, the robot {'falls over' if held.leans > _TIPPED else 'does not come to rest'}: it leans by"
                 f" {held.leans:.2g} rad, moves {1000 * held.drift:.3g} mm, turns by {held.turned:.2g} rad, and goes"
                 f" {1000 * held.ripple:.3g} mm up and down"
             )
-            yield self._found("base-drifts", message, path)
-
-    def _not_held(self, held: PoseTrial, joint: Joint, off: float, where: str, path: TreePath) -> Diagnostic:
-        message = f'{where}, joint "{joint.name}" ends {off:.3g} {joint.unit} from its target'
-        root = leader_of(self.robot, joint)
-        movers = [root, *(one for one in self.robot.joints if one.mimic and one.mimic.joint == root.name)]
-        moved = set().union(*(self.robot.below(one.child) for one in movers))
-        touch = next((one for one in held.touches if len(moved.intersection(one)) == 1), None)
-        message += f": {_touching(*touch)}" if touch else ""
-        severity = NOTE if touch else WARNING
-        return replace(self._found("pose-not-held", message, path, severity), of=(joint.name, joint.child))
-
-    def _driven(self, driven: Driven, home: PoseTrial) -> Iterator[Diagnostic]:
+            yield case.problem("base-drifts", message, path, key=True)
+    if result.own_servos and result.drive:
+        message = f"no actuator turns {first_of(result.own_servos, _SHOWN)}: simulate drove with its own servos"
+        yield replace(case.problem("drive-without-actuator", message, ("drive",), key=True), of=result.own_servos)
+    for driven in result.drive:
         if driven.broken:
-            yield self._broken(f"driving {driven.command}", driven.broken, ("drive",))
-            return
-        wrong = []
-        if driven.off > self.limits["drive"]:
-            commanded, measured = _twist(driven.commanded), _twist(driven.measured)
-            wrong.append(f"{measured} where {commanded} is commanded ({driven.off:.0%} off)")
-        if driven.cross > self.limits["cross"]:
-            wrong.append(f"{driven.cross:.2g} of a velocity that was not commanded")
-        if driven.ripple > self.limits["ripple"]:
-            wrong.append(f"{1000 * driven.ripple:.2g} mm up and down")
-        drive, on_floor = self.robot.drive, set(home.stands_on)
-        if not wrong or drive is None:
-            return
-        names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ()))
-        links = {name: set(self.robot.below(self.robot.joint[name].child)) for name in names}
-        high = [name for name in drive.wheels if not links[name] & on_floor]
-        wrong += [f"not on the floor: {first_of(high, _SHOWN)}"] if high else []
-        others = [name for name in home.stands_on if name not in set().union(*links.values())]
-        wrong += [f"on the floor besides its wheels: {first_of(others, _SHOWN)}"] if others else []
-        message = f"driving {driven.command}: {'; '.join(wrong)}"
-        yield self._found("drive-not-followed", message, ("drive",))
-
-    def _not_reached(self, joint: Joint, end: End, side: str) -> Diagnostic:
+            yield broken(f"driving {driven.command}", driven.broken, ("drive",))
+            continue
+        drive, on_floor, measured = robot.drive, result.poses[0].stands_on, _twist(driven.measured)
+        checks = {
+            f"{measured} where {_twist(driven.commanded)} is commanded ({driven.off:.0%} off)": ("drive", driven.off),
+            f"{driven.cross:.2g} of a velocity that was not commanded": ("cross", driven.cross),
+            f"{1000 * driven.ripple:.2g} mm up and down": ("ripple", driven.ripple),
+        }
+        wrong = [text for text, (limit, value) in checks.items() if value > limits[limit]]
+        if wrong and drive is not None:
+            names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ()))
+            links = {name: set(robot.below(robot.joint[name].child)) for name in names}
+            high = [name for name in drive.wheels if links[name].isdisjoint(on_floor)]
+            wrong += [f"not on the floor: {first_of(high, _SHOWN)}"] if high else []
+            others = [name for name in on_floor if name not in set().union(*links.values())]
+            wrong += [f"on the floor besides its wheels: {first_of(others, _SHOWN)}"] if others else []
+            message = f"driving {driven.command}: {'; '.join(wrong)}"
+            yield case.problem("drive-not-followed", message, ("drive",), key=True)
+    for swept in result.ranges:
+        joint = robot.joint[swept.joint]
+        if swept.broken:
+            yield broken(f'joint "{joint.name}" moved over its range', swept.broken, case.joint(joint))
+            continue
+        for end, side in zip(swept.ends, ("lower", "upper"), strict=True):
+            if end.error > limits["reach"]:
+                message = (
+                    f'moved to its {side} limit of {round(end.target, 4):.6g} {joint.unit}, joint "{joint.name}" ends'
+                    f" {end.error:.3g} {joint.unit} before it{_touching(end.touches[0] if end.touches else None)}"
+                )
+                if end.touches and end.first_touch:
+                    message += f", from {round(end.touch_position, 2):.6g} {joint.unit} on"
+                place, severity = case.joint(joint, "limit", side), NOTE if end.touches else ""
+                yield case.problem("limit-not-reached", message, place, severity=severity)
+    swung = result.energy
+    if swung is not None and swung.broken:
+        yield broken("swinging without damping", swung.broken, ("robot",))
+    elif swung is not None and swung.change > limits["energy"]:
         message = (
-            f'moved to its {side} limit of {round(end.target, 4):.6g} {joint.unit}, joint "{joint.name}" ends'
-            f" {end.error:.3g} {joint.unit} before it"
+            f"without damping, friction and actuators the energy of the robot changes by {swung.change:.0%} within"
+            f' half a second; joint "{swung.lightest}" moves the least inertia'
         )
-        if end.touches:
-            message += f": {_touching(*end.touches[0])}"
-            message += f", from {round(end.touch_position, 2):.6g} {joint.unit} on" if end.first_touch else ""
-        path, severity = self.case.joint(joint, "limit", side), NOTE if end.touches else WARNING
-        return self.case.problem("limit-not-reached", message, path, severity=severity)
+        yield case.problem("energy-not-kept", message, ("robot",), key=True)
 
 
-def _touching(first: str, second: str) -> str:
-    return f'link "{first}" touches link "{second}"'
+def _touching(pair: tuple[str, str] | None) -> str:
+    return f': link "{pair[0]}" touches link "{pair[1]}"' if pair else ""
 
 
 def _twist(twist: Sequence[float]) -> str:
@@ -331,3 +256,55 @@ def _twist(twist: Sequence[float]) -> str:
     words = ("m/s forward", "m/s to the left", "rad/s")
     parts = [f"{value:.2g} {word}" for value, word in zip(twist, words, strict=True) if abs(value) > _LEAST]
     return ", ".join(parts) or "rest"
+
+
+def tables(result: Simulated) -> str:
+    """Return the results of the scenarios as tables with aligned columns."""
+
+    def row(name: str, trial: Any, *cells: str) -> tuple[str, ...]:
+        return (name, f"broke {trial.broken.partition(':')[0]}") if trial.broken else (name, *cells)
+
+    is_free = result.base == FREE
+    poses: list[tuple[str, ...]] = [
+        ("pose", "largest error", "joint", "touches", *(("drift", "stands on") if is_free else ()))
+    ]
+    for held in result.poses:
+        error = (f"{held.worst[1]:.4f} {result.units[held.worst[0]]}", held.worst[0]) if held.worst else ("-", "-")
+        touches = listed([" - ".join(pair) for pair in held.touches], 2) or "-"
+        floor = (f"{1000 * held.drift:.1f} mm", listed(held.stands_on, 2) or "-") if is_free else ()
+        poses.append(row(held.pose, held, *error, touches, *floor))
+    drive: list[tuple[str, ...]] = [("command", "commanded", "measured", "off", "cross", "ripple")]
+    for driven in result.drive:
+        parts = zip(driven.commanded, driven.measured, ("m/s", "m/s", "rad/s"), strict=True)
+        texts = [(f"{part:.3f} {unit}", f"{value:.3f} {unit}") for part, value, unit in parts if part]
+        errors = (f"{driven.off:.1%}", f"{driven.cross:.3f}", f"{1000 * driven.ripple:.2f} mm")
+        drive.append(row(driven.command, driven, *map(", ".join, zip(*texts, strict=True)), *errors))
+    ranges: list[tuple[str, ...]] = [("joint", "lower", "error", "upper", "error", "touches")]
+    for swept in result.ranges:
+        unit = result.units[swept.joint]
+        ends = [text for end in swept.ends for text in (f"{end.target:.3f}", f"{end.error:.4f}")]
+        touched = [end for end in swept.ends if end.first_touch]
+        where = [f"{' - '.join(end.first_touch or ())} from {end.touch_position:.2f} {unit}" for end in touched]
+        ranges.append(row(f"{swept.joint} ({unit})", swept, *ends, ", ".join(where) or "-"))
+    blocks = []
+    for rows in (poses, drive, ranges):
+        widths = [max(len(cells[i]) for cells in rows if i < len(cells)) for i in range(len(rows[0]))]
+        lines = ("  ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=False)) for cells in rows)
+        blocks += ["\n".join(line.rstrip() for line in lines)] if len(rows) > 1 else []
+    if swung := result.energy:
+        change = f"{swung.change:.1%}" if swung.change >= 0.0005 else "less than 0.1%"
+        _, change = row("", swung, f"it changes by {change} in half a second")
+        blocks.append(f"energy without damping, friction and actuators: {change}")
+    return "\n\n".join(blocks)
+
+
+def about(result: Simulated) -> str:
+    """Return one line about the engine, the base and the time step."""
+    base = "on a floor" if result.base == FREE else "its base held"
+    return f"simulated in MuJoCo {result.mujoco}, {base}, in steps of {1000 * result.timestep:g} ms"
+
+
+def summary(result: Simulated) -> str:
+    """Return the number of scenarios of each kind."""
+    counts = {"pose": len(result.poses), "drive command": len(result.drive), "range": len(result.ranges)}
+    return ", ".join(counted(count, word) for word, count in counts.items() if count)

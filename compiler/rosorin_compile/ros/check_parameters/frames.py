@@ -8,7 +8,7 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.joints import pieces
 from rosorin_compile.rules.publishers import steps_in_modes
-from rosorin_compile.source.diagnostics import Diagnostic, Related, Suggestion, did_you_mean, error, quoted
+from rosorin_compile.source.diagnostics import Diagnostic, Related, Suggestion, error, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.tables import Key
@@ -127,8 +127,7 @@ def _base(
         yield error("parameters-base", message, setting.span, help, [*related, *_unpublished(case, value)])
     else:
         message = f'{name} is "{value}"{assumed}: there is no such frame'
-        near = did_you_mean(value, part)
-        yield error("parameters-frame", message, setting.span, near if near.startswith("did") else help, related)
+        yield error("parameters-frame", message, setting.span, Suggestion(value, part, instead=help), related)
 
 
 def _odometry(case: Case, node: Node) -> str:

@@ -6,8 +6,7 @@ holds parameters against the robot: those of a description (``described``), and 
 
 from __future__ import annotations
 
-from rosorin_compile.formats.format import Format
-from rosorin_compile.formats.unsupported import Unsupported
+from rosorin_compile.formats.format import Format, Unsupported
 
 from ..parameters import options_of, read, syntax
 from .described import check

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
-from rosorin_compile.formats.distributions import described_by, title
+from rosorin_compile.formats.format import described_by
 from rosorin_compile.model import Edge, Output, Robot
 from rosorin_compile.ros.sections.control.hardware import POSITION, VELOCITY
 from rosorin_compile.rules.case import Case
@@ -145,11 +145,13 @@ def _apart(case: Case, output: Output) -> Iterator[Diagnostic]:
     if not case.robot.control or not blocks or described_by(asked(output)) in map(described_by, blocks.values()):
         return
     name, option = next(iter(blocks.items()))
-    message = f'output "{output.name}" is for {title(asked(output))}, and the hardware blocks of output "{name}" are'
+    message = (
+        f'output "{output.name}" is for {asked(output).capitalize()}, and the hardware blocks of output "{name}" are'
+    )
     help = f'distribution: {option} here, or control: {asked(output)} in output "{name}"'
     path: Path = ("outputs", output.name, "distribution")
     place = path if exists(case.tree, path) else path[:2]
-    message += f" for {title(option)}"
+    message += f" for {option.capitalize()}"
     yield case.problem("controllers-distribution", message, place, help, severity=WARNING, within=True)
 
 
@@ -256,9 +258,9 @@ def _placed(case: Case, found: Finding, entry: Path, within: Path) -> Diagnostic
     path = (*path, value.index(found.unknown)) if isinstance(value, Seq) and found.unknown in value else path
     help = found.help
     if found.known:
-        from rosorin_compile.language.suggestions import name_meant
+        from rosorin_compile.language.suggestions import suggest_name
 
-        help = partial(name_meant, case.tree, path, found.unknown, found.known)
+        help = suggest_name(case.tree, path, found.unknown, found.known)
     return case.problem(found.rule, found.message, path, help, severity=found.severity, key=key)
 
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.distributions import HUMBLE, JAZZY, title
-from rosorin_compile.formats.distributions import described_by as known_distribution
+from rosorin_compile.formats.format import HUMBLE, JAZZY
+from rosorin_compile.formats.format import described_by as known_distribution
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Controller, Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
@@ -93,7 +93,7 @@ def _typed(found: Kind | None, key: str, value: Any) -> Any:
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the controllers.yaml of a robot, for the distribution that the output asks for."""
     controllers = filled(robot, asked(output))
-    head = [f"Controllers of ros2_control, for {title(asked(output))}."]
+    head = [f"Controllers of ros2_control, for {asked(output).capitalize()}."]
     text = files.text(robot, output, templates, head, _nodes(output, controllers))
     return text, [*_later(asked(output)), *_remaps(controllers, _namespace(output))]
 
@@ -117,7 +117,7 @@ def _nodes(output: Output, controllers: Sequence[Filled]) -> list[Node]:
 
 def _later(said: str) -> Iterator[Diagnostic]:
     if said not in (HUMBLE, JAZZY):
-        message = f"what is known of controllers is that of Jazzy: {title(said)} is taken to be like it"
+        message = f"what is known of controllers is that of Jazzy: {said.capitalize()} is taken to be like it"
         yield Diagnostic("controllers-later", NOTE, message)
 
 

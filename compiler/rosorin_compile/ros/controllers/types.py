@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from rosorin_compile.formats.distributions import title
-from rosorin_compile.source.diagnostics import NOTE, WARNING, did_you_mean, listed, nearest
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Suggestion, listed, nearest
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.checking import Finding
@@ -61,20 +60,24 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
     known, wanted = plugins(distribution), full(kind)
     if wanted in known:
         return None
-    said, where = f'the controller "{name}" is of type "{kind}"', f" on {title(distribution)}" if distribution else ""
+    said, where = (
+        f'the controller "{name}" is of type "{kind}"',
+        f" on {distribution.capitalize()}" if distribution else "",
+    )
     if wanted in plugins(""):
-        others = listed(title(one) for one in DISTRIBUTIONS if wanted in plugins(one))
-        message = f"{said}, which {title(distribution)} does not have; {others} has it"
+        others = listed(one.capitalize() for one in DISTRIBUTIONS if wanted in plugins(one))
+        message = f"{said}, which {distribution.capitalize()} does not have; {others} has it"
         return Finding("controller-type", message, "type", "take another type, or ask for that distribution")
-    help = did_you_mean(kind, [*known, *(word for word, of in SHORT.items() if of in known)])
+    words = [*known, *(word for word, of in SHORT.items() if of in known)]
     package = kind.partition("/")[0]
     if "/" not in kind or package in _packages():
-        help = help if help.startswith("did") else _listed(known, package)
+        help = Suggestion(kind, words, instead=_listed(known, package))
         return Finding("controller-type", f"{said}, which there is not{where}", "type", help)
     message = f"{said}, of a package that is not known: its parameters are not checked"
     meant = nearest(package, _packages())  # vendors call theirs after those that they know
-    help = help if meant and abs(len(meant) - len(package)) < 2 and help.startswith("did") else ""
-    return Finding("controller-type", message, "type", help, WARNING if help else NOTE)
+    if meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words):
+        return Finding("controller-type", message, "type", Suggestion(kind, words), WARNING)
+    return Finding("controller-type", message, "type", "", NOTE)
 
 
 def _packages() -> set[str]:

@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.distributions import HUMBLE, JAZZY, title
+from rosorin_compile.formats.format import HUMBLE, JAZZY
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Mesh, Output, Publisher, Robot, Sensor
 from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
@@ -154,7 +154,7 @@ def _owners(robot: Robot, frames: Frames) -> Iterator[Found]:
 def _unheard(robot: Robot, output: Output) -> Iterator[Found]:
     for driver in drivers(robot) if asked(output) == HUMBLE else ():
         if driver.stamped:
-            message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {title(HUMBLE)} sends Twist'
+            message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {HUMBLE.capitalize()} sends Twist'
             way_out = "give it use_stamped_vel: false, where its output is for Humble, too"
             path = ("controllers", driver.name)
             yield Found("nav2-command", message, path, way_out, WARNING, absolute=True, key=True)

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
-from rosorin_compile.formats.launch_conditions import free_names
+from rosorin_compile.formats.static_tf import free_names
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
-from rosorin_compile.source.bounded import yaml_of
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error, first_of
 from rosorin_compile.source.files import read_bytes, resolve
+from rosorin_compile.source.load import yaml_of
 from rosorin_compile.source.project import Description, tool_folders
 from rosorin_compile.source.rule_registry import Heading, Rule
 

@@ -14,8 +14,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
-from rosorin_compile.output.committed import compare
-from rosorin_compile.output.text_report import TextDifference, shorten
+from rosorin_compile.output.committed import TextDifference, compare, shorten
 from rosorin_compile.source.diagnostics import printable
 from rosorin_compile.source.files import is_file, read_bytes
 

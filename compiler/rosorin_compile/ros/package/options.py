@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.source import files
-from rosorin_compile.source.bounded import yaml_of
 from rosorin_compile.source.diagnostics import RequestError, Source, error
-from rosorin_compile.source.load import LoadError, load_mapping
+from rosorin_compile.source.load import LoadError, load_mapping, yaml_of
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import MarkupError, parse
 from rosorin_compile.source.yaml_text import Scalar

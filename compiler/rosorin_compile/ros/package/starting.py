@@ -7,18 +7,20 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.launch_conditions import (
+from rosorin_compile.formats.format import describe
+from rosorin_compile.formats.static_tf import ARGUMENTS as COMMON
+from rosorin_compile.formats.static_tf import (
     STATES,
     Condition,
+    StaticTransform,
     condition,
     if_condition,
     import_substitutions,
     in_frontends,
     in_python,
     mode_arguments,
+    static_transforms,
 )
-from rosorin_compile.formats.static_tf import ARGUMENTS as COMMON
-from rosorin_compile.formats.static_tf import StaticTransform, describe, static_transforms
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.distributions import DISTRIBUTIONS
+from rosorin_compile.formats.format import DISTRIBUTIONS
 
 from ..ports import facts
 

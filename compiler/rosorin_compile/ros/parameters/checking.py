@@ -10,7 +10,6 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from types import NoneType
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.distributions import title
 from rosorin_compile.source.diagnostics import (
     ERROR,
     WARNING,
@@ -84,8 +83,8 @@ def against_kind(name: str, kind: Kind, values: Mapping[str, Any]) -> Iterator[F
         if known is None:
             yield from _unknown(name, kind, key, values)
         elif not kind.has(known):
-            others = listed(map(title, known.only))
-            message = f'{name} of {title(kind.distribution)} has no key "{key}"; {others} knows it'
+            others = listed(map(str.capitalize, known.only))
+            message = f'{name} of {kind.distribution.capitalize()} has no key "{key}"; {others} knows it'
             help = _near(kind, key, values) or "remove it"
             yield Finding("parameters-unknown-key", message, key, help, at_key=True)
         else:

@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.distributions import JAZZY, title
+from rosorin_compile.formats.format import JAZZY
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 
@@ -51,7 +51,7 @@ def asked(output: Output) -> str:
 def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str], nodes: Sequence[Node]) -> str:
     """Return the parameter file of some nodes; ``head`` are lines of comment."""
     rows = list(_rows(_tree(output, nodes)))
-    values = {"robot": robot, "distribution": title(asked(output)), "head": head, "rows": rows}
+    values = {"robot": robot, "distribution": asked(output).capitalize(), "head": head, "rows": rows}
     return templates.own("ros/parameters.yaml.jinja", values)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.distributions import HUMBLE, JAZZY, described_by
+from rosorin_compile.formats.format import HUMBLE, JAZZY, described_by
 from rosorin_compile.model import Publisher
 from rosorin_compile.model.joint import NODE
 

@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from rosorin_compile.source.diagnostics import did_you_mean, listed, quoted
+from rosorin_compile.source.diagnostics import Help, Suggestion, listed, quoted
 
 _WORDS = {"bool": "true or false", "int": "a whole number", "double": "a double", "string": "a text"}
 _UNQUOTED = {
@@ -98,7 +98,7 @@ def written(value: Any) -> str:
     return f'"{value}"' if isinstance(value, str) else str(value)
 
 
-def refused(valid: Mapping[str, Sequence[Any]], value: Any) -> tuple[str, str] | None:
+def refused(valid: Mapping[str, Sequence[Any]], value: Any) -> tuple[str, Help] | None:
     """Return why validators refuse a value of its type, and a way out, in words; None if they do not."""
     for name, arguments in valid.items():
         check = _VALIDATORS.get(name)
@@ -124,13 +124,13 @@ _at_least = _bound(lambda value, limit: value >= limit, "at least")
 _at_most = _bound(lambda value, limit: value <= limit, "at most")
 
 
-def _one_of(value: Any, allowed: Sequence[Any]) -> str | tuple[str, str]:
-    return "" if value in allowed else (f"cannot be {written(value)}", did_you_mean(str(value), map(str, allowed)))
+def _one_of(value: Any, allowed: Sequence[Any]) -> str | tuple[str, Help]:
+    return "" if value in allowed else (f"cannot be {written(value)}", Suggestion(str(value), [*map(str, allowed)]))
 
 
-def _subset_of(value: Sequence[Any], allowed: Sequence[Any]) -> str | tuple[str, str]:
+def _subset_of(value: Sequence[Any], allowed: Sequence[Any]) -> str | tuple[str, Help]:
     others = [str(one) for one in value if one not in allowed]
-    return (f"cannot have {quoted(others)}", did_you_mean(others[0], map(str, allowed))) if others else ""
+    return (f"cannot have {quoted(others)}", Suggestion(others[0], [*map(str, allowed)])) if others else ""
 
 
 def _not_empty(value: Any) -> str:
@@ -167,7 +167,7 @@ def _states(value: Sequence[str]) -> str:
     return ""
 
 
-_VALIDATORS: Mapping[str, Callable[..., str | tuple[str, str]]] = {
+_VALIDATORS: Mapping[str, Callable[..., str | tuple[str, Help]]] = {
     "gt": _above,
     "gt_eq": _at_least,
     "one_of": _one_of,

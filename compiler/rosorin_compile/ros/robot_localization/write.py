@@ -18,14 +18,14 @@ from rosorin_compile.source.diagnostics import (
     NOTE,
     WARNING,
     Diagnostic,
+    Help,
     Suggestion,
-    did_you_mean,
     error,
     listed,
     quoted,
-    swaps,
 )
 from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.wording import swaps
 
 from ..controllers.topics import drivers, is_of_nobody
 from ..navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
@@ -91,8 +91,8 @@ def filter_of(robot: Robot, output: Output, frames: Frames) -> tuple[Filter | No
             path, help = ("publishers", named, "package"), f'did you mean "{_PACKAGE}"?'
             return None, [Found("filter-unclear", f'there is no package "{package}"', path, help, absolute=True)]
         message = f'"{named}" is no filter of robot_localization'
-        help = did_you_mean(named, filters) or "its publisher says package: robot_localization"
-        return None, [Found("filter-unclear", message, ("node",), help)]
+        suggestion: Help = Suggestion(named, filters, none="its publisher says package: robot_localization")
+        return None, [Found("filter-unclear", message, ("node",), suggestion)]
     name = named or next(iter(filters), _USUAL)
     owned = frames.owned(filters[name]) if name in filters else []
     if not owned:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import partial
 from typing import Any
 
 from rosorin_compile.language.lower.records import Problem, entries_of, record_of
 from rosorin_compile.language.schema import named_as
-from rosorin_compile.language.suggestions import name_meant
+from rosorin_compile.language.suggestions import suggest_name
 from rosorin_compile.model import Controller
 from rosorin_compile.model.sections import Section
 from rosorin_compile.rules.case import Case
@@ -66,7 +65,7 @@ def controller_names(case: Case) -> Iterator[Diagnostic]:
             if name and name not in known:
                 path: Path = ("controllers", one.name, key)
                 message = f'the controller "{one.name}" names the {word} "{name}", which there is not'
-                help = partial(name_meant, case.tree, path, name, known) if known else f"the robot has no {word}"
+                help = suggest_name(case.tree, path, name, known) if known else f"the robot has no {word}"
                 yield case.problem("controller-name", message, path, help)
 
 

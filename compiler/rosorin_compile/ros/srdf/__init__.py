@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rosorin_compile.formats.format import NUMBER_FORMAT, Asked, Format, xml_syntax
-from rosorin_compile.formats.unsupported import Unsupported
+from rosorin_compile.formats.format import NUMBER_FORMAT, Asked, Format, Unsupported, xml_syntax
 
 from . import checks, reading, text
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from rosorin_compile.formats.urdf.content import joints_of, links_of, solids
+from rosorin_compile.formats.urdf.write import joints_of, links_of, solids
 from rosorin_compile.model import DisabledCollision, Joint, Output, Robot, Shape
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.drive import SLIDING

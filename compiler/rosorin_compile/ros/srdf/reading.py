@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import Joined, Opened, Placed
-from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, PLAIN, Reading, number_of, numbers
+from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, PLAIN, Reading, numbers
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import DisabledCollision, Output, Robot, Transform
 from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
@@ -289,7 +289,7 @@ class _Joining:
             self.reading.cannot_carry(named(element), value.span, help)
         else:
             unit = LENGTHS if joint.type == "prismatic" else ANGLES
-            number = number_of(words[0], unit, element, "value", self.reading)
+            number = self.reading.number(words[0], f"value of {named(element)}", unit, "size")
             if number is not None:
                 at = Placed(number, words[0].span)
                 return state._replace(positions={**state.positions, name.value: at})

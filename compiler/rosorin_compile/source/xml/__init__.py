@@ -1,1 +1,1 @@
-"""XML: ``files`` reads the text, ``markup`` makes elements with places of it, ``elements`` is for XML kept as text."""
+"""XML: ``markup`` reads it, with places; ``elements`` is for elements that are kept as text."""

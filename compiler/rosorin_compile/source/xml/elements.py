@@ -1,19 +1,17 @@
-"""Texts that are elements of XML: parse them, compare them, indent them, and put values into them.
-
-A prefix that is not declared, as in <controller:foo>, is part of a name: it is legal in a URDF.
-"""
+"""Texts that are elements of XML: parse them, compare them, indent them, and put values into them."""
 
 from __future__ import annotations
 
 import math
 import re
+import textwrap
 from collections import Counter
 from typing import TYPE_CHECKING, NamedTuple
 from xml.parsers import expat
 
-from ..diagnostics import Source, error
+from ..diagnostics import Source
 from ..tree import Text
-from .markup import RULE, Document, Element, MarkupError, new_parser, parse
+from .markup import Element, MarkupError, new_parser, parse
 
 if TYPE_CHECKING:
     from xml.etree import ElementTree
@@ -38,13 +36,7 @@ def tree_of(text: str) -> ElementTree.Element:
 
 
 def canonical(element: ElementTree.Element) -> str:
-    """Return an element in one spelling, without differences in white space, comments and digits.
-
-    Attributes are sorted, words are separated by one space, numbers have no spare zeros. Not recursive.
-
-    >>> canonical(tree_of("<a c='1.50'  b='x'><!-- 2 --><d> 1e3 </d><e/></a>"))
-    '<a b="x" c="1.5"><d>1000.0</d><e/></a>'
-    """
+    """Return an element in one spelling of white space, attributes and digits, without comments."""
     parts: list[str] = []
     waiting: list[ElementTree.Element | str] = [element]
     while waiting:
@@ -53,10 +45,9 @@ def canonical(element: ElementTree.Element) -> str:
             parts.append(item)
             continue
         text = _words(item.text or "")
-        is_empty = not text and not len(item)
         attributes = "".join(f' {name}="{_words(item.attrib[name])}"' for name in sorted(item.attrib))
-        parts.append(f"<{item.tag}{attributes}/>" if is_empty else f"<{item.tag}{attributes}>{text}")
-        waiting += [] if is_empty else [f"</{item.tag}>"]
+        parts.append(f"<{item.tag}{attributes}>{text}" if text or len(item) else f"<{item.tag}{attributes}/>")
+        waiting += [f"</{item.tag}>"] if text or len(item) else []
         for child in reversed(item):
             waiting += [_words(child.tail or ""), child]
     return "".join(parts)
@@ -69,7 +60,7 @@ def _words(text: str) -> str:
 
 def _value(text: str) -> str | float:
     try:
-        return text if "_" in text else float(text) + 0.0
+        return number_of(text) + 0.0
     except ValueError:
         return " ".join(text.split())
 
@@ -78,32 +69,20 @@ _NAMES = ("name", "class", "link", "joint", "body", "site")
 
 
 def values_of(text: str) -> list[tuple[str, str | float]]:
-    """Return the attributes and texts of the elements in an XML element, each by its place.
-
-    A place is the last three elements that have names; places that occur several times are numbered. Raises ValueError
-    for a text that is not well formed.
-    """
-    found: list[tuple[str, str | float]] = []
+    """Return the attributes and texts in an element, each with the last three named elements. Raises MarkupError."""
     times: Counter[str] = Counter()
-
-    def add(place: str, value: str) -> None:
-        times[place] += 1
-        found.append((place if times[place] == 1 else f"{place} ({times[place]})", _value(value)))
-
-    def visit(element: ElementTree.Element, above: tuple[str, ...]) -> None:
-        name = next((element.attrib[key] for key in _NAMES if key in element.attrib), "")
-        here = (*above, f"{element.tag} {name}".rstrip())[-3:]
-        for key, value in element.items():
-            add(f"{' '.join(here)} {key}", value)
-        words = (element.text or "").strip()
-        if words or not (len(element) or element.attrib):
-            add(" ".join(here), words)
-        for inner in element:
-            visit(inner, here if name else above)
-
-    for top in tree_of(text):
-        visit(top, ())
-    return found
+    values: list[tuple[str, str | float]] = []
+    for element in [*parse(Source("", text)).root.iter()][1:]:
+        names = [(outer.tag, next(filter(None, map(outer.get, _NAMES)), "")) for outer in element.ancestors()]
+        above = [f"{tag} {name}" for tag, name in names[-2::-1] if name]
+        name = next(filter(None, map(element.get, _NAMES)), "")
+        place = " ".join([*above, f"{element.tag} {name}".rstrip()][-3:])
+        own = [(f"{place} {key}", attribute.value) for key, attribute in element.attributes.items()]
+        own += [(place, element.text)] if element.text or not (own or element.children) else []
+        for where, value in own:
+            times[where] += 1
+            values.append((where if times[where] == 1 else f"{where} ({times[where]})", _value(value)))
+    return values
 
 
 class Found(NamedTuple):
@@ -115,22 +94,17 @@ class Found(NamedTuple):
     line: int
 
 
-def _fragment(text: str) -> Document:
-    """Return the document of a text of elements, within a root. Raises MarkupError."""
-    try:
-        text.encode()
-    except UnicodeEncodeError:
-        raise MarkupError(error(RULE, "a character that no file can contain", None)) from None
-    return parse(Source("", f"<robot>{text}</robot>"))
+def _fragment(text: str) -> Element:
+    """Return a root that contains the elements of a text. Raises MarkupError."""
+    return parse(Source("", f"<robot>{text}</robot>")).root
 
 
 def damage(text: str) -> str:
     """Return why a text is not elements of XML, or an empty string if it is."""
     try:
-        root = _fragment(text).root
+        root = _fragment(text)
     except MarkupError as problem:
-        span = problem.diagnostic.span
-        return f"{problem}{f' (line {span.line} of the text)' if span and chr(10) in text.strip() else ''}"
+        return str(problem)
     if root.text:
         return f'"{root.text[:20]}" is outside of an element'
     return "" if root.children else "there is no element"
@@ -138,28 +112,20 @@ def damage(text: str) -> str:
 
 def found_in(text: str) -> list[Found]:
     """Return every element of a text of elements, in the order of their ends; none if it is not XML."""
-    found: list[Found] = []
-
-    def visit(element: Element, tags: tuple[str, ...]) -> None:
-        for child in element.children:
-            inner = (*tags, child.tag)
-            visit(child, inner)
-            attributes = {name: attribute.value for name, attribute in child.attributes.items()}
-            found.append(Found(inner, attributes, child.text, child.span.line))
-
     try:
-        visit(_fragment(text).root, ())
+        elements = sorted([*_fragment(text).iter()][1:], key=lambda element: element.end)
     except MarkupError:
         return []
+    found = []
+    for element in elements:
+        tags = (*(outer.tag for outer in [*element.ancestors()][-2::-1]), element.tag)
+        attributes = {name: attribute.value for name, attribute in element.attributes.items()}
+        found.append(Found(tags, attributes, element.text, element.span.line))
     return found
 
 
 def kept(element: Element, text: str = "") -> Text:
-    """Return an element as text, its further lines moved left, where space means nothing.
-
-    ``text`` replaces it where something in it has been renamed. A prefix that an element around it declares
-    (``xmlns:sim``) is declared in the text as well.
-    """
+    """Return an element (or ``text``, in which names are replaced) as text, with declarations of its prefixes."""
     text = re.sub("\r\n|\r", "\n", text or element.verbatim)
     names = [name for inner in element.iter() for name in (inner.tag, *inner.attributes) if ":" in name]
     declarations = ""
@@ -168,8 +134,7 @@ def kept(element: Element, text: str = "") -> Text:
         if above is not None and key not in names:
             address = above.attributes[key].raw.replace('"', "&quot;")
             declarations += f' {key}="{address}"'
-    at = 1 + len(element.tag)
-    return Text(indented(text[:at] + declarations + text[at:], ""))
+    return Text(indented(f"<{element.tag}{declarations}{text[1 + len(element.tag) :]}", ""))
 
 
 def indented(text: str, indent: str) -> str:
@@ -177,14 +142,11 @@ def indented(text: str, indent: str) -> str:
     text = text.replace("\r\n", "\n").strip()
     first, *rest = text.split("\n")  # and at no other character that ends lines elsewhere
     has_lines = "<![CDATA[" in text or any("\n" in value for value in re.findall(r"=\s*(\"[^\"]*\"|'[^']*')", text))
-    pieces = (piece for element in _fragment(text).root.iter() for piece in element.texts) if rest else ()
+    pieces = (piece for element in _fragment(text).iter() for piece in element.texts) if rest else ()
     if not rest or has_lines or any("\n" in piece.text for piece in pieces):
         return indent + text
-    lines = [line for line in rest if line.strip(" \t")]
-    margin = min((line[: len(line) - len(line.lstrip(" \t"))] for line in lines), key=len)
-    while not all(line.startswith(margin) for line in lines):
-        margin = margin[:-1]
-    return "\n".join([indent + first, *(indent + line[len(margin) :] if line.strip(" \t") else "" for line in rest)])
+    lines = textwrap.dedent("\n".join(rest)).split("\n")
+    return "\n".join([indent + first, *(indent + line if line else "" for line in lines)])
 
 
 _MARKUP = re.compile(
@@ -196,14 +158,7 @@ _IN_QUOTES = _ESCAPES | str.maketrans({'"': "&quot;", "'": "&apos;", "\n": "&#10
 
 
 def fitted(before: str, value: str) -> str:
-    """Return a value spelt so that a reader gets the same value, after the text ``before``.
-
-    In an attribute and between tags, signs of XML are escaped; but a value that is whole elements stays elements
-    between tags. In a comment two dashes are separated, and nothing ends a CDATA section.
-
-    >>> fitted("<a b='", 'x<"y"'), fitted("<a>", "1 < 2"), fitted("<a>", "<b/>")
-    ('x&lt;&quot;y&quot;', '1 &lt; 2', '<b/>')
-    """
+    """Return a value escaped as it has to be after the text ``before``; whole elements between tags stay elements."""
     last = next(iter([*_MARKUP.finditer(before)][-1:]), None)
     if last is not None and last.end() == len(before):
         if last["comment"] is not None and not before.endswith("-->"):
@@ -218,7 +173,7 @@ def fitted(before: str, value: str) -> str:
 
 
 def number_of(text: str) -> float:
-    """Return the number in a text. Raises ValueError if it is none or not finite."""
+    """Return the finite number in a text. Raises ValueError."""
     value = float(text)
     if "_" in text or not math.isfinite(value):
         raise ValueError(f"not a number: {text}")
@@ -228,6 +183,6 @@ def number_of(text: str) -> float:
 def numbers_of(text: str, count: int | None = None) -> tuple[float, ...]:
     """Return the numbers in a text. Raises ValueError if a word is none, or unless there are ``count``."""
     found = tuple(map(number_of, text.split()))
-    if count is not None and len(found) != count:
+    if count not in (None, len(found)):
         raise ValueError(f'"{text}": {count} numbers are needed')
     return found

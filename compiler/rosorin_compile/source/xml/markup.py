@@ -1,22 +1,25 @@
-"""Read XML safely, with the place of every element, attribute and comment.
-
-Built on expat without namespaces, so a prefix that is not declared is part of a name, as for the readers of URDF. A
-document type is refused where it begins, so no entity is ever declared, expanded or fetched.
-"""
+"""Read XML, with the place of every element, attribute and comment; without namespaces, document types and entities."""
 
 from __future__ import annotations
 
+import codecs
 import difflib
+import json
 import re
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
 from typing import NamedTuple
 from xml.parsers import expat
 
 from ..diagnostics import Diagnostic, Related, Source, SourceError, Span, error
+from ..files import shown
+from ..load import decoded, read_input
 from ..rule_registry import READING, Rule
 
 RULES = (
+    Rule("file-empty", "There is nothing in the file.", "Name the right file.", READING),
+    Rule("not-text", "The file is not text.", "Name a URDF, a xacro, an SDF or an MJCF.", READING),
     Rule("xml-syntax", "This is not XML.", "Correct it; `--lenient` takes what readers of URDF ignore.", READING),
     Rule("xml-doctype", "A document type can declare entities that grow without end.", "Remove it.", READING),
     Rule("xml-too-deep", "Elements are nested deeper than in any robot.", "Name the right file.", READING),
@@ -24,15 +27,68 @@ RULES = (
 )
 
 RULE = "xml-syntax"
+MAX_BYTES = 100_000_000
 MAX_DEPTH = 200
 MAX_ELEMENTS = 2_000_000
 COMMENT, TEXT, INSTRUCTION = "comment", "text", "instruction"
 
-_LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # as ``Source.line`` counts lines
-_ATTRIBUTE = re.compile(r"""\s+([^\s=]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
-_WORD = re.compile(r"[^ \t\r\n]+")
-
 MarkupError = SourceError  # a text that is not XML, or XML that is not safe to read
+
+# What may be before a declaration. A comment ends at its first end: with a lazy ".*?" the time would double with each.
+_DECLARATION = re.compile(r"(?s)(?:\s|<!--(?:(?!-->).)*-->)*(<\?xml\s[^>]*\?>)")
+_DECLARED = re.compile(r"""encoding\s*=\s*["']([A-Za-z][A-Za-z0-9._-]{0,40})["']""")
+# Of the codecs of Python, some are for other things than files, or interpret an escape language.
+_ENCODING = re.compile(r"utf-8|ascii|iso8859|iso2022|cp\d|gb|hz|big5|euc|shift_jis|johab|koi8|mac|tis|ptcp|kz")
+_COMMENT = re.compile("(?s)<!--(.*?)-->")
+_TAG = re.compile(r"""(?s)<!--.*?-->|<!\[CDATA\[.*?\]\]>|(<[A-Za-z_](?:[^<>"']|"[^"]*"|'[^']*')*>)""")
+_NO_SPACE = re.compile(r"""(=\s*(?:"[^"]*"|'[^']*'))(?=[A-Za-z_])""")
+
+
+def read_source(path: Path, asked: Span | None = None) -> Source:
+    """Return the text of a file, which ``asked`` names, in the encoding that it declares. Raises MarkupError."""
+    name = shown(path)
+    data = read_input(path, name, asked, MAX_BYTES, "check the name and the permissions")
+    if not data.strip():
+        raise MarkupError(error("file-empty", f"{name} is empty", asked, "is this the right file?"))
+    encoding: str = json.detect_encoding(data) if b"<" in data[:8] else "utf-8"  # by a mark, or zero bytes
+    if encoding == "utf-8":
+        beginning = Source(name, data[:10_000].decode("ascii", "replace"))
+        declaration = _DECLARATION.match(beginning.text)
+        declared = _DECLARED.search(beginning.text, declaration.start(1), declaration.end()) if declaration else None
+        try:
+            encoding = codecs.lookup(declared[1] if declared else "utf-8").name
+        except LookupError:
+            encoding = ""
+        if declared and not _ENCODING.match(encoding):
+            message = f'{name} declares the encoding "{declared[1]}", which is unknown or not its own'
+            span = beginning.span(declared.start(1), len(declared[1]))
+            raise MarkupError(error("not-utf8", message, span, "save the file as UTF-8"))
+    if b"\0" in data.rstrip(b"\0 \r\n\t")[:1000] and not encoding.startswith(("utf-16", "utf-32")):
+        message = f"{name} is not a text file: it contains zero bytes"
+        raise MarkupError(error("not-text", message, asked, "name a URDF, xacro, SDF or MJCF file"))
+    help = 'save the file as UTF-8, or declare its encoding: <?xml version="1.0" encoding="ISO-8859-1"?>'
+    return decoded(data, name, encoding.removesuffix("-sig"), help)
+
+
+def without_late_declaration(source: Source) -> Source:
+    """Blank out a declaration ``<?xml ...?>`` that is behind space or comments, as tinyxml2 accepts it."""
+    match, text = _DECLARATION.match(source.text), source.text
+    if match is None or match.start(1) == 0:
+        return source
+    return Source(source.path, text[: match.start(1)] + re.sub(r"\S", " ", match[1]) + text[match.end() :])
+
+
+def mended(source: Source) -> Source:
+    """Repair what other readers accept: ``--`` inside comments, zero bytes at the end, attributes without a space."""
+    bare = source.text.rstrip("\0 \r\n\t")
+    text = bare + source.text[len(bare) :].replace("\0", " ")
+    text = _COMMENT.sub(lambda comment: f"<!--{re.sub('-(?=-|$)', ' ', comment[1])}-->", text)
+    return Source(source.path, _TAG.sub(lambda tag: _NO_SPACE.sub(r"\1 ", tag[1]) if tag[1] else tag[0], text))
+
+
+_LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # as ``Source.line`` counts lines
+_ATTRIBUTE = re.compile(r"""(?s)\s+([^\s=]+)\s*=\s*(["'])(.*?)\2""")
+_WORD = re.compile(r"[^ \t\r\n]+")
 
 
 class Word(NamedTuple):
@@ -54,7 +110,6 @@ class Attribute(NamedTuple):
 
     @property
     def span(self) -> Span:
-        """Return the place of the value, without its quotes; of an empty one the closing quote."""
         return self.document.span(self.start, len(self.raw))
 
     @property
@@ -62,7 +117,6 @@ class Attribute(NamedTuple):
         return self.document.span(self.name_start, len(self.name))
 
     def words(self) -> list[Word]:
-        """Return the pieces between white space. Those of a value with references (``&#48;``) have its whole place."""
         return self.document.words(self.raw, self.value, self.start, self.span)
 
 
@@ -74,16 +128,9 @@ class Remark(NamedTuple):
     start: int
     end: int
 
-    @property
-    def is_comment(self) -> bool:
-        return self.kind == COMMENT
-
 
 class Element:
-    """An element: name, attributes and content in order.
-
-    It begins at the offset ``start`` of the text and ends at ``end``; its start tag ends at ``opened``.
-    """
+    """An element between the offsets ``start`` and ``end`` of the text; its start tag ends at ``opened``."""
 
     __slots__ = ("attributes", "content", "document", "end", "opened", "parent", "start", "tag")
 
@@ -116,8 +163,7 @@ class Element:
         return self.document.source.text[self.start : self.end]
 
     def get(self, name: str, default: str = "") -> str:
-        attribute = self.attributes.get(name)
-        return default if attribute is None else attribute.value
+        return self.attributes[name].value if name in self.attributes else default
 
     def iter(self) -> Iterator[Element]:
         """Yield the element and all within, in the order of the text."""
@@ -136,10 +182,7 @@ class Element:
 
 
 class Document:
-    """A text read as XML: its root, and the remarks ``before`` and ``after`` it.
-
-    A text that a program made of other files has an ``origin``, which returns places in those.
-    """
+    """A text read as XML: its root, and the remarks around it; ``origin`` returns places in files it was made of."""
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -197,22 +240,22 @@ def correction(word: str, known: Iterable[str]) -> str | None:
     return lower[near[0]] if near else None
 
 
+def new_parser() -> expat.XMLParserType:
+    """Return a parser of XML without namespaces, which reports text in one piece."""
+    parser = expat.ParserCreate("utf-8")
+    parser.buffer_text = True
+    return parser
+
+
 def parse(source: Source) -> Document:
     """Return a text as XML. Raises MarkupError, which names the place."""
     reader = _Reader(source)
     try:
         reader.parser.Parse(reader.data, True)
     except expat.ExpatError as problem:
-        at = reader.offset(max(0, reader.parser.ErrorByteIndex))
+        at = len(reader.data[: max(0, reader.parser.ErrorByteIndex)].decode("utf-8", "replace"))
         raise MarkupError(_explained(reader.document, problem.code, at, reader.open)) from None
     return reader.document
-
-
-def new_parser() -> expat.XMLParserType:
-    """Return a parser of XML without namespaces, which reports text in one piece; input is decoded already."""
-    parser = expat.ParserCreate("utf-8")
-    parser.buffer_text = True
-    return parser
 
 
 class _Reader:
@@ -221,8 +264,7 @@ class _Reader:
     def __init__(self, source: Source) -> None:
         self.document = Document(source)
         self.text = source.text
-        self.data = source.text.encode("utf-8", "replace")
-        self.is_ascii = len(self.data) == len(source.text)
+        self.data = source.text.encode("utf-8", "surrogatepass")  # expat refuses a surrogate
         self.last = (0, 0)  # the last offset in bytes, and in characters
         self.open: Element | None = None
         self.depth = self.count = 0
@@ -231,23 +273,15 @@ class _Reader:
         self.parser.StartElementHandler = self.start
         self.parser.EndElementHandler = self.finish
         self.parser.CommentHandler = lambda text: self.remark(COMMENT, text, "-->")
-        self.parser.ProcessingInstructionHandler = lambda target, text: self.remark(
-            INSTRUCTION, f"{target} {text}".strip(), "?>"
-        )
+        self.parser.ProcessingInstructionHandler = lambda name, text: self.remark(INSTRUCTION, f"{name} {text}", "?>")
         self.parser.CharacterDataHandler = self.characters
         self.parser.StartDoctypeDeclHandler = self.doctype
 
-    def offset(self, byte: int) -> int:
-        """Return an offset in characters, given the one in bytes."""
-        if self.is_ascii:
-            return byte
-        last_byte, last = self.last if byte >= self.last[0] else (0, 0)
-        last += len(self.data[last_byte:byte].decode("utf-8", "replace"))
-        self.last = (byte, last)
-        return last
-
     def here(self) -> int:
-        return self.offset(self.parser.CurrentByteIndex)
+        """Return the offset in characters of the event; expat counts bytes."""
+        byte, (last_byte, last) = self.parser.CurrentByteIndex, self.last
+        self.last = (byte, last + len(self.data[last_byte:byte].decode("utf-8", "replace")))
+        return self.last[1]
 
     def start(self, tag: str, pairs: list[str]) -> None:
         start = self.here()
@@ -262,9 +296,7 @@ class _Reader:
         position = start + 1 + len(tag)
         found = _ATTRIBUTE.finditer(self.text, position)  # expat has read the tag: it has this form
         for name, value, match in zip(pairs[::2], pairs[1::2], found, strict=False):
-            group = 2 if match[2] is not None else 3
-            at = (match.start(1), match.start(group))
-            made.attributes[name] = Attribute(self.document, name, value, *at, match[group])
+            made.attributes[name] = Attribute(self.document, name, value, match.start(1), match.start(3), match[3])
             position = match.end()
         made.opened = self.text.index(">", position) + 1
         if self.open:
@@ -274,8 +306,7 @@ class _Reader:
         self.open = made
 
     def finish(self, _tag: str) -> None:
-        made = self.open
-        if made is not None:
+        if (made := self.open) is not None:
             is_empty = self.text.startswith("/", made.opened - 2)
             made.end = made.opened if is_empty else self.text.index(">", self.here()) + 1
             self.open = made.parent
@@ -283,7 +314,9 @@ class _Reader:
 
     def remark(self, kind: str, text: str, end: str) -> None:
         start = self.here()
-        made = Remark(kind, text, start, self.text.index(end, start) + len(end))
+        made = Remark(
+            kind, text.strip() if kind == INSTRUCTION else text, start, self.text.index(end, start) + len(end)
+        )
         outside = self.document.after if self.count else self.document.before
         (self.open.content if self.open else outside).append(made)
 
@@ -305,17 +338,11 @@ class _Reader:
 _ENDS = {"<!--": "comment", "<![CDATA[": "CDATA section", "<?": "instruction", "<": "tag"}
 _ESCAPES = 'write &lt; for <, &amp; for &, &quot; for "'
 _ERRORS = expat.errors
-# What expat reports: the text at its place that is reported, the message, the help.
-_REPORTS = {
-    _ERRORS.XML_ERROR_JUNK_AFTER_DOC_ELEMENT: ("", "text after the end of the root element", "XML has one root"),
-    _ERRORS.XML_ERROR_DUPLICATE_ATTRIBUTE: (r"[^\s=/>]+", 'the attribute "{}" is repeated', "remove one"),
-    _ERRORS.XML_ERROR_UNDEFINED_ENTITY: (
-        r"&(?!(?:lt|gt|amp|quot|apos);|#)[^;\s<\"']*;?",
-        "unknown entity {}",
-        _ESCAPES,
-    ),
-    _ERRORS.XML_ERROR_MISPLACED_XML_PI: ("", "<?xml ...?> is not at the beginning", "remove what is before it"),
-    _ERRORS.XML_ERROR_UNCLOSED_CDATA_SECTION: ("", "this CDATA section is not closed", "add ]]>"),
+_UNCLOSED = (_ERRORS.XML_ERROR_UNCLOSED_TOKEN, _ERRORS.XML_ERROR_PARTIAL_CHAR)
+# The text that an error of expat is about, and the help.
+_PATTERNS = {
+    _ERRORS.XML_ERROR_DUPLICATE_ATTRIBUTE: (r"[^\s=/>]+", "remove one"),
+    _ERRORS.XML_ERROR_UNDEFINED_ENTITY: (r"&(?!(?:lt|gt|amp|quot|apos);|#)[^;\s<\"']*;?", _ESCAPES),
 }
 
 
@@ -325,25 +352,25 @@ def _explained(document: Document, code: int, at: int, open_element: Element | N
     at = min(at, max(0, len(text) - 1))
     tag = open_element.tag if open_element else ""
     related = [Related("opened here", open_element.span)] if open_element else []
-    is_unclosed = kind in (_ERRORS.XML_ERROR_UNCLOSED_TOKEN, _ERRORS.XML_ERROR_PARTIAL_CHAR)
+    ends_early = kind in _UNCLOSED or kind == _ERRORS.XML_ERROR_NO_ELEMENTS
     if kind == _ERRORS.XML_ERROR_TAG_MISMATCH:
         at = text.rfind("<", 0, at + 1)
         end = text[at:].partition(">")[0]
         length, message, help = len(end), f"{end}> does not close <{tag}>", f"close <{tag}> first"
-    elif is_unclosed and text.startswith("<", at):
+    elif kind in _UNCLOSED and text.startswith("<", at):
         sign = next(sign for sign in _ENDS if text.startswith(sign, at))
         message, help, length, related = f"this {_ENDS[sign]} is not closed", "close it", len(sign), []
-    elif (is_unclosed or kind == _ERRORS.XML_ERROR_NO_ELEMENTS) and tag:
+    elif ends_early and tag:
         at, message, help = max(0, len(text.rstrip()) - 1), f"the file ends, but <{tag}> is not closed", f"add </{tag}>"
-    elif is_unclosed or kind == _ERRORS.XML_ERROR_NO_ELEMENTS:
+    elif ends_early:
         at, message, help = 0, "there is no XML element in this file", "is this the right file?"
     elif kind == _ERRORS.XML_ERROR_INVALID_TOKEN:
         (at, message, help), related = _invalid_token(text, at), []
     else:
-        default = ("", f"this is not well-formed XML: {expat.ErrorString(code)}", "correct it, or remove it")
-        pattern, message, help = _REPORTS.get(kind, default)
-        if pattern and (found := re.compile(pattern).search(text, at)):
-            at, length, message = found.start(), len(found[0]), message.format(found[0])
+        pattern, help = _PATTERNS.get(kind, ("", "correct it, or remove it"))
+        found = re.compile(pattern).search(text, at) if pattern else None
+        at, length = (found.start(), len(found[0])) if found else (at, 1)
+        message = f"{expat.ErrorString(code)}{f' {found[0]}' if found else ''}"
         is_second = kind == _ERRORS.XML_ERROR_JUNK_AFTER_DOC_ELEMENT and document.root.tag
         related = [Related("the root element", document.root.span)] if is_second else []
     return error(RULE, message, document.span(at, length), help, related)
@@ -351,11 +378,9 @@ def _explained(document: Document, code: int, at: int, open_element: Element | N
 
 def _invalid_token(text: str, at: int) -> tuple[int, str, str]:
     """Return the place of a character that is not valid, the message and the help."""
-    letter = text[at] if text else ""
-    comment = text.rfind("<!--", 0, at + 1)
+    letter, comment = text[at : at + 1], text.rfind("<!--", 0, at + 1)
     if letter and not letter.isprintable() and letter not in "\r\n\t":
-        is_end = letter == "\0" and not text[at:].strip("\0 \r\n\t")
-        help = "remove it; --lenient ignores it" if is_end else "remove it"
+        help = "remove it" if letter != "\0" or text[at:].strip("\0 \r\n\t") else "remove it; --lenient ignores it"
         return at, f"the character U+{ord(letter):04X} is not allowed in XML", help
     if comment >= 0 and text.find("-->", comment + 4, at) < 0:
         return at, '"--" is not allowed inside a comment', "write one dash; --lenient takes it as it is"

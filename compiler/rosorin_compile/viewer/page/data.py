@@ -6,16 +6,16 @@ A URDF would not do: it lacks the frames that others publish, and what sensors s
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from rosorin_compile.formats.static_tf import describe
+from rosorin_compile.formats.format import describe
 from rosorin_compile.model import (
     Box,
     Capsule,
     Cylinder,
     Ellipsoid,
-    Inertial,
+    HeightMap,
     Joint,
     Link,
     Mesh,
@@ -29,15 +29,23 @@ from rosorin_compile.model.field_of_view import numbers, placed, seen_by
 from rosorin_compile.model.frame_tree import Row, publishers
 from rosorin_compile.model.joint import MOVING_TYPES
 from rosorin_compile.model.looks import own_colours
-from rosorin_compile.model.robot import JointPose
-from rosorin_compile.model.servos import ServoGroup
-from rosorin_compile.model.shape import Rgba
 
-from ..frame_trees import TooMany, Tree, colours, frame_trees
-
-Data = dict[str, Any]
+from ..frame_trees import TooMany, colours, frame_trees
+from .images import Data, texture_names
 
 _PURPOSES = ("visual", "collision")
+_GEOMETRIES: Mapping[type, tuple[str, Callable[[Any], Data]]] = {
+    Box: ("box", lambda box: {"size": numbers(box.size)}),
+    Cylinder: ("cylinder", lambda tube: {"radius": tube.radius, "length": tube.length}),
+    Capsule: ("capsule", lambda tube: {"radius": tube.radius, "length": tube.length}),
+    Ellipsoid: ("ellipsoid", lambda ellipsoid: {"radii": numbers(ellipsoid.radii)}),
+    Sphere: ("sphere", lambda sphere: {"radius": sphere.radius}),
+    Mesh: ("mesh", lambda mesh: {"mesh": mesh.file, "scale": numbers(mesh.scale)}),
+    HeightMap: (
+        "height_map",
+        lambda grid: {"origin": [*grid.origin], "cell": grid.cell, "heights": [*map(numbers, grid.heights)]},
+    ),
+}
 
 
 def robot_data(robot: Robot) -> Data:
@@ -48,7 +56,10 @@ def robot_data(robot: Robot) -> Data:
         "links": [_link(robot, link) for link in robot.links],
         "joints": [_joint(robot, joint) for joint in robot.joints],
         "sensors": [_sensor(sensor) for sensor in robot.sensors],
-        "poses": [_pose(pose) for pose in robot.poses],
+        "poses": [
+            {"name": pose.name, "positions": dict(pose.positions), "about": describe(pose.source)}
+            for pose in robot.poses
+        ],
         "modes": list(robot.modes),
         "publishers": dict(colours(publishers(robot.frame_tree()))),
         "situations": _situations(robot),
@@ -56,18 +67,6 @@ def robot_data(robot: Robot) -> Data:
         "meshes": {},
         **({"textures": {}} if any(texture_names(robot)) else {}),
     }
-
-
-def texture_names(robot: Robot) -> Iterator[str]:
-    """Yield the names of the images that the visuals have, each once, in the order of the description."""
-    visuals = (shape for link in robot.links for shape in link.visual)
-    yield from dict.fromkeys(name for shape in visuals if (name := robot.texture(shape)))
-
-
-def mesh_names(robot: Robot) -> Iterator[str]:
-    """Yield the names of the meshes that the page draws, each once, in the order of the description."""
-    shapes = (shape for link in robot.links for shape in (*link.visual, *link.collision))
-    yield from dict.fromkeys(shape.geometry.file for shape in shapes if isinstance(shape.geometry, Mesh))
 
 
 def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]], at: Pose) -> Data:
@@ -89,9 +88,12 @@ def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]],
 
 
 def _link(robot: Robot, link: Link) -> Data:
-    made: Data = {"name": link.name, "colour": _hexadecimal(own_colours(robot)[link.name])}
-    if link.inertial is not None:
-        made["inertial"] = _inertial(link.inertial)
+    colour = "".join(f"{round(255 * part):02x}" for part in own_colours(robot)[link.name][:3])
+    made: Data = {"name": link.name, "colour": f"#{colour}"}
+    inertial = link.inertial
+    if inertial is not None:
+        moments = {key: getattr(inertial, key) + 0.0 for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")}
+        made["inertial"] = {"mass": inertial.mass, **placed(inertial.pose), **moments}
     made["visual"] = [_shape(one) | _colour(robot, one) for shape in link.visual for one in shape.drawn()]
     look = robot.look_of(link)
     instead = {} if look is None or robot.has_looks else {"rgba": list(look)}
@@ -99,37 +101,14 @@ def _link(robot: Robot, link: Link) -> Data:
     return made
 
 
-def _hexadecimal(rgba: Rgba) -> str:
-    return "#" + "".join(f"{round(255 * part):02x}" for part in rgba[:3])
-
-
-def _inertial(inertial: Inertial) -> Data:
-    moments = {key: getattr(inertial, key) + 0.0 for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")}
-    return {"mass": inertial.mass, **placed(inertial.pose), **moments}
-
-
 def _shapes(shapes: Iterable[Shape]) -> list[Data]:
     return [_shape(one) for shape in shapes for one in shape.drawn()]
 
 
 def _shape(shape: Shape) -> Data:
-    geometry = shape.geometry
-    made = placed(shape.origin())
-    if shape.name:
-        made["name"] = shape.name
-    if isinstance(geometry, Box):
-        return made | {"kind": "box", "size": numbers(geometry.size)}
-    if isinstance(geometry, Cylinder | Capsule):
-        kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
-        return made | {"kind": kind, "radius": geometry.radius, "length": geometry.length}
-    if isinstance(geometry, Ellipsoid):
-        return made | {"kind": "ellipsoid", "radii": numbers(geometry.radii)}
-    if isinstance(geometry, Sphere):
-        return made | {"kind": "sphere", "radius": geometry.radius}
-    if isinstance(geometry, Mesh):
-        return made | {"kind": "mesh", "mesh": geometry.file, "scale": numbers(geometry.scale)}
-    heights = [numbers(row) for row in geometry.heights]
-    return made | {"kind": "height_map", "origin": list(geometry.origin), "cell": geometry.cell, "heights": heights}
+    name = {"name": shape.name} if shape.name else {}
+    kind, values_of = _GEOMETRIES[type(shape.geometry)]
+    return {**placed(shape.origin()), **name, "kind": kind, **values_of(shape.geometry)}
 
 
 def _colour(robot: Robot, shape: Shape) -> Data:
@@ -143,52 +122,36 @@ def _joint(robot: Robot, joint: Joint) -> Data:
     made |= placed(joint.origin)
     if joint.type in (*MOVING_TYPES, "planar"):
         made["axis"] = numbers(joint.axis)
-    limit = joint.limit
-    bounds = (None, None) if limit is None else (limit.lower, limit.upper)
-    if all(bound is not None and math.isfinite(bound) for bound in bounds):
-        made["limit"] = dict(zip(("lower", "upper"), bounds, strict=True))
+    limits = {key: getattr(joint.limit, key, None) for key in ("lower", "upper")}
+    if all(bound is not None and math.isfinite(bound) for bound in limits.values()):
+        made["limit"] = limits
     if joint.mimic is not None:
-        mimic = joint.mimic
-        made["mimic"] = {"joint": mimic.joint, "multiplier": mimic.multiplier, "offset": mimic.offset}
-    servo = next((group for group in robot.servos if joint.name in group.joints), None)
-    if servo is not None:
-        made["servo"] = _servo(servo)
+        made["mimic"] = {key: getattr(joint.mimic, key) for key in ("joint", "multiplier", "offset")}
+    for servo in [group for group in robot.servos if joint.name in group.joints][:1]:
+        made["servo"] = {
+            "rad_per_pulse": servo.rad_per_pulse,
+            "zero": servo.zero_pulse,
+            "flipped": servo.flipped,
+            "range": list(servo.pulse_range),
+        }
     if describe(joint.source):
         made["source"] = describe(joint.source)
     return made
 
 
-def _servo(servo: ServoGroup) -> Data:
-    return {
-        "rad_per_pulse": servo.rad_per_pulse,
-        "zero": servo.zero_pulse,
-        "flipped": servo.flipped,
-        "range": list(servo.pulse_range),
-    }
-
-
-def _pose(pose: JointPose) -> Data:
-    return {"name": pose.name, "positions": dict(pose.positions), "about": describe(pose.source)}
-
-
 def _situations(robot: Robot) -> list[Data]:
-    """Return the trees of frames with the modes in which each holds; the first one holds for all that are not said."""
+    """Return the trees of frames with the modes in which each holds; the first one holds for all other modes."""
     try:
-        found = frame_trees(robot, {})
+        found = [(tree.label, [dict(states) for states in tree.modes], tree.edges) for tree in frame_trees(robot, {})]
     except TooMany:
-        return [{"label": "", "modes": [{}], "edges": [_edge(row) for row in robot.frame_tree()]}]
-    return [_situation(one) for one in found]
-
-
-def _situation(situation: Tree) -> Data:
-    modes = [dict(one) for one in situation.modes]
-    return {"label": situation.label, "modes": modes, "edges": [_edge(row) for row in situation.edges]}
+        found = [("", [{}], robot.frame_tree())]
+    return [{"label": label, "modes": modes, "edges": [*map(_edge, edges)]} for label, modes, edges in found]
 
 
 def _edge(row: Row) -> Data:
     made: Data = {"parent": row.parent, "child": row.child, "publisher": row.publisher, "published": row.published}
-    told = {"topic": row.topic if row.published else "", "why": row.why, "joint": row.joint, "kind": row.kind}
-    return made | {key: value for key, value in told.items() if value}
+    rest = {"topic": row.topic if row.published else "", "why": row.why, "joint": row.joint, "kind": row.kind}
+    return made | {key: value for key, value in rest.items() if value}
 
 
 def _sensor(sensor: Sensor) -> Data:

@@ -1,21 +1,30 @@
-"""Images of a page: those that materials name, and what stands beside a mesh file: its materials and their images.
+"""The meshes and images of a page, and the files that a mesh names: its materials and their images.
 
-A mesh is foreign, and so are the names in it. What it names is shown only if it is what it says to be, an image that a
-browser reads, by its first bytes, or the materials of an OBJ, and if it is in the project or the package of the mesh: a
-page is sent to others, and the author of a mesh does not choose what else of this machine is in it.
+A mesh may come from strangers, and so do the names in it. A file that it names is shown only if its first bytes are
+those of an image that a browser reads, or if it holds the materials of an OBJ, and if it is in the project or the
+package of the mesh: a page is sent to others, and the author of a mesh must not choose which files of this machine are
+in it.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from base64 import b64encode
+from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from urllib.parse import unquote
 
+from rosorin_compile.model import Mesh, Robot
 from rosorin_compile.source import files
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import DESCRIPTIONS
 
+Data = dict[str, Any]
+
+# What the loaders of the page read, by the ending of a file.
+MESHES: Mapping[str, str] = {".stl": "stl", ".obj": "obj", ".dae": "dae", ".glb": "glb"}
+_BYTES, _MATERIALS = "application/octet-stream", "text/plain"
 _MAGIC = {
     "image/png": re.compile(rb"\x89PNG\r\n\x1a\n"),
     "image/jpeg": re.compile(rb"\xff\xd8\xff"),
@@ -23,11 +32,8 @@ _MAGIC = {
     "image/gif": re.compile(rb"GIF8[79]a"),
     "image/bmp": re.compile(rb"BM"),
 }
-_MATERIALS = "text/plain"
+_HEAD = 16  # bytes of an image
 _LARGEST = 1_000_000  # bytes of materials
-_HEAD = 16
-_NO_IMAGE = "not found, or no image that browsers read"
-_OUTSIDE = "a mesh names it outside of the project"
 _LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]+)", re.MULTILINE)
 _MAP = re.compile(r"^[ \t]*map_Kd[ \t]+(.+?)[ \t]*$", re.MULTILINE | re.IGNORECASE)
 _OPTION = re.compile(r"-[a-z]+(?:[ \t]+(?:[-+.0-9e]+|on|off))*[ \t]+", re.IGNORECASE)
@@ -36,42 +42,149 @@ _IMAGE = re.compile(rb"<init_from>\s*(?:<ref>)?\s*([^<]+?)\s*<")
 
 
 class Side(NamedTuple):
-    """A file beside a mesh: its name there, where it is, and its type."""
+    """A file that belongs to a mesh: its name there, where it is, and its type."""
 
     name: str
     file: Path
     type: str
 
 
+class Embedding:
+    """Meshes and images as text in a page; ``limit`` is their size in bytes together, ``left`` why some are not there.
+
+    What several robots of a page share counts for each: it is in the page as often.
+    """
+
+    def __init__(self, limit: int) -> None:
+        self.limit = limit
+        self.size = 0
+        self.left: dict[str, str] = {}
+
+    def put(self, name: str, file: Path, kind: str) -> Data:  # noqa: ARG002
+        """Return the content of a file, if there is room for it."""
+        try:
+            content = files.read_bytes(file)
+        except OSError as problem:
+            return self.missing(name, problem.strerror or "it cannot be read")
+        if self.size + len(content) > self.limit:
+            return self.missing(name, f"more than {self.limit / 1e6:g} MB of meshes")
+        self.size += len(content)
+        return {"data": b64encode(content).decode("ascii")}
+
+    def missing(self, name: str, why: str) -> Data:
+        """Return the entry of a file that is not in the page."""
+        self.left[name] = why
+        return {"missing": why}
+
+
+class Serving:
+    """Meshes and images that a server has, each at a number that the page requests.
+
+    ``numbers`` has those of files that were shown before, so that an older page finds its own; new ones are added. What
+    follows "?" distinguishes the versions of a file: a page reads again only what has changed.
+    """
+
+    def __init__(self, numbers: dict[Path, str]) -> None:
+        self.numbers = numbers
+        self.files: dict[str, tuple[Path, str]] = {}
+
+    def put(self, name: str, file: Path, kind: str) -> Data:  # noqa: ARG002
+        """Return the address of a file."""
+        number = self.numbers.setdefault(file, str(len(self.numbers)))
+        self.files[number] = file, kind
+        return {"url": f"mesh/{number}?{''.join(f'{part:x}' for part in files.version(file) or (0,))}"}
+
+    def missing(self, name: str, why: str) -> Data:  # noqa: ARG002
+        """Return the entry of a file that is not shown."""
+        return {"missing": why}
+
+
+def tables(robot: Robot, found: Mapping[str, Path], store: Embedding | Serving) -> Data:
+    """Return the tables of meshes and textures of a page by name; ``found`` are the files by name."""
+    names, meshes, textures = list(mesh_names(robot)), Data(), Data()
+    for number, name in enumerate(names):
+        Progress.step("reading meshes", number, len(names))
+        kind, file = MESHES.get(PurePosixPath(name).suffix.lower()), found.get(name)
+        if kind is None or file is None:
+            meshes[name] = store.missing(name, "not found" if file is None else "no browser reads it")
+            continue
+        meshes[name] = entry = store.put(name, file, _BYTES)
+        if "missing" in entry:
+            continue
+        sides, vain = companions(file, name)
+        for image, why in vain.items():
+            store.missing(image, why)
+        own = {side.name: {"type": side.type, **store.put(*side)} for side in sides}
+        own = {side: placed for side, placed in own.items() if "missing" not in placed}
+        meshes[name] = {"format": kind, **entry, **({"files": own} if own else {})}
+    for name in texture_names(robot):
+        image = found.get(name)
+        kind = image_type(image) if image is not None else ""
+        if image is None or not kind:
+            textures[name] = store.missing(name, "no browser reads it" if image else "not found")
+            continue
+        entry = store.put(name, image, kind)
+        textures[name] = entry if "missing" in entry else {"type": kind, **entry}
+    return {"meshes": meshes, **({"textures": textures} if textures else {})}
+
+
+def texture_names(robot: Robot) -> Iterator[str]:
+    """Yield the names of the images that the visuals have, each once, in the order of the description."""
+    visuals = (shape for link in robot.links for shape in link.visual)
+    yield from dict.fromkeys(name for shape in visuals if (name := robot.texture(shape)))
+
+
+def mesh_names(robot: Robot) -> Iterator[str]:
+    """Yield the names of the meshes that the page draws, each once, in the order of the description."""
+    shapes = (shape for link in robot.links for shape in (*link.visual, *link.collision))
+    yield from dict.fromkeys(shape.geometry.file for shape in shapes if isinstance(shape.geometry, Mesh))
+
+
 def image_type(file: Path) -> str:
-    """Return the type of an image that a browser reads; empty if a file is none."""
+    """Return the type of an image that a browser reads; empty for another file."""
     try:
-        begins = files.read_bytes(file, _HEAD)
+        head = files.read_bytes(file, _HEAD)
     except OSError:
         return ""
-    return next((kind for kind, magic in _MAGIC.items() if magic.match(begins)), "")
+    return next((kind for kind, magic in _MAGIC.items() if magic.match(head)), "")
 
 
-def companion_files(mesh: Path, content: bytes, name: str = "") -> tuple[list[Side], dict[str, str]]:
+def companions(mesh: Path, name: str = "") -> tuple[list[Side], dict[str, str]]:
     """Return the files that belong to a mesh, and the images that it names in vain, with the reason.
 
     ``name`` is that of the mesh in the description; without one, what belongs to it is in its own folder.
     """
-    kind, homes = mesh.suffix.lower(), _homes(mesh, name)
-    if kind == ".dae":
-        library = _IMAGES.search(content)
-        found = _IMAGE.findall(library[0]) if library else []
-        return _images(mesh, [unquote(name.decode("utf-8", "replace")) for name in found], homes)
-    if kind != ".obj":
+    if mesh.suffix.lower() not in (".dae", ".obj"):
         return [], {}
-    sides: list[Side] = []
-    names: list[str] = []
-    for side, text in _libraries(mesh, content):
-        if _is_in(side.file, homes):
-            sides.append(side)
-            names += [_OPTION.sub("", name) for name in _MAP.findall(text)]
-    images, vain = _images(mesh, names, homes)
-    return [*sides, *images], vain
+    try:
+        content = files.read_bytes(mesh)
+    except OSError:
+        return [], {}
+    homes, sides, vain, names = _homes(mesh, name), list[Side](), dict[str, str](), list[str]()
+    if mesh.suffix.lower() == ".dae":
+        library = _IMAGES.search(content)
+        names = [unquote(found.decode("utf-8", "replace")) for found in _IMAGE.findall(library[0] if library else b"")]
+        content = b""
+    for named in dict.fromkeys(found.decode("utf-8", "replace").strip() for found in _LIBRARY.findall(content)):
+        file = _relative(mesh, named)
+        if file is None or file.suffix.lower() != ".mtl" or not _is_in(file, homes):
+            continue
+        try:
+            if files.is_file(file) and file.stat().st_size <= _LARGEST:
+                text = files.read_bytes(file).decode("utf-8", "replace")
+                sides.append(Side(named, file, _MATERIALS))
+                names += [_OPTION.sub("", image) for image in _MAP.findall(text)]
+        except OSError:
+            continue
+    for named in dict.fromkeys(names):
+        file = _relative(mesh, named)
+        kind = image_type(file) if file is not None else ""
+        if file is not None and kind and _is_in(file, homes):
+            sides.append(Side(named, file, kind))
+        else:
+            why = "a mesh names it outside of the project" if kind else "not found, or no image that browsers read"
+            vain[PurePosixPath(named.replace("\\", "/")).name] = why
+    return sides, vain
 
 
 def _homes(mesh: Path, name: str) -> list[Path]:
@@ -87,54 +200,23 @@ def _homes(mesh: Path, name: str) -> list[Path]:
         named_so = parts and name[:1] != "/" and scheme != "file" and list(file.parts[-len(parts) :]) == parts
         home = file.parents[len(parts) - 1] if named_so else file.parent
         above = (home, *home.parents)
-        project = next((one.parent for one in above if one.name == DESCRIPTIONS), None)
-        package = next((one for one in above if files.is_file(one / "package.xml")), None)
+        project = next((folder.parent for folder in above if folder.name == DESCRIPTIONS), None)
+        package = next((folder for folder in above if files.is_file(folder / "package.xml")), None)
         found.append(project or package or home)
     return found
 
 
 def _is_in(file: Path, homes: list[Path]) -> bool:
-    """Say whether a file is in one of some folders, links followed."""
+    """Return True if a file is in one of some folders, with links resolved."""
     try:
-        led = files.resolve(file)
+        target = files.resolve(file)
     except (OSError, RuntimeError, ValueError):
         return False
-    return any(led.is_relative_to(home) for home in homes)
+    return any(target.is_relative_to(home) for home in homes)
 
 
-def _libraries(mesh: Path, content: bytes) -> Iterator[tuple[Side, str]]:
-    """Yield the files of materials of an OBJ that stand beside it, with their texts."""
-    named = [name.decode("utf-8", "replace").strip() for name in _LIBRARY.findall(content)]
-    for name in dict.fromkeys(named):
-        file = _at(mesh, name)
-        try:
-            if (
-                file is None
-                or file.suffix.lower() != ".mtl"
-                or not files.is_file(file)
-                or file.stat().st_size > _LARGEST
-            ):
-                continue
-            yield Side(name, file, _MATERIALS), files.read_bytes(file).decode("utf-8", "replace")
-        except (OSError, ValueError):
-            continue
-
-
-def _images(mesh: Path, names: list[str], homes: list[Path]) -> tuple[list[Side], dict[str, str]]:
-    sides: list[Side] = []
-    vain: dict[str, str] = {}
-    for name in dict.fromkeys(names):
-        file = _at(mesh, name)
-        kind = image_type(file) if file is not None else ""
-        if file is not None and kind and _is_in(file, homes):
-            sides.append(Side(name, file, kind))
-        else:
-            vain[PurePosixPath(name.replace("\\", "/")).name] = _OUTSIDE if kind else _NO_IMAGE
-    return sides, vain
-
-
-def _at(mesh: Path, name: str) -> Path | None:
-    """Return where a name in a mesh leads to; None for one that is not relative."""
+def _relative(mesh: Path, name: str) -> Path | None:
+    """Return the file that a name in a mesh refers to, or None for a name that is not relative."""
     if not name or name.startswith("/") or "://" in name or "\0" in name:
         return None
     return mesh.parent / name.replace("\\", "/")

@@ -1,5 +1,5 @@
 """Pictures of a robot without a browser: the camera, colours and light of the ``view`` page, by numpy alone.
 
-``triangles`` turns shapes into triangles, ``camera`` is the point of view, ``render`` computes the pixels, ``labels``
-draws frames and their names over them, and ``png`` writes the file.
+``triangles`` turns shapes into triangles, ``render`` computes the pixels, ``labels`` draws frames and their names over
+them, and ``draw`` writes the file.
 """

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import struct
+import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -19,16 +22,26 @@ from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.viewer.frame_trees import TooMany, frame_trees
 from rosorin_compile.viewer.frames import check_target
-from rosorin_compile.viewer.page.data import mesh_names
+from rosorin_compile.viewer.page.images import mesh_names
 from rosorin_compile.viewer.showing import Shown, look
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from rosorin_compile.model import Robot, Transform, Vector
     from rosorin_compile.model.kinematics import Position
     from rosorin_compile.request import Request
 
     from .triangles import MeshParts
 
+# Directions to the camera in the root frame: x ahead, y left, z up; as on the page.
+VIEWS: Mapping[str, Vector] = {
+    "iso": (1.0, -1.15, 0.75),
+    "front": (1.0, 0.0, 0.06),
+    "side": (0.0, -1.0, 0.06),
+    "top": (0.0, -0.001, 1.0),
+}
 _SMALLEST, _LARGEST = 16, 8192  # pixels
 
 
@@ -71,7 +84,9 @@ def draw(request: Request, target: Path, state: State, appearance: Look, force: 
 
     A file that this tool did not write is replaced with ``force`` only. Raises RequestError.
     """
-    width, height = size = _checked(appearance.size)
+    width, height = appearance.size
+    if not all(_SMALLEST <= side <= _LARGEST for side in appearance.size):
+        raise RequestError(f"a picture has {_SMALLEST} to {_LARGEST} pixels along a side, not {width}x{height}")
     direction = _direction(appearance.view)
     if target.suffix.lower() != ".png":
         raise RequestError(f'{target}: unsupported picture format "{target.suffix}": use .png')
@@ -82,16 +97,17 @@ def draw(request: Request, target: Path, state: State, appearance: Look, force: 
         return failed(tuple(one for one in looked.diagnostics if one.severity == ERROR))
     robot = looked.shown.robot
     frames = _frames(robot, appearance)
-    missing = _missing_package(robot)
-    if missing:
-        help = f"{pip_install('view')} installs the packages that draw pictures"
-        message = f"a picture{missing[1]} needs the package {missing[0]}, which is not installed"
-        return failed((error("extra-missing", message, None, help),))
+    needed = {"numpy": ""} | (dict.fromkeys(("trimesh", "scipy"), " of meshes") if any(mesh_names(robot)) else {})
+    for package, purpose in needed.items():
+        if not is_installed(package):
+            help = f"{pip_install('view')} installs the packages that draw pictures"
+            message = f"a picture{purpose} needs the package {package}, which is not installed"
+            return failed((error("extra-missing", message, None, help),))
     positions, beyond = state(looked.shown.case)
     diagnostics = list(beyond)
     try:
-        poses = robot.poses_in_root(positions)
-        file = _picture(looked.shown, poses, frames, direction, size, appearance, diagnostics)
+        pixels = _pixels(looked.shown, robot.poses_in_root(positions), frames, direction, appearance, diagnostics)
+        file = png(pixels, f" picture: the robot {robot.name}")
         write_file(target, file, looked.files, None if force else may_replace)
     except MemoryError:
         message = f"{robot.name} cannot be drawn: out of memory; --collision draws simpler shapes"
@@ -101,81 +117,75 @@ def draw(request: Request, target: Path, state: State, appearance: Look, force: 
     return Picture(robot.name, target, width, height, True, tuple(diagnostics))
 
 
-def _picture(
+def _pixels(
     shown: Shown,
     poses: Mapping[str, Transform],
     frames: Sequence[str],
     direction: Vector,
-    size: tuple[int, int],
     look: Look,
     diagnostics: list[Diagnostic],
-) -> bytes:
-    """Return the PNG file of a robot whose links have these poses in the root frame."""
-    from .camera import Box, Camera
-    from .labels import draw_frames
-    from .png import png
-    from .render import THEMES, Scene, render
+) -> NDArray[np.uint8]:
+    """Return the picture of a robot whose links have these poses in the root frame."""
+    import numpy as np
+
+    from .labels import EMPTY, SENSOR, draw_frames, draw_markers
+    from .render import THEMES, Camera, Scene, render
     from .triangles import pieces
 
-    def progress(done: int, total: int) -> None:
-        Progress.step("drawing", done, total, counted=False)
-
     robot, theme = shown.robot, THEMES[look.theme]
-    visual = robot.has_looks
-    found = pieces(robot, poses, _meshes(shown, diagnostics), visual, look.collision or not visual)
-    corners = [corner for piece in found for corner in (piece.box.lower, piece.box.upper)]
-    box = Box.around(corners or [pose.xyz for pose in poses.values()])
-    camera = Camera.fitted(box, direction, *size)
-    pixels = render(Scene.of(found, box, theme), camera, look.transparent, progress)
+    found = pieces(robot, poses, _meshes(shown, diagnostics), robot.has_looks, look.collision or not robot.has_looks)
+    corners = [piece.bounds for piece in found] or [[pose.xyz for pose in poses.values()]]
+    bounds = np.array([np.concatenate(corners).min(axis=0), np.concatenate(corners).max(axis=0)])
+    camera = Camera.fitted(bounds, direction, *look.size)
+    progress = partial(Progress.step, "drawing", counted=False)
+    pixels = render(Scene(found, bounds, theme), camera, look.transparent, progress)
+    sensors = {sensor.frame for sensor in robot.sensors}
+    empty = [link.name for link in robot.links if not link.visual and not link.collision and link.name not in sensors]
+    for names, marker in ((empty, EMPTY), (sorted(sensors & poses.keys()), SENSOR)):
+        draw_markers(pixels, [poses[name].xyz for name in names], camera, marker)
     has_shapes = any(piece.visible for piece in found)
     chosen = frames or ([] if has_shapes else list(poses))
-    axis_scale = max(box.diagonal, 0.05) * (1.0 if has_shapes else 2.0)
+    axis_scale = max(math.dist(*bounds), 0.05) * (1.0 if has_shapes else 2.0)
     draw_frames(pixels, {name: poses[name] for name in chosen}, camera, axis_scale, theme)
-    return png(pixels, f" picture: the robot {robot.name}")
+    return pixels
 
 
 def _meshes(shown: Shown, diagnostics: list[Diagnostic]) -> dict[Mesh, MeshParts]:
     """Return the meshes of a robot that can be read, and report the others once each."""
-    loaded: dict[Mesh, TriangleMesh | Diagnostic] = {}
+    found: dict[Mesh, MeshParts] = {}
+    failed: set[Mesh] = set()
     for link in shown.robot.links:
         for purpose in ("collision", "visual"):
             for number, shape in enumerate(getattr(link, purpose)):
-                if isinstance(shape.geometry, Mesh) and shape.geometry not in loaded:
-                    place = (link.name, purpose, number)
-                    loaded[shape.geometry] = TriangleMesh.of_shape(shown.case, place, shown.meshes, coloured=True)
-    diagnostics.extend([mesh for mesh in loaded.values() if isinstance(mesh, Diagnostic)])
-    found: dict[Mesh, MeshParts] = {}
-    for name, mesh in loaded.items():
-        if not isinstance(mesh, Diagnostic):
-            ends = pairwise([0, *accumulate(count for count, _ in mesh.colours)])
-            colours = [colour for _, colour in mesh.colours]
-            found[name] = [(mesh.triangles[a:b], colour) for (a, b), colour in zip(ends, colours, strict=True)]
+                name = shape.geometry
+                if not isinstance(name, Mesh) or name in found or name in failed:
+                    continue
+                mesh = TriangleMesh.of_shape(shown.case, (link.name, purpose, number), shown.meshes, coloured=True)
+                if isinstance(mesh, Diagnostic):
+                    failed.add(name)
+                    diagnostics.append(mesh)
+                    continue
+                ends = pairwise([0, *accumulate(count for count, _ in mesh.colours)])
+                colours = [colour for _, colour in mesh.colours]
+                found[name] = [(mesh.triangles[a:b], colour) for (a, b), colour in zip(ends, colours, strict=True)]
     return found
 
 
-def _missing_package(robot: Robot) -> tuple[str, str] | None:
-    """Return a package that is not installed and what it is needed for, or None."""
-    if not is_installed("numpy"):
-        return "numpy", ""
-    if any(mesh_names(robot)):
-        for name in ("trimesh", "scipy"):
-            if not is_installed(name):
-                return name, " of meshes"
-    return None
-
-
-def _checked(size: tuple[int, int]) -> tuple[int, int]:
-    """Return width and height in pixels. Raises RequestError."""
-    if not all(_SMALLEST <= side <= _LARGEST for side in size):
-        text = "x".join(map(str, size))
-        raise RequestError(f"a picture has {_SMALLEST} to {_LARGEST} pixels along a side, not {text}")
-    return size
+def png(pixels: NDArray[np.uint8], comment: str = "") -> bytes:
+    """Return pixels (rows, columns, 3 or 4) as a PNG file (ISO/IEC 15948) that names this tool and a comment."""
+    rows, columns, channels = pixels.shape
+    header = struct.pack(">IIBBBBB", columns, rows, 8, {3: 2, 4: 6}[channels], 0, 0, 0)
+    text = b"Comment\0" + f"Generated by rosorin-compile{comment}".encode("latin-1", "replace")
+    data = zlib.compress(b"".join(b"\0" + row.tobytes() for row in pixels), 9)  # filters make such pictures larger
+    chunks = ((b"IHDR", header), (b"sRGB", b"\0"), (b"tEXt", text), (b"IDAT", data), (b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+        for kind, content in chunks
+    )
 
 
 def _direction(text: str) -> Vector:
     """Return the direction to the camera of a named view, or of two angles. Raises RequestError."""
-    from .camera import VIEWS, from_angles
-
     if text in VIEWS:
         return VIEWS[text]
     parts = [Quantity.parse(part.strip()) for part in text.split(",")]
@@ -184,7 +194,9 @@ def _direction(text: str) -> Vector:
     angles = [float(part) for part in parts if part is not None and part.unit == "rad"]
     if len(parts) != 2 or len(angles) != 2:
         raise RequestError(f'"{text}" is not AZIMUTH,ELEVATION, such as 30deg,20deg')
-    return from_angles(*angles)
+    azimuth, elevation = angles
+    flat = math.cos(elevation)
+    return (flat * math.cos(azimuth), flat * math.sin(azimuth), math.sin(elevation))
 
 
 def _frames(robot: Robot, look: Look) -> list[str]:
@@ -194,16 +206,9 @@ def _frames(robot: Robot, look: Look) -> list[str]:
             raise RequestError(f'there is no frame "{name}"; {did_you_mean(name, robot.link)}')
     if not look.published_frames:
         return list(dict.fromkeys(look.frames))
-    published = _published(robot, look.modes)
-    return [link.name for link in robot.links if link.name in published or link.name in look.frames]
-
-
-def _published(robot: Robot, modes: Mapping[str, bool]) -> set[str]:
-    """Return the frames that are published in modes; all of a robot of which nobody publishes any."""
     try:
-        found = frame_trees(robot, modes)
-        edges = found[0].edges if found else ()
+        edges = [row for tree in frame_trees(robot, look.modes)[:1] for row in tree.edges]
     except TooMany:
-        edges = robot.frame_tree()
-    published = {name for edge in edges if edge.published for name in (edge.parent, edge.child)}
-    return published or {link.name for link in robot.links}
+        edges = list(robot.frame_tree())
+    published = {name for edge in edges if edge.published for name in (edge.parent, edge.child)} or robot.link.keys()
+    return [link.name for link in robot.links if link.name in {*published, *look.frames}]

@@ -5,22 +5,22 @@ Letters are strokes between the dots of a 5 x 7 matrix, so that no font of the s
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rosorin_compile.model import Transform
+from rosorin_compile.model import Transform, Vector
 
-from .camera import Camera
-from .render import Rgb, Theme
+from .render import Camera, Rgb, Theme
 
 Pixels = NDArray[np.uint8]
 Point = tuple[float, float]
 
 AXIS_COLOURS: tuple[Rgb, ...] = ((0xE5, 0x48, 0x4D), (0x30, 0xA4, 0x6C), (0x3E, 0x63, 0xDD))  # as on the page
+SENSOR, EMPTY = ((0x8E, 0x4E, 0xC6), 11.0), ((0x7D, 0x8A, 0x97), 8.0)  # markers: colour, pixels; as on the page
 _AXIS_LENGTH = 0.07  # times the size of the robot
 _AXIS_PEN, _LETTER_PEN, _HALO_PEN = 2.0, 1.25, 4.2  # pixels
 _DOT = 1.45  # pixels between the dots of a letter
@@ -76,10 +76,9 @@ def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera,
 
     """
     origins: list[tuple[float, float, str]] = []
-    length = _AXIS_LENGTH * size
-    ends = ((0.0, 0.0, 0.0), (length, 0.0, 0.0), (0.0, length, 0.0), (0.0, 0.0, length))
+    ends = np.vstack([np.zeros(3), np.eye(3) * (_AXIS_LENGTH * size)])
     for name, pose in frames.items():
-        x, y, depth = camera.project(np.array([pose.apply(end) for end in ends]))
+        x, y, depth = camera.project(np.array([pose.apply((a, b, c)) for a, b, c in ends.tolist()]))
         if (depth > 0).all():
             origin, *tips = zip(x.round(2).tolist(), y.round(2).tolist(), strict=True)
             origins.append((*origin, name))
@@ -89,34 +88,37 @@ def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera,
     for colour, pen, opacity in ((theme.halo, _HALO_PEN, 0.8), (theme.label, _LETTER_PEN, 1.0)):
         for label in labels:
             for index, letter in enumerate(label.text):
-                for start, end in _strokes(letter):
-                    (a, b), (c, d) = (
-                        (label.x + (x + index * _ADVANCE) * _DOT, label.y + (y - 3) * _DOT) for x, y in (start, end)
-                    )
-                    _draw_line(pixels, (a, b), (c, d), pen, colour, opacity)
+                left, top = label.x + index * _ADVANCE * _DOT, label.y - 3 * _DOT
+                for (a, b), (c, d) in _strokes(letter):
+                    ends_of_stroke = (left + a * _DOT, top + b * _DOT), (left + c * _DOT, top + d * _DOT)
+                    _draw_line(pixels, *ends_of_stroke, pen, colour, opacity)
+
+
+def draw_markers(pixels: Pixels, points: Sequence[Vector], camera: Camera, marker: tuple[Rgb, float]) -> None:
+    """Draw a round marker at each point (m, in the root frame) before the camera."""
+    for point in points:
+        x, y, depth = (float(value) for value in camera.project(np.array(point)))
+        if depth > 0:
+            _draw_line(pixels, (round(x, 2), round(y, 2)), (round(x, 2), round(y, 2)), marker[1], marker[0], 1.0)
 
 
 def place_labels(origins: Sequence[tuple[float, float, str]], width: int, height: int) -> list[Label]:
     """Return a label for each frame, given by x, y (pixels) and name: close to it, and where no other label is."""
     labels: list[Label] = []
     for x, y, text in origins:
+        wide = Label(0, 0, text).width
+        steps = ((step + 1) // 2 * (LINE_HEIGHT / 2 if step % 2 else -LINE_HEIGHT / 2) for step in range(60))
+        # to the left first: most axes point up or to the right
+        places = (Label(left, y + 3 + step, text) for step in steps for left in (x - _GAP - wide, x + _GAP))
         free = (
             label
-            for label in _candidates(x, y, text)
-            if 0 <= label.x <= width - label.width
+            for label in places
+            if 0 <= label.x <= width - wide
             and LINE_HEIGHT / 2 <= label.y <= height - LINE_HEIGHT / 2
             and not any(label.overlaps(other) for other in labels)
         )
-        inside = min(max(x + _GAP, 0.0), max(width - Label(0, 0, text).width, 0.0))
-        labels.append(next(free, Label(inside, y, text)))
+        labels.append(next(free, Label(min(max(x + _GAP, 0.0), max(width - wide, 0.0)), y, text)))
     return labels
-
-
-def _candidates(x: float, y: float, text: str) -> Iterator[Label]:
-    for step in range(60):
-        offset = (step + 1) // 2 * (LINE_HEIGHT / 2 if step % 2 else -LINE_HEIGHT / 2)
-        for left in (x - _GAP - Label(0, 0, text).width, x + _GAP):  # most axes point up or to the right
-            yield Label(left, y + 3 + offset, text)
 
 
 def _draw_line(pixels: Pixels, start: Point, end: Point, pen: float, colour: Rgb, opacity: float) -> None:
@@ -141,7 +143,7 @@ def _draw_line(pixels: Pixels, start: Point, end: Point, pen: float, colour: Rgb
 
 @cache
 def _strokes(letter: str) -> tuple[tuple[Point, Point], ...]:
-    """Return the lines of a letter in dots: neighbouring dots are joined, others are points."""
+    """Return the lines of a letter in dots: adjacent dots are joined, others are points."""
     start = 5 * (ord(letter) - ord(" "))
     columns = _DOTS[start : start + 5] if " " <= letter <= "~" else _BOX
     dots = [(x, y) for x in range(5) for y in range(8) if columns[x] >> y & 1]

@@ -3,7 +3,8 @@
 A pixel has nine samples, each of which is shaded. Projected corners are rounded to 1/16 of the distance between
 samples and compared as integers, so that exactly one of two adjacent triangles covers a sample, on every machine.
 Depth is rounded to 24 bits; of triangles in one plane the first one is visible. Colours are mixed as linear light and
-displayed with the tone curve of the page (Khronos PBR Neutral).
+displayed with the tone curve of the page (Khronos PBR Neutral). Scalar products do without BLAS, whose last digit
+depends on the CPU.
 """
 
 from __future__ import annotations
@@ -13,17 +14,16 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from rosorin_compile.model import Vector
+from .triangles import Floats, Piece
 
-from .camera import Box, Camera, cross, dot, unit
-from .triangles import Piece
-
-Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 Rgb = tuple[int, int, int]
+
+FIELD_OF_VIEW = math.radians(28.0)  # vertical, as on the page (``viewer/src/stage.js``)
+MARGIN = 1.06  # times the distance at which the sphere around the robot fills the picture
+_SMALLEST_RADIUS = 0.02  # m
 
 _FINE = 3  # samples along the side of a pixel
 _BAND = 400_000  # samples that are drawn at once
@@ -32,7 +32,7 @@ _STEPS = 16  # of rounded coordinates between two samples
 _DEPTHS = 2**24 - 1
 _LAST = 2**32 - 1  # the lower half of a key is this minus the number of the triangle
 
-_SUN: Vector = unit((0.25, 0.75, 1.0))  # the direction to it
+_SUN = np.array((0.25, 0.75, 1.0)) / math.sqrt(1.625)  # the direction to it
 _SUN_COLOUR = np.array((0.70, 0.645, 0.575))  # reflected by a white surface that faces the sun
 # Light of the sky that a white surface with the normal (x, y, z) reflects: red, green and blue for each of the terms
 # 1, x, y, z, x^2 - y^2, z^2, xy, xz and yz. Fitted to pictures of the page.
@@ -42,7 +42,7 @@ _SKY = np.array(
         (0.507, 0.072, -0.194, 0.244, -0.092, 0.060, 0.049, 0.073, -0.168),
         (0.513, 0.069, -0.195, 0.243, -0.092, 0.056, 0.045, 0.071, -0.168),
     ]
-).T
+)
 _EDGE = 0.62  # the share of light that is left along the edges of boxes
 _FLOOR_RADIUS = 6.0  # times the diagonal of the robot
 
@@ -59,23 +59,23 @@ _DISC_POINTS = np.array([(radius * math.cos(angle), radius * math.sin(angle)) fo
 class Theme(NamedTuple):
     """The colours around a robot, as on the page; ``shadow`` is the opacity of the shadow on the floor."""
 
+    shadow: float
     horizon: Rgb
     zenith: Rgb
     floor: Rgb
     grid: Rgb
     label: Rgb
     halo: Rgb
-    shadow: float
 
-
-def _theme(colours: str, shadow: float) -> Theme:
-    horizon, zenith, floor, grid, label, halo = ((r, g, b) for r, g, b in map(bytes.fromhex, colours.split()))
-    return Theme(horizon, zenith, floor, grid, label, halo, shadow)
+    @staticmethod
+    def of(shadow: float, colours: str) -> Theme:
+        """Return a theme of hexadecimal colours."""
+        return Theme(shadow, *((r, g, b) for r, g, b in map(bytes.fromhex, colours.split())))
 
 
 THEMES = {
-    "light": _theme("f3f5f8 fdfdfe e6eaef b9c2cd 1f2933 ffffff", shadow=0.22),
-    "dark": _theme("171b21 1d2229 1f252d 3a4450 e6eaf0 171b21", shadow=0.45),
+    "light": Theme.of(0.22, "f3f5f8 fdfdfe e6eaef b9c2cd 1f2933 ffffff"),
+    "dark": Theme.of(0.45, "171b21 1d2229 1f252d 3a4450 e6eaf0 171b21"),
 }
 
 # Python's own powers in a table, because those of numpy differ between machines in the last digit.
@@ -84,9 +84,47 @@ _SCREEN = [(i / (_TABLE - 1)) ** 2 for i in range(_TABLE)]  # steps are smaller 
 _SCREEN_TABLE = np.array([12.92 * v if v <= 0.0031308 else 1.055 * v ** (1 / 2.4) - 0.055 for v in _SCREEN])
 
 
-def _linear(value: float) -> float:
-    """Return a channel of sRGB (0 to 1) as linear light."""
-    return value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
+def _dot(vectors: Floats, axis: ArrayLike) -> Floats:
+    product: Floats = (vectors * axis).sum(axis=-1)
+    return product
+
+
+class Camera(NamedTuple):
+    """A pinhole camera: its position (m), its axes in the root frame, and the size of its picture in pixels.
+
+    ``focal`` is the length in pixels of an object of 1 m at a distance of 1 m. Pixel (0, 0) is at the top left.
+    """
+
+    eye: Floats
+    right: Floats
+    down: Floats
+    forward: Floats
+    focal: float
+    width: int
+    height: int
+
+    @staticmethod
+    def fitted(bounds: Floats, direction: ArrayLike, width: int, height: int) -> Camera:
+        """Return the camera in a direction from a box (2, 3), so that its picture contains the box, as on the page."""
+        radius = max(math.dist(*bounds) / 2, _SMALLEST_RADIUS)
+        distance = MARGIN * radius / math.sin(FIELD_OF_VIEW / 2) / min(1.0, width / height)
+        back = np.array(direction) / math.hypot(*np.array(direction))
+        right = np.cross((0.0, 0.0, 1.0) if math.hypot(*back[:2]) > 1e-9 else (1.0, 0.0, 0.0), back)
+        right /= math.hypot(*right)
+        focal = height / 2 / math.tan(FIELD_OF_VIEW / 2)
+        return Camera(bounds.mean(axis=0) + back * distance, right, np.cross(right, back), -back, focal, width, height)
+
+    def project(self, points: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return x and y (pixels) of points (..., 3) in the picture, and their depth (m) along the optical axis."""
+        offset = points - self.eye
+        depth = _dot(offset, self.forward)
+        x, y = (_dot(offset, axis) / depth * self.focal for axis in (self.right, self.down))
+        return x + self.width / 2, y + self.height / 2, depth
+
+    def rays(self, x: Floats, y: Floats) -> Floats:
+        """Return the directions (..., 3) of pixels; their length along ``forward`` is 1."""
+        across, below = (x - self.width / 2) / self.focal, (y - self.height / 2) / self.focal
+        return self.forward + across[..., None] * self.right + below[..., None] * self.down
 
 
 def _displayed(light: Floats) -> Floats:
@@ -102,29 +140,26 @@ def _displayed(light: Floats) -> Floats:
     return shown
 
 
-class Grid(NamedTuple):
+class Grid:
     """Triangles that are projected onto a grid of samples; the centre of a sample is at (column + 0.5, row + 0.5).
 
     ``x`` and ``y`` (n, 3) are in 1/16 of a sample, ``area`` (n,) is twice the signed area. The weight of corner k in
-    a point of a triangle is ``weights[:, k] @ (x, y, 1)``. ``near`` (n, 3) grows towards the camera; between the
-    corners it is ``plane @ (x, y, 1)``, which is not rounded, so that triangles in one plane are equally near.
+    a point of a triangle is ``weights[:, k] @ (x, y, 1)``: 1 at this corner and 0 at the others. ``near`` (n, 3) grows
+    towards the camera; between the corners it is ``plane @ (x, y, 1)``, which is not rounded, so that triangles in one
+    plane are equally near.
     """
 
-    x: Ints
-    y: Ints
-    area: Ints
-    weights: Floats
-    near: Floats
-    plane: Floats
-
-    @staticmethod
-    def of(x: Floats, y: Floats, near: Floats) -> Grid:
-        """Return triangles whose corners are at x and y (n, 3), in samples."""
-        rounded_x, rounded_y = (np.rint(values * _STEPS).astype(np.int64) for values in (x, y))
-        (ax, bx, cx), (ay, by, cy) = rounded_x.T, rounded_y.T
-        area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-        plane = (_weights(x, y) * near[..., None]).sum(axis=1)
-        return Grid(rounded_x, rounded_y, area, _weights(rounded_x / _STEPS, rounded_y / _STEPS), near, plane)
+    def __init__(self, x: Floats, y: Floats, near: Floats) -> None:
+        """Take triangles whose corners are at x and y (n, 3), in samples."""
+        self.x, self.y = (np.rint(values * _STEPS).astype(np.int64) for values in (x, y))
+        (ax, bx, cx), (ay, by, cy) = self.x.T, self.y.T
+        self.area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+        next_x, last_x, next_y, last_y = (np.roll(v, shift, 1) for v in (x, y) for shift in (-1, -2))
+        constant = next_x * last_y - last_x * next_y
+        area = constant.sum(axis=1, keepdims=True)
+        lines = np.stack([next_y - last_y, last_x - next_x, constant], axis=-1)
+        self.weights: Floats = lines / np.where(area == 0, 1.0, area)[..., None]
+        self.near, self.plane = near, (self.weights * near[..., None]).sum(axis=1)
 
     def visible(self, chosen: Ints, columns: int, first: int, end: int) -> Ints:
         """Return the largest key of each sample in the rows from ``first`` to ``end``, or -1."""
@@ -180,60 +215,42 @@ class Grid(NamedTuple):
         return chosen[of[covered]], row[covered], left[covered], (right - left + 1)[covered]
 
 
-def _weights(x: Floats, y: Floats) -> Floats:
-    """Return edge functions (n, 3, 3); function k is 1 at corner k of its triangle and 0 at the other corners."""
-    next_x, last_x, next_y, last_y = (np.roll(v, shift, 1) for v in (x, y) for shift in (-1, -2))
-    constant = next_x * last_y - last_x * next_y
-    area = constant.sum(axis=1, keepdims=True)
-    lines = np.stack([next_y - last_y, last_x - next_x, constant], axis=-1)
-    weights: Floats = lines / np.where(area == 0, 1.0, area)[..., None]
-    return weights
-
-
 def _repeated(counts: Ints) -> tuple[Ints, Ints]:
     """Repeat each index by its count; return the repeated indices and the repetition numbers 0, 1, ..."""
     of = np.repeat(np.arange(len(counts)), counts)
     return of, np.arange(len(of)) - (np.cumsum(counts) - counts)[of]
 
 
-class Shadows(NamedTuple):
+class Shadows:
     """The robot as the sun sees it: nearness to the sun on a grid of cells, and the blurred shadow on the floor."""
 
-    near: Floats
-    blurred: Floats
-    right: Vector
-    down: Vector
-    corner: tuple[float, float]
-    cell: float
-
-    @staticmethod
-    def of(corners: Floats) -> Shadows:
-        """Return the shadows of triangles (n, 3, 3) in metres."""
-        right = unit(cross((0.0, 0.0, 1.0), _SUN))
-        down = cross(_SUN, right)
-        x, y, near = (dot(corners, axis) for axis in (right, down, _SUN))
-        cell = max(float(np.ptp(x)), float(np.ptp(y)), 1e-9) / _MAP_CELLS
-        corner = (float(x.min()) - _BORDER * cell, float(y.min()) - _BORDER * cell)
+    def __init__(self, corners: Floats) -> None:
+        """Take the shadows of triangles (n, 3, 3) in metres."""
+        right = np.array((-_SUN[1], _SUN[0], 0.0)) / math.hypot(_SUN[0], _SUN[1])
+        self.axes = np.cross(_SUN, right), right
+        y, x, near = (_dot(corners, axis) for axis in (*self.axes, _SUN))
+        self.cell = max(float(np.ptp(x)), float(np.ptp(y)), 1e-9) / _MAP_CELLS
+        self.corner = [float(values.min()) - _BORDER * self.cell for values in (y, x)]
         size = _MAP_CELLS + 2 * _BORDER + 1
-        grid = Grid.of((x - corner[0]) / cell, (y - corner[1]) / cell, near)
+        grid = Grid((x - self.corner[1]) / self.cell, (y - self.corner[0]) / self.cell, near)
         keys = grid.visible(np.arange(len(corners)), size, 0, size).reshape(size, size)
         depth = float(near.min()) + (keys >> 32) * (float(np.ptp(near)) / _DEPTHS)
         blurred = (keys >= 0).astype(np.float64)
         for _ in range(2 * _BLURS):  # rows and columns in turn
             sums = np.cumsum(np.pad(blurred, ((0, 0), (_BLUR + 1, _BLUR))), axis=1)
             blurred = ((sums[:, 2 * _BLUR + 1 :] - sums[:, : -2 * _BLUR - 1]) / (2 * _BLUR + 1)).T
-        return Shadows(np.where(keys < 0, -np.inf, depth), blurred, right, down, corner, cell)
+        self.near, self.blurred = np.where(keys < 0, -np.inf, depth), blurred
 
-    def _lookup(self, values: Floats, points: Floats, offset: Floats | float = 0.0) -> Floats:
-        at = np.stack([dot(points, self.down) - self.corner[1], dot(points, self.right) - self.corner[0]]) / self.cell
-        row, column = np.clip(np.floor(at + offset), 0, len(values) - 1).astype(np.int64)
+    def _lookup(self, values: Floats, points: Floats, offset: ArrayLike = 0.0) -> Floats:
+        at = np.stack([_dot(points, axis) - start for axis, start in zip(self.axes, self.corner, strict=True)])
+        row, column = np.clip(np.floor(at / self.cell + offset), 0, len(values) - 1).astype(np.int64)
         found: Floats = values[row, column]
         return found
 
     def sunlight(self, points: Floats, normals: Floats, sample: Ints) -> Floats:
         """Return the share of the sun (n,) that points (n, 3) of surfaces see; ``sample`` is that of the pixel."""
         points = points + normals * (_OFFSET * self.cell)
-        near = dot(points, _SUN) + self.cell
+        near = _dot(points, _SUN) + self.cell
         taps = (_DISC_POINTS[sample + _FINE**2 * tap].T * _PENUMBRA for tap in range(_TAPS))
         lit: Floats = sum(self._lookup(self.near, points, tap) <= near for tap in taps) / np.float64(_TAPS)
         return lit
@@ -243,39 +260,28 @@ class Shadows(NamedTuple):
         return self._lookup(self.blurred, points)
 
 
-class Scene(NamedTuple):
-    """Triangles (n, ...) with their looks, their bounding box, and the shadows of opaque ones, if there are any."""
+class Scene:
+    """Triangles (n, ...) with their looks, their bounding box (2, 3), and the shadows of opaque ones."""
 
-    corners: Floats
-    normals: Floats
-    colour: Floats
-    opacity: Floats
-    two_sided: Bools
-    outlined: Bools
-    box: Box
-    theme: Theme
-    shadows: Shadows | None
-
-    @staticmethod
-    def of(pieces: Sequence[Piece], box: Box, theme: Theme) -> Scene:
-        """Return the scene of the visible pieces."""
+    def __init__(self, pieces: Sequence[Piece], bounds: Floats, theme: Theme) -> None:
+        """Take the visible pieces."""
         visible = [piece for piece in pieces if piece.visible]
         counts = [len(piece.corners) for piece in visible]
-        looks = [(piece.opacity, piece.two_sided, piece.outlined, *map(_linear, piece.colour)) for piece in visible]
+        linear = lambda v: v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4  # noqa: E731 - of sRGB
+        looks = [(piece.opacity, piece.two_sided, piece.outlined, *map(linear, piece.colour)) for piece in visible]
         look = np.repeat(np.array(looks, np.float64).reshape(-1, 6), counts, axis=0)
-        corners, normals = (
-            np.concatenate([np.empty((0, 3, 3)), *arrays])
-            for arrays in ([piece.corners for piece in visible], [piece.normals for piece in visible])
+        self.opacity, self.two_sided, self.outlined, self.colour = (
+            look[:, 0],
+            look[:, 1] > 0,
+            look[:, 2] > 0,
+            look[:, 3:],
         )
-        opacity = look[:, 0]
-        opaque = corners[opacity >= 1.0]
-        shadows = Shadows.of(opaque) if len(opaque) else None
-        return Scene(corners, normals, look[:, 3:], opacity, look[:, 1] > 0, look[:, 2] > 0, box, theme, shadows)
-
-    @property
-    def size(self) -> float:
-        """The length (m) from which the distances of the floor follow."""
-        return max(self.box.diagonal, 0.05)
+        self.corners: Floats = np.concatenate([np.empty((0, 3, 3)), *(piece.corners for piece in visible)])
+        self.normals: Floats = np.concatenate([np.empty((0, 3, 3)), *(piece.normals for piece in visible)])
+        self.bounds, self.theme = bounds, theme
+        self.size = max(math.dist(*bounds), 0.05)  # m; the distances of the floor follow from it
+        opaque = self.corners[self.opacity >= 1.0]
+        self.shadows = Shadows(opaque) if len(opaque) else None
 
 
 def render(scene: Scene, camera: Camera, transparent: bool, progress: Callable[[int, int], None]) -> NDArray[np.uint8]:
@@ -284,7 +290,7 @@ def render(scene: Scene, camera: Camera, transparent: bool, progress: Callable[[
     ``progress`` is called with the number of finished rows and of all rows.
     """
     x, y, depth = camera.project(scene.corners)
-    grid = Grid.of(x * _FINE, y * _FINE, 1.0 / depth)
+    grid = Grid(x * _FINE, y * _FINE, 1.0 / depth)
     front = (grid.area < 0) | scene.two_sided
     opaque, translucent = (np.nonzero(front & kind)[0] for kind in (scene.opacity >= 1.0, scene.opacity < 1.0))
     pixels = np.empty((camera.height, camera.width, 4 if transparent else 3), np.uint8)
@@ -336,12 +342,11 @@ def _shade(scene: Scene, camera: Camera, grid: Grid, triangle: Ints, column: Int
     points, normals = ((weights[..., None] * values[triangle]).sum(axis=1) for values in (scene.corners, scene.normals))
     length = np.sqrt((normals * normals).sum(axis=1, keepdims=True))
     normals /= np.where(length == 0, 1.0, length)
-    backwards = scene.two_sided[triangle] & ((normals * (points - np.array(camera.eye))).sum(axis=1) > 0)
-    normals[backwards] *= -1.0
+    normals[scene.two_sided[triangle] & ((normals * (points - camera.eye)).sum(axis=1) > 0)] *= -1.0
     i, j, k = normals.T
     terms = np.stack([np.ones(len(i)), i, j, k, i * i - j * j, k * k, i * j, i * k, j * k], axis=1)
-    sky = np.stack([(terms * channel).sum(axis=1) for channel in _SKY.T], axis=1)
-    sun = np.maximum(dot(normals, _SUN), 0.0)
+    sky = np.stack([_dot(terms, channel) for channel in _SKY], axis=1)
+    sun = np.maximum(_dot(normals, _SUN), 0.0)
     if scene.shadows is not None:
         sun = sun * scene.shadows.sunlight(points, normals, row % _FINE * _FINE + column % _FINE)
     light = scene.colour[triangle] * (np.maximum(sky, 0.05) + _SUN_COLOUR * sun[:, None])
@@ -359,8 +364,8 @@ def _background(scene: Scene, camera: Camera, first: int, end: int, transparent:
     """Return sky and floor in the rows from ``first`` to ``end``: sRGB and alpha (rows, columns, 4), 0 to 1."""
     # One more row and column, for the size of a pixel on the floor.
     rows, columns = np.mgrid[first : end + 1, 0 : camera.width + 1] + 0.5
-    rays = np.stack(camera.rays(columns, rows), axis=-1)
-    height = camera.eye[2] - (scene.box.lower[2] - 1e-4 * scene.size)
+    rays = camera.rays(columns, rows)
+    height = camera.eye[2] - (scene.bounds[0, 2] - 1e-4 * scene.size)
     on_floor = (rays[..., 2] < -1e-9) & (height > 0)
     points = camera.eye + rays * np.where(on_floor, height / np.where(on_floor, -rays[..., 2], 1.0), 0.0)[..., None]
     on_floor, rows = on_floor[:-1, :-1, None], rows[:-1, :-1, None]
@@ -368,9 +373,9 @@ def _background(scene: Scene, camera: Camera, first: int, end: int, transparent:
     dark = scene.theme.shadow * np.where(on_floor, dark, 0.0)
     if transparent:
         return np.concatenate([np.zeros((*dark.shape[:2], 3)), dark], axis=-1)
-    horizon, zenith, floor, grid = (np.array(colour) / 255.0 for colour in scene.theme[:4])
+    horizon, zenith, floor, grid = np.array(scene.theme[1:5]) / 255.0
     sky = horizon + (zenith - horizon) * (1.0 - rows / camera.height)
-    x, y = (points[..., i] - scene.box.centre[i] for i in range(2))
+    x, y = np.moveaxis(points - scene.bounds.mean(axis=0), -1, 0)[:2]
     distance = np.sqrt(x * x + y * y)[:-1, :-1, None] / (_FLOOR_RADIUS * scene.size)
     fade = np.where(on_floor, 1.0 - _smooth((distance - 0.25) / 0.75), 0.0)
     step = 10.0 ** round(math.log10(scene.size / 8))

@@ -3,28 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain, product
+from collections.abc import Mapping, Sequence
+from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rosorin_compile.model import Box as BoxShape
-from rosorin_compile.model import Capsule, Cylinder, Ellipsoid, HeightMap, Link, Mesh, Robot, Shape, Sphere, Transform
+from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Mesh, Robot, Sphere, Transform
 from rosorin_compile.model.looks import own_colours
-
-from .camera import Box
 
 Floats = NDArray[np.float64]
 Colour = tuple[float, float, float]
-Solid = BoxShape | Cylinder | Capsule | Sphere | Ellipsoid | HeightMap
 # A mesh in parts: triangles (n, 3, 3) in metres, and the colour that the mesh file gives them, or None.
 MeshParts = Sequence[tuple[Floats, Colour | None]]
 
 _SEGMENTS = 40  # of a circle
-_COLLISION_COLOUR = (0xE8 / 255, 0x83 / 255, 0x3A / 255)
-_COLLISION_OPACITY = 0.35  # where visuals are drawn as well
+_COLLISION_OVERLAY = (0xE8 / 255, 0x83 / 255, 0x3A / 255, 0.35)  # where visuals are drawn as well
 _SMOOTH = 0.82  # cosine of the largest angle between a face and a smooth surface through its corners
 _MOST_SMOOTH = 400_000  # triangles; larger meshes are drawn with flat faces
 # The faces of a box: numbers of its corners in the order of itertools.product, counter-clockwise from outside.
@@ -34,16 +29,16 @@ _BOX_FACES = [(4, 6, 7, 5), (2, 0, 1, 3), (6, 2, 3, 7), (0, 4, 5, 1), (1, 5, 7, 
 class Piece(NamedTuple):
     """Triangles of one colour: corners and the surface normals there (n, 3, 3), counter-clockwise from outside.
 
-    ``box`` is the bounding box. The back of a face is drawn where a surface is ``two_sided``: meshes are often open.
-    The first two sides of each triangle are ``outlined``. Pieces that are not ``visible`` only have to fit into the
-    picture.
+    ``bounds`` has the lower and the upper corner of the bounding box. The back of a face is drawn where a surface is
+    ``two_sided``: meshes are often open. The first two sides of each triangle are ``outlined``. Pieces that are not
+    ``visible`` only have to fit into the picture.
     """
 
     corners: Floats
     normals: Floats
     colour: Colour
     opacity: float
-    box: Box
+    bounds: Floats
     two_sided: bool
     outlined: bool
     visible: bool
@@ -63,114 +58,65 @@ def pieces(
 
     """
     made: list[Piece] = []
+    colours = own_colours(robot)
     for link in robot.links:
         incomplete = any(isinstance(shape.geometry, Mesh) and shape.geometry not in meshes for shape in link.visual)
-        for shape in chain.from_iterable(shape.drawn() for shape in link.visual):
-            rgba = robot.colour(shape)
-            made += _pieces(robot, link, shape, poses, meshes, rgba, rgba is None, visual)
-        for shape in chain.from_iterable(shape.drawn() for shape in link.collision):
-            rgba = None if robot.has_looks else robot.look_of(link)
-            if visual and collision:
-                rgba = (*_COLLISION_COLOUR, _COLLISION_OPACITY)
-            made += _pieces(robot, link, shape, poses, meshes, rgba, False, collision or (visual and incomplete))
+        own = None if robot.has_looks else robot.look_of(link)
+        collision_rgba = _COLLISION_OVERLAY if visual and collision else own
+        solids = [(solid, robot.colour(solid), True, visual) for shape in link.visual for solid in shape.drawn()]
+        shown = collision or (visual and incomplete)
+        solids += [(solid, collision_rgba, False, shown) for shape in link.collision for solid in shape.drawn()]
+        for shape, rgba, is_visual, visible in solids:
+            geometry, pose = shape.geometry, poses[link.name].then(shape.pose.transform())
+            red, green, blue, opacity = rgba or colours[link.name]
+            is_mesh = isinstance(geometry, Mesh)
+            solid: MeshParts = () if isinstance(geometry, Mesh) else [(part, None) for part in _solid(geometry)]
+            parts = meshes.get(geometry, ()) if isinstance(geometry, Mesh) else solid
+            for corners, own_colour in parts:
+                if not len(corners):
+                    continue
+                sides = zip(corners.min(axis=(0, 1)), corners.max(axis=(0, 1)), strict=True)
+                box = _rotated(np.array(list(product(*sides))), pose) + pose.xyz
+                bounds = np.array([box.min(axis=0), box.max(axis=0)])
+                colour = own_colour if rgba is None and is_visual and own_colour else (red, green, blue)
+                placed = _rotated(corners, pose) + pose.xyz, _rotated(_normals(corners), pose)
+                looks = is_mesh and opacity >= 1.0, isinstance(geometry, Box), visible
+                made.append(Piece(*placed, colour, opacity, bounds, *looks))
     return made
-
-
-def _pieces(
-    robot: Robot,
-    link: Link,
-    shape: Shape,
-    poses: Mapping[str, Transform],
-    meshes: Mapping[Mesh, MeshParts],
-    rgba: Sequence[float] | None,
-    mesh_colours: bool,
-    visible: bool,
-) -> Iterator[Piece]:
-    """Yield the pieces of one shape, in the colour of its link where ``rgba`` is None."""
-    pose = poses[link.name].then(shape.pose.transform())
-    red, green, blue, opacity = rgba or own_colours(robot)[link.name]
-    geometry = shape.geometry
-    parts: list[tuple[Floats, Floats, Colour | None]] = []
-    if isinstance(geometry, Mesh):
-        parts = [(part, _mesh_normals(part), colour) for part, colour in meshes.get(geometry, ()) if len(part)]
-    elif len((solid := _solid(geometry))[0]):
-        parts = [(*solid, None)]
-    for corners, normals, mesh_colour in parts:
-        sides = zip(corners.min(axis=(0, 1)).tolist(), corners.max(axis=(0, 1)).tolist(), strict=True)
-        box = Box.around(pose.apply((x, y, z)) for x, y, z in product(*sides))
-        corners, normals = _rotated(corners, pose) + np.array(pose.xyz), _rotated(normals, pose)
-        colour = mesh_colour if mesh_colours and mesh_colour is not None else (red, green, blue)
-        two_sided, outlined = isinstance(geometry, Mesh) and opacity >= 1.0, isinstance(geometry, BoxShape)
-        yield Piece(corners, normals, colour, opacity, box, two_sided, outlined, visible)
 
 
 def _rotated(vectors: Floats, pose: Transform) -> Floats:
     return np.stack([(vectors * np.array(row)).sum(axis=-1) for row in pose.rows], axis=-1)
 
 
-def _solid(geometry: Solid) -> tuple[Floats, Floats]:
-    """Return corners and normals (n, 3, 3) of a solid in its own frame."""
-    if isinstance(geometry, BoxShape | HeightMap):
+def _solid(geometry: Box | Cylinder | Capsule | Sphere | Ellipsoid | HeightMap) -> list[Floats]:
+    """Return the surfaces of a solid in its own frame, as triangles (n, 3, 3)."""
+    if isinstance(geometry, Box | HeightMap):
         boxes = geometry.boxes() if isinstance(geometry, HeightMap) else [geometry]
-        quads = [np.array(list(product(*zip(box.lower, box.upper, strict=True))))[_BOX_FACES] for box in boxes]
-        corners = _triangulated(np.array(quads).reshape(-1, 4, 3))
-        return corners, np.repeat(_face_normals(corners)[:, None], 3, axis=1)
-    if isinstance(geometry, Sphere):
-        return _revolved([_arc(geometry.radius, 0.0)])
-    if isinstance(geometry, Ellipsoid):
-        corners, normals = _revolved([_arc(1.0, 0.0)])
-        return corners * geometry.radii, _unit(normals / geometry.radii)
-    r, h = geometry.radius, geometry.length / 2
-    if isinstance(geometry, Capsule):
-        return _revolved([_arc(r, h)])
-    return _revolved(
-        [
-            [(0.0, h, 0.0, 1.0), (r, h, 0.0, 1.0)],
-            [(r, h, 1.0, 0.0), (r, -h, 1.0, 0.0)],
-            [(r, -h, 0.0, -1.0), (0.0, -h, 0.0, -1.0)],
-        ]
-    )
+        faces = [np.array(list(product(*zip(box.lower, box.upper, strict=True))))[_BOX_FACES] for box in boxes]
+        return [_triangulated(np.array(faces).reshape(-1, 4, 3))]
+    # Surfaces of revolution about z: radius and height of their profiles from top to bottom.
+    half = [math.pi * step / (_SEGMENTS // 2) for step in range(_SEGMENTS // 2 + 1)]
+    radius = 1.0 if isinstance(geometry, Ellipsoid) else geometry.radius
+    h = geometry.length / 2 if isinstance(geometry, Cylinder | Capsule) else 0.0
+    if isinstance(geometry, Cylinder):
+        profiles = list(pairwise([(0.0, h), (radius, h), (radius, -h), (0.0, -h)]))
+    else:
+        middle = _SEGMENTS // 4
+        turns = [(t, h) for t in half[: middle + 1]] + [(t, -h) for t in half[middle if h else middle + 1 :]]
+        profiles = [tuple((radius * math.sin(t), radius * math.cos(t) + z) for t, z in turns)]
+    steps = [2 * math.pi * (step % _SEGMENTS) / _SEGMENTS for step in range(_SEGMENTS + 1)]
+    found = []
+    for profile in profiles:
+        p = np.array([[(r * math.cos(turn), r * math.sin(turn), z) for turn in steps] for r, z in profile])
+        p = p * (geometry.radii if isinstance(geometry, Ellipsoid) else 1.0)
+        quads = np.stack([p[1:, :-1], p[1:, 1:], p[:-1, 1:], p[:-1, :-1]], axis=2)
+        found.append(_triangulated(quads.reshape(-1, 4, 3)))
+    return found
 
 
 def _triangulated(quads: Floats) -> Floats:
-    """Return two triangles (2 n, 3, 3) for each quad (n, 4, 3); the first two sides of each are sides of the quad."""
     return quads[:, [(0, 1, 2), (2, 3, 0)]].reshape(-1, 3, 3)
-
-
-def _arc(radius: float, offset: float) -> list[tuple[float, float, float, float]]:
-    """Return the profile of a sphere whose halves are moved up and down by ``offset`` (m)."""
-    profile = []
-    for index in range(_SEGMENTS // 2 + 1):
-        angle = math.pi * index / (_SEGMENTS // 2)
-        r, z = math.sin(angle), math.cos(angle)
-        ends = (offset, -offset) if index == _SEGMENTS // 4 else (offset if z > 0 else -offset,)
-        profile += [(radius * r, radius * z + end, r, z) for end in dict.fromkeys(ends)]
-    return profile
-
-
-def _revolved(profiles: Sequence[Sequence[tuple[float, float, float, float]]]) -> tuple[Floats, Floats]:
-    """Return the surface of revolution about z.
-
-    Args:
-        profiles: lines from top to bottom; a point is its radius and z (m), and radius and z of the normal there.
-
-    """
-    turns = [2 * math.pi * (index % _SEGMENTS) / _SEGMENTS for index in range(_SEGMENTS + 1)]
-    cos, sin, one = np.array([(math.cos(turn), math.sin(turn), 1.0) for turn in turns]).T
-    corners: list[Floats] = []
-    normals: list[Floats] = []
-    for profile in profiles:
-        r, z, normal_r, normal_z = np.array(profile).T
-        for target, radius, height in ((corners, r, z), (normals, normal_r, normal_z)):
-            p = np.stack([np.outer(radius, cos), np.outer(radius, sin), np.outer(height, one)], axis=-1)
-            quads = np.stack([p[1:, :-1], p[1:, 1:], p[:-1, 1:], p[:-1, :-1]], axis=2)
-            target.append(_triangulated(quads.reshape(-1, 4, 3)))
-    return np.concatenate(corners), np.concatenate(normals)
-
-
-def _face_normals(corners: Floats) -> Floats:
-    """Return the unit normals (n, 3) of triangles; zero where a triangle has no area."""
-    return _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
 
 
 def _unit(vectors: Floats) -> Floats:
@@ -179,9 +125,10 @@ def _unit(vectors: Floats) -> Floats:
     return scaled
 
 
-def _mesh_normals(triangles: Floats) -> Floats:
-    """Return normals (n, 3, 3) of a mesh: averaged over the faces at a corner where it is round, else of the face."""
-    flat = np.repeat(_face_normals(triangles), 3, axis=0)
+def _normals(triangles: Floats) -> Floats:
+    """Return normals (n, 3, 3): averaged over the faces at a corner where the surface is round, else of the face."""
+    faces = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    flat = np.repeat(_unit(faces), 3, axis=0)
     if len(triangles) > _MOST_SMOOTH:
         return flat.reshape(-1, 3, 3)
     corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from markupsafe import escape
 
-from rosorin_compile.formats.distributions import HUMBLE, described_by
+from rosorin_compile.formats.format import HUMBLE, described_by
 from rosorin_compile.formats.templating import attributes
 from rosorin_compile.model import Joint, Output, Robot
 from rosorin_compile.ros.sections.control.hardware import POSITION, Block, Component, End, Interface, Words

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from rosorin_compile.formats.distributions import HUMBLE, title
-from rosorin_compile.formats.urdf.content import joints_of
+from rosorin_compile.formats.format import HUMBLE
+from rosorin_compile.formats.urdf.write import joints_of
 from rosorin_compile.model import Joint, Output
 from rosorin_compile.ros.sections.control.hardware import (
     ACCELERATION,
@@ -25,10 +25,11 @@ from rosorin_compile.ros.sections.control.hardware import (
     Words,
 )
 from rosorin_compile.rules.case import Case, number
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, counted, nearest, quoted, swaps
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, counted, nearest, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, at
 from rosorin_compile.source.units import Quantity, describe, parse_unit
+from rosorin_compile.source.wording import swaps
 
 from .urdf import OPTION, asked, follows
 
@@ -294,5 +295,5 @@ def _unread(case: Case, block: Block) -> Iterator[Diagnostic]:
                 if value not in (None, ""):
                     unread.append((f'{word} of "{one.name}" {interface.name}, only of gpio', (*path, word)))
     for what, path in unread:
-        message, help = f"{title(HUMBLE)} does not read {what}", "leave it out, or ask for a later distribution"
+        message, help = f"{HUMBLE.capitalize()} does not read {what}", "leave it out, or ask for a later distribution"
         yield case.problem("control-ignored", message, path, help, severity=WARNING, key=True)

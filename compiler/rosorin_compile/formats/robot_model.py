@@ -1,0 +1,291 @@
+"""robot_model: the geometry as plain numbers on one line, for a driver that needs no URDF to check its arm for contact.
+
+``schemas/robot_model.schema.json`` says what each value is. Numbers are exact: they read back as the same doubles. Such
+a file is read, too: it has joints, one box a link, a height map and the calibration of servos, but no masses.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from rosorin_compile.model import Box, HeightMap, Joint, Output, Robot, Shape
+from rosorin_compile.model.geometry import IDENTITY
+from rosorin_compile.model.joint import SEVERAL_COORDINATES
+from rosorin_compile.rules.case import Case
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, Suggestion, error
+from rosorin_compile.source.load import json_of
+from rosorin_compile.source.rule_registry import FORMATS, READING, Rule
+from rosorin_compile.source.wording import masked
+
+from .format import PLACES, Format, Opened
+
+if TYPE_CHECKING:
+    from .imported import Imported
+    from .templating import Templates
+
+_CANNOT_SAY = "A warning: the driver's model has no room for a shape, a mimic, a planar, a floating or a ball joint."
+_UNKNOWN = "An option names a joint, link or servo group that does not exist."
+_SEVERAL_GROUPS = "The driver's model has room for one servo group, and there are several."
+RULES = (
+    Rule("robot-model-cannot-say", _CANNOT_SAY, "The URDF carries it; or leave the joint out with `joints`.", FORMATS),
+    Rule("robot-model-unknown-name", _UNKNOWN, "Correct the name.", FORMATS),
+    Rule("robot-model-same-name", "`rename` gives two links one name.", "Rename one to another.", FORMATS),
+    Rule("robot-model-servos", _SEVERAL_GROUPS, "Say which with `servos`.", FORMATS),
+    Rule("json-syntax", "The file is not JSON.", "Correct the place that is named; numbers are finite.", READING),
+)
+_RANGE_NOTE = "the driver's model does not say which pulses exist; these are those between the limits"
+_ANY_PULSE = 10**9
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
+    """Return the driver's model of a robot. Options: ``joints``, ``rename``, ``servos``, ``source``."""
+    model, diagnostics = _model(robot, output)
+    return json.dumps(model, allow_nan=False) + "\n", diagnostics
+
+
+def _model(robot: Robot, output: Output) -> tuple[dict[str, Any], list[Diagnostic]]:
+    options, diagnostics, groups = output.options, list[Diagnostic](), {group.name: group for group in robot.servos}
+
+    def cannot_say(message: str, help: str) -> None:
+        diagnostics.append(Diagnostic("robot-model-cannot-say", WARNING, message, help=help))
+
+    rename: Mapping[str, str] = options.get("rename", {})
+    requested: list[tuple[str, Iterable[str], Collection[str]]] = [
+        ("joint", options.get("joints", ()), robot.joint),
+        ("link", rename, robot.link),
+        ("servo group", [options["servos"]] if "servos" in options else [], groups),
+    ]
+    for kind, name, known in ((kind, name, known) for kind, names, known in requested for name in names):
+        if name not in known:
+            message = f'there is no {kind} "{name}"'
+            diagnostics.append(error("robot-model-unknown-name", message, None, Suggestion(name, known)))
+    joints = []
+    for joint in _requested(robot, output):
+        if joint.type in SEVERAL_COORDINATES:
+            message = f"robot_model has no word for {joint.type}: joint {joint.name} is left out"
+            cannot_say(message, "let its reader know how the two parts of the robot hang together")
+            continue
+        joints.append(joint)
+        if joint.mimic is not None:
+            message = f"robot_model has no word for mimic: joint {joint.name} is written as if it moved by itself"
+            cannot_say(message, "leave the joint out with joints: [...], or let its reader know")
+    links = dict.fromkeys([*(joint.child for joint in joints), *(joint.parent for joint in joints)]) or [robot.root]
+    renamed: dict[str, str] = {}
+    for link in links:
+        name = rename.get(link, link)
+        if name in renamed:
+            message = f'links {renamed[name]} and {link} would both be called "{name}" in this artifact'
+            diagnostics.append(error("robot-model-same-name", message, None, "rename one of them to another name"))
+        renamed[name] = link
+    if len(groups) > 1 and "servos" not in options:
+        message = f"pulse_to_rad has room for one servo group, the robot has {', '.join(groups)}"
+        diagnostics.append(error("robot-model-servos", message, None, "say which one with servos: NAME"))
+    servos = groups.get(options.get("servos", next(iter(groups), "")))
+    model: dict[str, Any] = {"source": options.get("source", robot.source.note)}
+    if servos is not None:
+        calibration = {"joints": list(servos.joints), "rad_per_pulse": float(servos.rad_per_pulse) + 0.0}
+        model["pulse_to_rad"] = {**calibration, "zero": servos.zero_pulse, "flipped": servos.flipped}
+    model |= {"joints": {}, "boxes": {}}
+    for joint in joints:
+        limit = joint.limit if joint.moves else None
+        bounds = None if limit is None or limit.lower is None or limit.upper is None else (limit.lower, limit.upper)
+        model["joints"][joint.name] = {
+            "type": joint.type,
+            "parent": rename.get(joint.parent, joint.parent),
+            "child": rename.get(joint.child, joint.child),
+            "xyz": _numbers(joint.origin.xyz),
+            "rpy": _numbers(joint.origin.rpy),
+            "axis": _numbers(joint.axis if joint.moves else (0.0, 0.0, 0.0)),
+            "limit": _numbers(bounds) if bounds else None,
+        }
+    for name, link in renamed.items():
+        problem, solids = "", list[Shape]()
+        for shape in robot.link[link].collision:
+            grid = shape.geometry
+            if not isinstance(grid, HeightMap):
+                solids.append(shape.in_link)
+            elif shape.pose != IDENTITY:
+                problem = "a height map that is not in the frame of its link"
+            elif "chassis_heightmap" in model:
+                problem = "a second height map: the format has room for one"
+            else:
+                described = {"frame": name, "origin_xy": _numbers(grid.origin), "cell": float(grid.cell) + 0.0}
+                described |= {"method": grid.method, **({"stand_in": shape.stand_in} if shape.stand_in else {})}
+                model["chassis_heightmap"] = {**described, "z": [_numbers(row) for row in grid.heights]}
+        box = solids[0].geometry if len(solids) == 1 else None
+        if isinstance(box, Box) and solids[0].pose == IDENTITY:
+            model["boxes"][name] = {"min": _numbers(box.lower), "max": _numbers(box.upper)}
+        elif solids:
+            what = f"a {type(box).__name__.lower()}" if box else f"{len(solids)} shapes"
+            what += " that is turned" if isinstance(box, Box) else ""
+            problem = f"{what}: the format has room for one box along the axes"
+        if problem:
+            cannot_say(f"the collision of link {link} is not in robot_model: {problem}", "the URDF carries it")
+    return model, diagnostics
+
+
+def _requested(robot: Robot, output: Output) -> list[Joint]:
+    """Return the joints to carry, by default all but those of simulations alone."""
+    real = [joint.name for joint in robot.joints if joint.child not in robot.simulated_frames]
+    return [robot.joint[name] for name in output.options.get("joints", real) if name in robot.joint]
+
+
+def _numbers(values: Iterable[Any]) -> list[float]:
+    """Return numbers as floats, so that they are printed as such; minus zero as zero."""
+    return [float(value) + 0.0 for value in values]
+
+
+def view(robot: Robot, output: Output) -> Robot:
+    """Return the robot that the model of an output must contain, under the names of this artifact."""
+    return _robot_of(_model(robot, output)[0])
+
+
+def read(text: str) -> Robot:
+    """Return the robot that a driver's model of ours contains. Raises ValueError if it is damaged."""
+    from rosorin_compile.language.validator import misfits_of, validator, words_of
+
+    model = _finite_json(text)
+    for misfit in misfits_of(validator("robot_model"), model):
+        if misfit.keyword not in ("additionalProperties", "enum"):  # which are reported in other ways
+            raise ValueError(f"not a driver's model: {words_of(misfit)}")
+    return _robot_of(model)
+
+
+def _finite_json(text: str) -> Any:
+    model = json_of(text)
+    try:
+        json.dumps(model, allow_nan=False)
+    except ValueError:
+        raise ValueError("a number is not finite") from None
+    return model
+
+
+def _robot_of(model: Mapping[str, Any]) -> Robot:
+    from .imported import as_tree
+    from .reading import lower_artifact
+
+    tree = as_tree(_description(model, model["source"]), Source("the driver's model", "").span())
+    for name, entry in model["joints"].items():
+        tree["joints"][name]["axis"] = entry["axis"]  # of fixed joints, too
+    for group in (tree.get("servos") or {}).values():
+        group["pulse_range"] = [-_ANY_PULSE, _ANY_PULSE]  # which no model contains
+    return lower_artifact(tree, ())
+
+
+def _load(opened: Opened) -> Imported:
+    """Return the robot of a driver's JSON. Raises MarkupError if it cannot be read."""
+    from rosorin_compile.language.schema import subject
+    from rosorin_compile.language.validator import misfits_of, validator, words_of
+
+    from .imported import Imported, as_tree
+    from .reading import accept
+
+    source, path = opened.source, opened.path
+    start, wrong, tree = Span(source, 1, 1), list[Diagnostic](), None
+    try:
+        model = _finite_json(source.text)
+    except ValueError as problem:
+        place = Span(source, problem.lineno, problem.colno) if isinstance(problem, json.JSONDecodeError) else start
+        message = f"not JSON: {problem.msg if isinstance(problem, json.JSONDecodeError) else problem}"
+        return Imported(None, [error("json-syntax", message, place, "correct it")], files=(path,))
+    for misfit in misfits_of(validator("robot_model"), model):
+        message = f"not a driver's model: {subject(misfit.path) if misfit.path else 'the file'}: {words_of(misfit)}"
+        wrong.append(error("wrong-format", message, start, "the file is to fit schemas/robot_model.schema.json"))
+    if not wrong:  # The format has no word for the limits of effort and velocity that the rules require.
+        note = f"from {masked(path.name)}: {model['source']}".removesuffix(": ")
+        tree, wrong = accept(as_tree(_description(model, note, path.stem), start), lenient=True)
+    return Imported(tree, wrong, files=(path,))
+
+
+def _description(model: Mapping[str, Any], note: str, robot: str = "robot") -> dict[str, Any]:
+    links: dict[str, dict[str, Any]] = {}
+    joints: dict[str, dict[str, Any]] = {}
+    for name, entry in model["joints"].items():
+        joints[name] = {key: entry[key] for key in ("type", "parent", "child", "xyz", "rpy")}
+        if entry["type"] != "fixed":
+            limit = entry["limit"] and {"limit": dict(zip(("lower", "upper"), entry["limit"], strict=True))}
+            joints[name] |= {"axis": entry["axis"], **(limit or {})}
+        links |= {entry[end]: {} for end in ("parent", "child")}
+    shapes = [(name, {"box": {"min": box["min"], "max": box["max"]}}) for name, box in model["boxes"].items()]
+    if "chassis_heightmap" in model:
+        found = model["chassis_heightmap"]
+        names = {"origin": "origin_xy", "cell": "cell", "heights": "z", "method": "method"}
+        grid = {key: found[name] for key, name in names.items() if key != "method" or found[name]}
+        source = {"source": {"status": "stand_in", "note": found["stand_in"]}} if "stand_in" in found else {}
+        shapes.append((found["frame"], {"height_map": grid, **source}))
+    for name, shape in shapes:
+        links.setdefault(name, {}).setdefault("collision", []).append(shape)
+    sections = {"robot": robot, "source": {"status": "imported", "note": note}, "links": links, "joints": joints}
+    if "pulse_to_rad" in model:  # the pulses are those between the limits of the joints
+        entry = model["pulse_to_rad"]
+        bounds = [value for name in entry["joints"] for value in (joints.get(name, {}).get("limit") or {}).values()]
+        rad, zero = float(entry["rad_per_pulse"]), int(entry["zero"])
+        reach = [bound / rad for bound in bounds or (-math.pi, math.pi)] if rad else [1.0]
+        pulses = sorted(zero + (-pulse if entry["flipped"] else pulse) for pulse in [0.0, *reach])
+        group = {key: entry[key] for key in ("joints", "rad_per_pulse", "flipped")} | {"zero_pulse": entry["zero"]}
+        group["pulse_range"] = [math.floor(pulses[0]), math.ceil(pulses[-1])]
+        sections["servos"] = {"pulse_to_rad": {**group, "source": {"status": "stand_in", "note": _RANGE_NOTE}}}
+    return sections
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Find a servo group that does not exist."""
+    group, groups = output.options.get("servos"), {group.name for group in case.robot.servos}
+    if group is not None and group not in groups:
+        message = f'there is no servo group "{group}", asked for by output "{output.name}"'
+        help = Suggestion(group, groups, "name a group")
+        yield case.problem("unknown-servo", message, ("outputs", output.name, "servos"), help)
+
+
+def _leaves_out(robot: Robot, link: str) -> bool:
+    output = FORMAT.output(robot)
+    return output is None or not any(link in (one.parent, one.child) for one in _requested(robot, output))
+
+
+_NAME = {"$ref": "#/$defs/name"}
+FORMAT = Format(
+    name="robot_model",
+    word="driver's model",
+    article="a",
+    files="the JSON of a driver",
+    about="the model for drivers",
+    rank=60,
+    covers=(
+        *PLACES,
+        *("joints.type", "joints.limit.lower", "joints.limit.upper", "links.collision.box.size", "sensors.joint"),
+        *("sensors.optical.joint", "servos.flipped", "servos.rad_per_pulse", "servos.zero_pulse"),
+    ),
+    options={
+        "joints": {
+            "type": "array",
+            "description": "The joints to carry, in this order; default all but those of simulations alone.",
+            "items": _NAME,
+        },
+        "rename": {
+            "type": "object",
+            "description": "Link name: the name it has in this artifact.",
+            "additionalProperties": _NAME,
+        },
+        "servos": {**_NAME, "description": "The servo group for pulse_to_rad, where there are several."},
+        "source": {"type": "string", "description": "Text of its key source; default: the note of the robot's source."},
+    },
+    check=check,
+    file="robot_model.json",
+    endings=(".json",),
+    write=write,
+    load=_load,
+    view=view,
+    read=read,
+    include=False,
+    leaves_out=_leaves_out,
+    why="a driver's model has only the joints that it was asked for",
+    names_robot=False,
+    syntax=json_of,
+    schema="robot_model",
+    names=lambda output: {str(new): str(old) for old, new in output.options.get("rename", {}).items()},
+    folder="config",
+    deploys=True,
+)

@@ -1,0 +1,247 @@
+"""What only a simulation has, in MJCF: actuators, equalities, looks, marks of bodies, and what sensors are made of.
+
+A sensor element measures at a site: that of the frame, or one of its own, called NAME_site, where it has a pose. MuJoCo
+numbers what is in ``<replicate>``, and with a site the sensors that measure at it.
+"""
+
+from __future__ import annotations
+
+import posixpath
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache, partial
+from typing import Any, NamedTuple
+
+from markupsafe import Markup
+
+from rosorin_compile.formats.templating import Templates, attributes
+from rosorin_compile.model import Pose, Robot, Sensor, Shape, Vector
+from rosorin_compile.model.shape import Material
+from rosorin_compile.model.simulation import (
+    BODY_ELEMENT,
+    SENSOR_ELEMENT,
+    TEMPLATE_ELEMENT,
+    Attribute,
+    Entry,
+    Marked,
+    Simulated,
+    Values,
+)
+from rosorin_compile.source.diagnostics import Diagnostic, error
+from rosorin_compile.source.numbers import NumberFormat, numbers, vector
+
+from .bodies import BITS, body_name, reference, shifted
+from .classes import Named, Part
+from .omissions import is_textured
+from .servos import Drive, aims
+
+# Attributes that name a body; what is called like a link is the body of it.
+_BODIES = ("body", "body1", "body2", "target", "subtree1", "subtree2")
+_NAMED = ("objname", "refname")
+_GEOMS = ("geom", "geom1", "geom2", *_NAMED)
+_NAMING = frozenset({*_BODIES, *_GEOMS, "material"})
+
+
+@lru_cache(maxsize=20_000)
+def place_of(xyz: Vector, rpy: Vector, number: NumberFormat) -> Mapping[str, str]:
+    """Return a position (m) and a unit quaternion (w x y z): each where it is not that of what it is in."""
+    quaternion = Pose(xyz, rpy).transform().quaternion()
+    made = {"pos": vector(xyz, number)} if any(xyz) else {}
+    return made if quaternion == (1, 0, 0, 0) else {**made, "quat": vector(quaternion, number)}
+
+
+class ElementPrinter:
+    """Puts what only a simulation has into the terms of MuJoCo, numbers printed.
+
+    ``colours`` are materials of links that are seen as their collision shapes.
+    """
+
+    def __init__(self, robot: Robot, number: NumberFormat, colours: Iterable[Material] = ()) -> None:
+        self.robot = robot
+        self.number = number
+        self.looks = {**robot.material, **{one.name: one for one in colours}}
+        # Geoms that have a name of their own, by the one that their place in the link would give them.
+        self.own_names: dict[str, str] = {}
+        # The textures by their names in the description, and the materials that are one of them alone, by its name.
+        self.textures: dict[str, str] = {}
+        self.plain: dict[str, str] = {}
+
+    def actuator(self, drive: Drive) -> Named:
+        """Return the element of an actuator: its name, what it acts on, its gains, its ranges, all else."""
+        actuator = drive.actuator
+        values: dict[str, Attribute] = dict(actuator.targets)
+        if drive.joint is not None and drive.beside:
+            values = {"joint": drive.joint.name}
+        values |= {"kp": actuator.kp, "kv": actuator.kv or None, "dampratio": actuator.damping_ratio or None}
+        values |= {"gear": actuator.gear or None, "ctrlrange": aims(drive), "forcerange": actuator.force}
+        texts = self.texts({"name": drive.name, **values, **actuator.mjcf})
+        return Named(actuator.type, texts.pop("name"), texts, drive.joint.name if drive.joint else "")
+
+    def material(self, name: str) -> str:
+        """Return the name of a material in the file, where all begin with that of the robot; empty if it has none."""
+        material = self.looks.get(name)
+        has_look = material and (material.rgba or material.mjcf or is_textured(self.robot, material.texture))
+        return f"{self.robot.name}_{name}" if has_look else ""
+
+    def materials(self) -> Iterator[Values]:
+        """Yield the attributes of each material: those of the robot, then those that are a texture alone."""
+        for name, material in self.looks.items():
+            called = self.material(name)
+            if called:
+                texture = None if "texture" in material.mjcf else self.texture(material.texture) or None
+                yield {"name": called, "texture": texture, "rgba": material.rgba, **material.mjcf}
+        for texture, name in self.plain.items():
+            yield {"name": name, "texture": texture}
+
+    def texture(self, file: str) -> str:
+        """Return the name of a texture in the file: that of its image; empty if the file has none."""
+        if not is_textured(self.robot, file):
+            return ""
+        if file not in self.textures:
+            name = f"{self.robot.name}_{posixpath.splitext(posixpath.basename(file))[0]}"
+            self.textures[file] = _free(name, self.textures.values())
+        return self.textures[file]
+
+    def look(self, visual: Shape) -> dict[str, str]:
+        """Return the material of a visual, and the colour that it has instead of that of the material."""
+        material = self.robot.material.get(visual.material) if visual.material else None
+        named = self.material(visual.material) if material else ""
+        if named and visual.rgba is None and not visual.texture:  # it looks as its material says
+            return {"material": named}
+        file = self.robot.texture(visual)
+        texture = self.texture(file)
+        if texture and "material" not in visual.mjcf and not (material and material.texture == file):
+            if texture not in self.plain:  # a material that is a texture alone
+                own = [self.material(name) for name in self.looks]
+                self.plain[texture] = _free(texture, [*own, *self.plain.values()])
+            named = self.plain[texture]
+        colour = self.robot.colour(visual)
+        own_colour = colour if colour and not (named and material and colour == material.rgba) else None
+        look = {"material": named} if named else {}
+        return {**look, "rgba": numbers(own_colour, self.number)} if own_colour else look
+
+    def constraint(self, entry: Entry) -> Part:
+        """Return the element of a constraint; MuJoCo counts both joints of a polynomial from their references."""
+        known = (self.robot.joint.get(str(entry.values.get(word, ""))) for word in ("joint1", "joint2"))
+        first, second = (reference(joint) if joint else 0.0 for joint in known)
+        values = {"name": entry.name, **entry.values}
+        if first or second:
+            said = entry.values.get("polycoef")
+            offset, *others = shifted(list(map(float, said)) if isinstance(said, tuple) else [0.0, 1.0], second)
+            values["polycoef"] = (offset - first, *others)
+        return Part(entry.tag, self.printed(values))
+
+    def mark(self, mark: Marked) -> Part:
+        """Return a site, a camera or a light."""
+        place = place_of(mark.pose.xyz, mark.pose.rpy, self.number)
+        values = {key: value for key, value in mark.values.items() if value is not None}
+        if mark.tag == "light":  # which has no axes but a direction
+            place = {key: text for key, text in place.items() if key == "pos"}
+            said = values.get("dir")
+            x, y, z = map(float, said) if isinstance(said, tuple) else (0.0, 0.0, -1.0)
+            if said is not None or any(mark.pose.rpy):
+                values["dir"] = mark.pose.transform().rotate((x, y, z))
+        return Part(mark.tag, attributes(name=mark.name, **place) + self.printed(values))
+
+    def touching(self, shape: Shape, purpose: str) -> dict[str, str]:
+        """Return the attributes of how a shape touches, and those that the language has no word for."""
+        values: dict[str, Attribute] = {}
+        if shape.contact is not None and purpose == "collision":
+            bits: Values = {word: shape.contact.values.get(word) for word in BITS}  # first in the element
+            values |= {**bits, **shape.contact.values}
+        return self.texts(values | dict(shape.mjcf))
+
+    def printed(self, values: Values) -> Markup:
+        """Return attributes as text; what is None is left out."""
+        return attributes(**self.texts(values))
+
+    def texts(self, values: Values) -> dict[str, str]:
+        """Return attributes printed, by name."""
+        texts = {name: self.text(value) for name, value in values.items() if value is not None}
+        for name in _NAMING.intersection(texts):
+            text = texts[name]
+            named = name in _BODIES or (name in _NAMED and values.get(f"{name[:3]}type") == "xbody")
+            if named and values[name] in self.robot.link:
+                texts[name] = body_name(self.robot, text)
+            elif name in _GEOMS:
+                texts[name] = self.own_names.get(text, text)
+            elif name == "material":
+                texts[name] = self.material(text) or text
+        return texts
+
+    def text(self, value: Attribute) -> str:
+        """Return the value of an attribute as text."""
+        if isinstance(value, tuple):
+            return " ".join([self.number(one or 0.0) if type(one) is float else self.text(one) for one in value])
+        if isinstance(value, bool):
+            return "true" if value else "false"
+        return value if isinstance(value, str) else self.number(value or 0.0)
+
+
+def _free(name: str, taken: Collection[str]) -> str:
+    while name in taken:
+        name += "_"
+    return name
+
+
+class SensorElements(NamedTuple):
+    """What sensors are made of: by body, the list of sensors, and text by section of the file."""
+
+    bodies: Mapping[str, Sequence[Part]]
+    sensors: Sequence[Part]
+    sections: Sequence[tuple[str, str]]
+    diagnostics: Sequence[Diagnostic]
+
+
+def sensor_elements(robot: Robot, templates: Templates, printer: ElementPrinter) -> SensorElements:
+    """Return what the sensors of a robot are in MJCF. Raises TemplateProblem if a template fails."""
+    bodies: dict[str, list[Part]] = {}
+    sensors: list[Part] = []
+    sections: list[tuple[str, str]] = []
+    diagnostics: list[Diagnostic] = []
+    number = printer.number
+    for sensor, part in [(one, part) for one in robot.sensors for part in one.simulated]:
+        place = place_of(part.pose.xyz, part.pose.rpy, number) if part.pose is not None else {}
+        replicate: dict[str, str] = {}
+        if part.replicas is not None:
+            step = part.replicas.step
+            replicate = {"count": str(part.replicas.count), "sep": "_"}
+            replicate |= {"offset": vector(step.xyz, number)} if any(step.xyz) else {}
+            replicate |= {"euler": vector(step.rpy, number)} if any(step.rpy) else {}
+        around = attributes(**replicate)
+        values: dict[str, str] = {"name": part.name}
+        more = {name: printer.text(value) for name, value in part.attributes.items() if value is not None}
+        if part.kind == TEMPLATE_ELEMENT:
+            given: dict[str, Any] = {"robot": robot, "sensor": sensor, "element": part, "number": number}
+            text = templates.render(part.element, {**given, "vector": partial(vector, number=number)}).strip()
+            diagnostics += _damaged(sensor, part, text)
+            if part.section:
+                sections.append((part.section, text))
+            else:
+                bodies.setdefault(part.link, []).append(Part("", text=text))
+        elif part.kind == BODY_ELEMENT:
+            made = Part(part.element, attributes(**{**values, **place, **more}), around)
+            bodies.setdefault(part.link, []).append(made)
+        elif part.kind == SENSOR_ELEMENT:
+            is_frame = part.element.startswith("frame")
+            values |= {"objtype": "site", "objname": part.site} if is_frame else {"site": part.site}
+            sensors.append(Part(part.element, attributes(**{**values, **more})))
+            if part.pose is not None:
+                site = Part("site", attributes(name=part.site, **place), around)
+                bodies.setdefault(part.link, []).append(site)
+    return SensorElements(bodies, sensors, sections, diagnostics)
+
+
+def _damaged(sensor: Sensor, part: Simulated, text: str) -> Iterator[Diagnostic]:
+    from xml.etree import ElementTree
+
+    what, around = f'what {part.element} makes for sensor "{sensor.name}"', part.section or "body"
+    try:
+        made = ElementTree.fromstring(f"<{around}>{text}</{around}>")  # noqa: S314 - no entities without a DOCTYPE
+    except ElementTree.ParseError as problem:
+        help = "MJCF is XML: close every element, put every value in quotes"
+        yield error("template-failed", f"{what} is no XML: {problem}", None, help)
+        return
+    if any(True for name in ("joint", "freejoint") for _ in made.iter(name)):
+        yield error("template-failed", f"{what} has a joint", None, "a joint stands in joints of the description")
+    if any(not body.get("name") for body in made.iter("body") if body is not made):
+        yield error("template-failed", f"{what} has a body without a name", None, "name it")

@@ -137,11 +137,11 @@ def graph_of(robot: Robot, starts: Sequence[str], topics: Mapping[str, str] | No
     first: dict[str, Output] = {}
     for output in robot.outputs:
         first.setdefault(output.backend, output)
-    output = first.get("controllers")
-    namespace = str(output.options.get("namespace", "")).strip("/") if output else ""
+    control = first.get("controllers")
+    namespace = str(control.options.get("namespace", "")).strip("/") if control else ""
     made.add("robot_state_publisher", ports("", node="robot_state_publisher"), {}, namespace)
-    if CONTROL in starts and output is not None:
-        _add_controllers(made, robot, output, namespace, NAV2 in starts and NAV2 in first)
+    if CONTROL in starts and control is not None:
+        _add_controllers(made, robot, control, namespace, NAV2 in starts and NAV2 in first)
     parameters = _parameters(robot, first, starts)
     distribution = asked(first[NAV2]) if NAV2 in first else ""
     for port in ports(distribution) if NAV2 in starts and NAV2 in first else ():

@@ -122,7 +122,7 @@ def split(arguments: str, variables: Mapping[str, str]) -> tuple[str, ...] | Non
         return None
 
 
-def python_tree(text: str) -> ast.Module:
+def python_tree(text: str) -> ast.AST:
     """Return the syntax tree of a launch file in Python. Raises LaunchError."""
     try:
         return python_of(text)

@@ -253,7 +253,7 @@ def _python(text: str) -> Iterator[Call]:
             yield Call(node.lineno, None)
 
 
-def _calls_in(tree: ast.Module) -> Iterator[tuple[ast.Call, ast.FunctionDef | None]]:
+def _calls_in(tree: ast.AST) -> Iterator[tuple[ast.Call, ast.FunctionDef | None]]:
     """Yield every call of a program with the function around it."""
     waiting: deque[tuple[ast.AST, ast.FunctionDef | None]] = deque([(tree, None)])
     while waiting:
@@ -278,7 +278,7 @@ def _words(node: ast.expr, names: Mapping[str, Any]) -> tuple[str, ...] | None:
         "".join(one) if isinstance(one, list) and all(isinstance(piece, str) for piece in one) else one
         for one in (found if isinstance(found, list) else [None])
     ]
-    return tuple(words) if all(isinstance(word, str) for word in words) else None
+    return tuple(map(str, words)) if all(isinstance(word, str) for word in words) else None
 
 
 def _parameters(function: ast.FunctionDef) -> set[str]:

@@ -116,9 +116,9 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
         wrong = not is_free and not holds(value, arguments[0])
         return (f"is {written(value)}, and has to be {words} {arguments[0]:g}" if wrong else ""), ""
     if name in _SIZES:
-        holds, words = _SIZES[name]
+        fits_size, words = _SIZES[name]
         sizes = " or ".join(map(str, arguments))
-        fitting = any(holds(len(value), size) for size in arguments)
+        fitting = any(fits_size(len(value), size) for size in arguments)
         return ("" if fitting else f"has {len(value)} values, and needs {words}{sizes}"), ""
     allowed = arguments[0] if arguments else ()
     if name == "one_of" and value not in allowed:

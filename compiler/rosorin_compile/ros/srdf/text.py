@@ -135,7 +135,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     return "\n".join(lines) + "\n", [*_stale_meshes(planning), *_left_out(planning)]
 
 
-def _tag(tag: str, inside: Sequence[tuple[str, Mapping[str, str]]] | None = None, **values: str) -> Iterator[str]:
+def _tag(tag: str, inside: Sequence[tuple[str, Mapping[str, str]]] | None = None, /, **values: str) -> Iterator[str]:
     """Yield the lines of an element; with ``inside`` it has elements, by tag and attributes."""
     if inside is None:
         yield f"  <{tag}{attributes(**values)}/>"

@@ -164,7 +164,7 @@ def _is_silent(values: Mapping[str, Any]) -> bool:
 def _parameters(robot: Robot, first: Mapping[str, Output], starts: Sequence[str]) -> dict[str, Mapping[str, Any]]:
     from .nav2.write import seen_by_slam
     from .nav2.write import view as nav2_view
-    from .robot_localization.write import view as filter_view
+    from .robot_localization import view as filter_view
 
     found: dict[str, Mapping[str, Any]] = {}
     for backend, view in ((NAV2, nav2_view), ("robot_localization", filter_view)):

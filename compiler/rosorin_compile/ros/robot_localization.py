@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.drive import driving_of
@@ -27,9 +28,10 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.wording import swaps
 
-from ..controllers.topics import drivers, is_of_nobody
-from ..navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
-from ..parameters.files import Node, Parameters, asked, parameters_of, text
+from .controllers.topics import drivers, is_of_nobody
+from .navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
+from .parameters import options_of, read, syntax
+from .parameters.files import Node, Parameters, asked, parameters_of, text
 
 RULES = (
     Rule(
@@ -252,3 +254,23 @@ def booleans(uses: Sequence[str]) -> list[bool]:
     '......x....x...'
     """
     return [state in uses for state in STATES]
+
+
+FORMAT = Format(
+    name="robot_localization",
+    word="parameter file for robot_localization",
+    article="a",
+    about="frames, ownership and inputs of an EKF",
+    rank=63,
+    covers=("robot", "edges.parent", "edges.child", "edges.publisher", "publishers.node"),
+    options=options_of("robot_localization"),
+    file="ekf.yaml",
+    check=check,
+    write=write,
+    view=view,
+    read=read,
+    names_robot=False,
+    syntax=syntax,
+    folder="config",
+    deploys=True,
+)

@@ -58,6 +58,7 @@ DRIVER, NODE = "driver", "node"
 _SENSOR_PARAMETER = "sensor_name"
 _DEFAULT_SOURCE = "scan"  # of nav2_bringup/params/nav2_params.yaml
 _SCANS = "sensor_msgs/msg/LaserScan"
+_OBSTACLE_MESSAGES = (_SCANS, "sensor_msgs/msg/PointCloud2")
 
 
 @dataclass(frozen=True)
@@ -233,16 +234,21 @@ def _open(robot: Robot, made: Graph, end: End, others: Sequence[End]) -> Diagnos
         return error("package-open", f"{message}: {symptom}", None, "give both the same distribution")
     role = end.port.role
     if role in (OBSTACLES, SCAN):
-        seeing = [one for one in robot.sensors if message_of_sensor(one.type) == end.type]
-        published = [one for one in made.published if one.type == end.type]
+        seeing = [one for one in robot.sensors if message_of_sensor(one.type) in _OBSTACLE_MESSAGES]
+        published = [one.topic for one in made.published if one.type == end.type]
         if not seeing:
             message = f"{who} {what}, and the robot has no sensor for that: {symptom}"
             help = "add a lidar_2d to sensors, and to nav2: sources: {scan: {sensor: NAME, topic: /scan}}"
             return error("package-open", message, None, help)
-        if published:
-            message = f"{who} {what}, and the scan is on {published[0].topic}: {symptom}"
+        if len(published) == 1:
+            message = f"{who} {what}, and the scan is on {published[0]}: {symptom}"
             return error("package-open", message, None, "name the topic in nav2: sources")
-        return _external(who, what, symptom, f"nav2: sources: {{scan: {{sensor: {seeing[0].name}, topic: NAME}}}}")
+        help = f"nav2: sources: {{scan: {{sensor: {seeing[0].name}, topic: NAME}}}}"
+        if published:
+            help = f"start a node that joins {listed(published)}"
+        elif end.type not in map(message_of_sensor, (one.type for one in seeing)):
+            help = f"start a node that makes it of what {seeing[0].name} sees"
+        return _external(who, what, symptom, help)
     if role in (ODOMETRY, IMU):
         mine = [one for one in made.published if one.type == end.type and one.node != end.node]
         heard = {one.topic for one in made.read if one.node == end.node}

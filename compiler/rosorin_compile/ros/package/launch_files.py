@@ -116,92 +116,64 @@ def _transform(numbers: dict[str, float]) -> Transform:
 
 
 def check(robot: Robot, source: Source, call: Call) -> Iterator[Diagnostic]:
-    """Yield what is to say about one static transform of a launch file."""
-    span = _beginning(source, call.line)
+    """Yield what is wrong with one static transform of a launch file."""
+    word = re.match(r"\s*(<?[\w.]*)", source.line(call.line))
+    start, end = word.span(1) if word else (0, 1)
+    span = Span(source, call.line, start + 1, max(1, end - start))
     if call.arguments is None:
         message = "the arguments of this static_transform_publisher are known only when the launch file runs"
         yield Diagnostic("deployed-launch-unread", NOTE, message, span, (), "compare them with frames.md yourself")
         return
     static = understood(call.arguments)
     if static is None:
+        help = "--x --y --z, --roll --pitch --yaw or --qx --qy --qz --qw, --frame-id, --child-frame-id, "
         message = "static_transform_publisher refuses these arguments"
-        help = (
-            "--x --y --z, --roll --pitch --yaw or --qx --qy --qz --qw, --frame-id, --child-frame-id, each with a value"
-        )
-        yield Diagnostic("deployed-launch-refused", ERROR, message, span, (), help)
+        yield Diagnostic("deployed-launch-refused", ERROR, message, span, (), f"{help}each with a value")
         return
-    joint = robot.joint_to.get(static.child)
-    if joint is None:
-        yield from _not_a_link(robot, static, span)
-    elif any(owner.kind == STATIC_TRANSFORM_PUBLISHER for owner in _owners(robot, joint)):
-        yield from _compared(joint, static, span)
-    else:
-        yield _owned(_owners(robot, joint), static, span)
-
-
-def _owners(robot: Robot, joint: Joint) -> tuple[Publisher, ...]:
-    return tuple(edge.publisher for edge in robot.turns.get(joint.name, ())) or (joint.publisher,)
-
-
-def _beginning(source: Source, line: int) -> Span:
-    text = source.line(line)
-    word = re.match(r"\s*(<?[\w.]*)", text)
-    start, end = word.span(1) if word else (0, 1)
-    return Span(source, line, start + 1, max(1, end - start))
-
-
-def _not_a_link(robot: Robot, static: Understood, span: Span) -> Iterator[Diagnostic]:
-    edges = [edge for edge in robot.edges if edge.child == static.child]
-    if edges:
-        names = " or ".join(dict.fromkeys(edge.publisher.name for edge in edges))
-        message = f"{static.parent} -> {static.child} is published here, but the description gives it to {names}"
-        yield Diagnostic("deployed-launch-owner", ERROR, message, span, (), "publish it once")
-    else:
-        message = f"{static.parent} -> {static.child} is no frame of the description"
+    joint, edge = robot.joint_to.get(static.child), f"{static.parent} -> {static.child}"
+    owners = [one.publisher for one in robot.edges if one.child == static.child]
+    names = [owner.name for owner in owners]
+    if joint is not None:
+        owners = [one.publisher for one in robot.turns.get(joint.name, ())] or [joint.publisher]
+        names = [_name(owner) for owner in owners]
+    if joint is None and not owners:
         help = "a sensor or an edge of the description makes it known to all artifacts"
+        message = f"{edge} is no frame of the description"
         yield Diagnostic("deployed-launch-unknown", WARNING, message, span, (), help)
+    elif joint is not None and any(owner.kind == STATIC_TRANSFORM_PUBLISHER for owner in owners):
+        if parts := list(_differences(joint, static)):
+            message = f"{edge} is not as described: {', '.join(parts)}"
+            help = "write these values into the launch file, or read them from static_tf.json"
+            yield Diagnostic("deployed-launch-differs", ERROR, message, span, (), help)
+    else:
+        message = f"{edge} is published here, but the description gives it to {' or '.join(dict.fromkeys(names))}"
+        yield Diagnostic("deployed-launch-owner", ERROR, message, span, (), "publish it once")
 
 
-def _owned(owners: Sequence[Publisher], static: Understood, span: Span) -> Diagnostic:
-    who = " or ".join(dict.fromkeys(_named(owner) for owner in owners))
-    message = f"{static.parent} -> {static.child} is published here, but the description gives it to {who}"
-    return Diagnostic("deployed-launch-owner", ERROR, message, span, (), "publish it once")
-
-
-def _named(owner: Publisher) -> str:
+def _name(owner: Publisher) -> str:
     if not owner.publishes:
         return "nobody"
     return f"{owner.name}, from the URDF" if owner.kind == ROBOT_STATE_PUBLISHER else owner.name
 
 
-def _compared(joint: Joint, static: Understood, span: Span) -> Iterator[Diagnostic]:
-    parts = [f"parent {static.parent} -> {joint.parent}"] if static.parent != joint.parent else []
-    meant = joint.origin.transform()
-    for flag, here, there in zip(_XYZ, static.transform.xyz, meant.xyz, strict=True):
+def _differences(joint: Joint, static: Understood) -> Iterator[str]:
+    described = joint.origin.transform()
+    if static.parent != joint.parent:
+        yield f"parent {static.parent} -> {joint.parent}"
+    for flag, here, there in zip(_XYZ, static.transform.xyz, described.xyz, strict=True):
         if abs(here - there) > METRES:
-            parts.append(f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, METRE_DIGITS)}")
-    off = static.transform.angle_to(meant)
-    if off > RADIANS:
-        parts += _angles(static, joint, off)
-    if parts:
-        message = f"{static.parent} -> {static.child} is not as described: {', '.join(parts)}"
-        help = "write these values into the launch file, or read them from static_tf.json"
-        yield Diagnostic("deployed-launch-differs", ERROR, message, span, (), help)
-
-
-def _angles(static: Understood, joint: Joint, off: float) -> list[str]:
-    degrees = f"{math.degrees(off):.3g} deg off"
-    if static.texts.keys() & {*_QUATERNION}:
-        w, x, y, z = joint.origin.transform().quaternion()
+            yield f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, METRE_DIGITS)}"
+    off = static.transform.angle_to(described)
+    degrees = f"rotation {math.degrees(off):.3g} deg off"
+    if off > RADIANS and static.texts.keys() & {*_QUATERNION}:
+        w, x, y, z = described.quaternion()
         values = zip(_QUATERNION, (x, y, z, w), strict=True)
-        described = " ".join(f"{flag} {fixed(value, 9)}" for flag, value in values)
-        return [f"rotation {degrees}, described: {described}"]
-    pairs = [
-        f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, RADIAN_DIGITS)}"
-        for flag, there in zip(_RPY, joint.origin.rpy, strict=True)
-        if abs(float(static.texts.get(flag, "0")) - there) > RADIANS
-    ]
-    return [*pairs, f"rotation {degrees}"]
+        yield f"{degrees}, described: {' '.join(f'{flag} {fixed(value, 9)}' for flag, value in values)}"
+    elif off > RADIANS:
+        for flag, there in zip(_RPY, joint.origin.rpy, strict=True):
+            if abs(float(static.texts.get(flag, "0")) - there) > RADIANS:
+                yield f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, RADIAN_DIGITS)}"
+        yield degrees
 
 
 PUBLISHER = "static_transform_publisher"

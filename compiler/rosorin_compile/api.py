@@ -455,11 +455,9 @@ def graph(
     """
     from rosorin_compile.ros.graph import RobotGraph, robot_graph
 
-    case, diagnostics = _case(Request.of(robot, arguments, packages, trust=trust))
-    if case is None:
-        return RobotGraph(diagnostics=diagnostics)
-    found = robot_graph(case.robot)
-    return replace(found, diagnostics=(*diagnostics, *found.diagnostics))
+    compiled = Request.of(robot, arguments, packages, trust=trust).compile()
+    errors = tuple(one for one in compiled.diagnostics if one.severity == ERROR)
+    return RobotGraph(diagnostics=errors) if compiled.robot is None or errors else robot_graph(compiled.robot)
 
 
 def pulses(

@@ -112,52 +112,46 @@ def basics(robot: Robot, output: Output) -> tuple[Basics | None, list[Found]]:
     if frames is None:
         return None, wrong
     base = str(output.options.get("base_frame", frames.moved))
-    of_base = list(_base(robot, base, frames))
-    wrong += [*of_base, *_owners(robot, frames)]
-    if pose in poses and not of_base and robot.is_tree and robot.mimics_resolve:
-        wrong += _left_out(robot, base, str(pose), poses[str(pose)])
-    if not frames.map and not any(one.rule == "navigation-owner" for one in wrong):
-        message = f"nobody is said to publish map -> {frames.odom}: what needs the frame of a map is left out"
-        way_out = f"add it to edges: {{parent: map, child: {frames.odom}, publisher: NAME}}"
-        wrong.append(Found("navigation-no-map", message, (), way_out, WARNING, key=True))
-    wrong += _unheard(robot, output)
+    wrong += _problems(robot, output, frames, base)
     return Basics(frames, base, poses.get(pose, {}) if pose is not None else {}), wrong
 
 
-def _left_out(robot: Robot, base: str, pose: str, positions: Mapping[str, float]) -> Iterator[Found]:
-    for one in left_out(robot, base, positions, clouds_of(robot)):
-        reaches = f'"{one.link}" reaches {one.reach:.3g} m from "{base}", as far as it can: {one.least:.3g} m elsewhere'
-        message = f'pose "{pose}" does not name joint "{one.joint}", which stays at zero, where {reaches}'
-        yield Found("nav2-pose-left-out", message, ("pose",), "name it in the pose", WARNING)
-
-
-def _base(robot: Robot, base: str, frames: Frames) -> Iterator[Found]:
-    path = ("base_frame",)
+def _problems(robot: Robot, output: Output, frames: Frames, base: str) -> Iterator[Found]:
+    """Yield what is wrong with the base frame, with who publishes map -> odom, and with who takes velocities."""
     if base not in robot.link:
-        yield Found("nav2-base", f'there is no frame "{base}" on the robot', path, Suggestion(base, robot.frames))
+        suggestion = Suggestion(base, robot.frames)
+        yield Found("nav2-base", f'there is no frame "{base}" on the robot', ("base_frame",), suggestion)
     elif robot.moves_between(base, frames.moved):
         message = f'"{base}" moves against "{frames.moved}", which the odometry moves'
-        yield Found("nav2-base", message, path, "name a frame that is fixed to it")
-
-
-def _owners(robot: Robot, frames: Frames) -> Iterator[Found]:
-    for publisher in robot.publishers:
-        if kind_of(publisher) in (AMCL, SLAM):
-            for lead in frames.owned(publisher):
-                if lead.child != frames.odom or lead.parent != frames.map:
-                    step = f"{frames.map or 'map'} -> {frames.odom if frames.map else 'odom'}"
-                    message = f'"{publisher.name}" is to publish {lead}, and it publishes {step} alone'
-                    way_out = "correct the edge: the step from the odometry to the robot is of another node"
-                    yield Found("navigation-owner", message, lead.path, way_out, absolute=True)
-
-
-def _unheard(robot: Robot, output: Output) -> Iterator[Found]:
+        yield Found("nav2-base", message, ("base_frame",), "name a frame that is fixed to it")
+    else:
+        yield from _left_out(robot, output, base)
+    step = f"{frames.map or 'map'} -> {frames.odom if frames.map else 'odom'}"
+    leads = [(one, lead) for one in robot.publishers if kind_of(one) in (AMCL, SLAM) for lead in frames.owned(one)]
+    wrong = [(one, lead) for one, lead in leads if (lead.parent, lead.child) != (frames.map, frames.odom)]
+    for publisher, lead in wrong:
+        message = f'"{publisher.name}" is to publish {lead}, and it publishes {step} alone'
+        help = "correct the edge: the step from the odometry to the robot is of another node"
+        yield Found("navigation-owner", message, lead.path, help, absolute=True)
+    if not frames.map and not wrong:
+        message = f"nobody is said to publish map -> {frames.odom}: what needs the frame of a map is left out"
+        help = f"add it to edges: {{parent: map, child: {frames.odom}, publisher: NAME}}"
+        yield Found("navigation-no-map", message, (), help, WARNING, key=True)
     for driver in drivers(robot) if asked(output) == HUMBLE else ():
         if driver.stamped:
             message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {HUMBLE.capitalize()} sends Twist'
-            way_out = "give it use_stamped_vel: false, where its output is for Humble, too"
-            path = ("controllers", driver.name)
-            yield Found("nav2-command", message, path, way_out, WARNING, absolute=True, key=True)
+            help = "give it use_stamped_vel: false, where its output is for Humble, too"
+            yield Found("nav2-command", message, ("controllers", driver.name), help, WARNING, absolute=True, key=True)
+
+
+def _left_out(robot: Robot, output: Output, base: str) -> Iterator[Found]:
+    pose, poses = output.options.get("pose"), {one.name: one.positions for one in robot.poses}
+    if pose not in poses or not robot.is_tree or not robot.mimics_resolve:
+        return
+    for one in left_out(robot, base, poses[pose], clouds_of(robot)):
+        reaches = f'"{one.link}" reaches {one.reach:.3g} m from "{base}", as far as it can: {one.least:.3g} m elsewhere'
+        message = f'pose "{pose}" does not name joint "{one.joint}", which stays at zero, where {reaches}'
+        yield Found("nav2-pose-left-out", message, ("pose",), "name it in the pose", WARNING)
 
 
 def measured(robot: Robot, output: Output, made: Basics) -> tuple[Measured | None, list[Diagnostic]]:
@@ -177,12 +171,12 @@ def measured(robot: Robot, output: Output, made: Basics) -> tuple[Measured | Non
         message = f'the base frame "{made.base}" is not within the footprint, which Nav2 takes for granted'
         said.append(Diagnostic("nav2-footprint", WARNING, message, help="name a frame in the middle: base_frame"))
     heights = _heights(robot, output, made, outline)
-    for name in _lidars(robot, output):
-        at = _above(robot, made, name)
-        if at > heights[0]:
-            continue
-        message = f'lidar "{name}" sees nothing: it is at {at:.3g} m, and what is below {heights[0]:g} m is no obstacle'
-        said.append(error("nav2-source", message, None, "make clearance less"))
+    sources = {source["sensor"] for source in sources_of(robot, output).values()}
+    for sensor in robot.sensors:
+        at = _above(robot, made, sensor)
+        if sensor.type == PLANAR and sensor.name in sources and at <= heights[0]:
+            message = f'lidar "{sensor.name}" sees nothing: it is at {at:.3g} m, and what is below {heights[0]:g} m is '
+            said.append(error("nav2-source", f"{message}no obstacle", None, "make clearance less"))
     padding = output.options.get("padding")
     free = float(_PADDING if padding is None else padding)
     if circle or outline.holds(padded(outline.corners, free)):
@@ -211,20 +205,14 @@ def _heights(robot: Robot, output: Output, made: Basics, outline: Footprint) -> 
     A lidar of one plane sees at its own height: that is within, also where nothing of the robot is as high.
     """
     up = robot.transform(made.frames.moved, made.base, made.positions).xyz[2]
-    planes = [_above(robot, made, sensor.name) for sensor in robot.sensors if sensor.type == PLANAR]
+    planes = [_above(robot, made, sensor) for sensor in robot.sensors if sensor.type == PLANAR]
     low = min(0.0, outline.lowest + up) + float(output.options.get("clearance", 0.0))
     high = max([outline.highest + up, *planes]) + float(output.options.get("headroom", _HEADROOM))
     return math.floor(low * _MILLIMETRES + 0.5) / _MILLIMETRES + 0.0, math.ceil(high * _MILLIMETRES) / _MILLIMETRES
 
 
-def _above(robot: Robot, made: Basics, name: str) -> float:
-    frame = next(sensor.frame for sensor in robot.sensors if sensor.name == name)
-    return robot.transform(made.frames.moved, frame, made.positions).xyz[2]
-
-
-def _lidars(robot: Robot, output: Output) -> list[str]:
-    named = {source["sensor"] for source in sources_of(robot, output).values()}
-    return [sensor.name for sensor in robot.sensors if sensor.type == PLANAR and sensor.name in named]
+def _above(robot: Robot, made: Basics, sensor: Sensor) -> float:
+    return robot.transform(made.frames.moved, sensor.frame, made.positions).xyz[2]
 
 
 def _sources(robot: Robot, output: Output) -> Iterator[Found]:
@@ -235,15 +223,12 @@ def _sources(robot: Robot, output: Output) -> Iterator[Found]:
             way_out = Suggestion(source["sensor"], sensors, none="the robot has no sensors")
             yield Found("nav2-source", f'there is no sensor "{source["sensor"]}"', path, way_out)
         elif sensor.type not in SEEING:
-            message = f'sensor "{sensor.name}" is {_article(sensor.type)}, which sees no obstacles for a costmap'
+            article = "an" if sensor.type[0] in "aeiou" else "a"
+            message = f'sensor "{sensor.name}" is {article} {sensor.type}, which sees no obstacles for a costmap'
             yield Found("nav2-source", message, path, "name a lidar or a depth camera")
         elif not topic_of(robot, source):
             message = f'nobody says which topic sensor "{sensor.name}" is on'
             yield Found("nav2-source", message, path, "add topic: NAME")
-
-
-def _article(word: str) -> str:
-    return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -377,9 +362,11 @@ def _band(place: str, size: Measured | None, clearance: float = 0.0) -> dict[str
 
 def sources_of(robot: Robot, output: Output) -> dict[str, Mapping[str, Any]]:
     """Return the observation sources by name: those of the output, else all sensors with a topic that see obstacles."""
+    seeing = [one for one in robot.sensors if one.type in SEEING]
     if given := output.options.get("sources"):
-        return dict(given)
-    seeing = [one for one in robot.sensors if one.type in SEEING and stated_topic(robot, one.name)]
+        names = [one.name for one in seeing]
+        return {name: one for name, one in given.items() if one["sensor"] in names}
+    seeing = [one for one in seeing if stated_topic(robot, one.name)]
     return {_SOURCE if len(seeing) == 1 else one.name: {"sensor": one.name} for one in seeing}
 
 

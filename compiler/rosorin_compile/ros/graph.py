@@ -15,8 +15,7 @@ from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, listed
 from rosorin_compile.source.rule_registry import Heading, Rule
 
-from .controllers.filled import filled
-from .controllers.topics import COMMAND, drivers
+from .controllers.filled import COMMAND, drivers, filled
 from .navigation import frames_of, stated_topic
 from .parameters.files import asked
 from .ports import (

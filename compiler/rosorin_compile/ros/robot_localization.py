@@ -28,7 +28,7 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.wording import swaps
 
-from .controllers.topics import drivers, is_of_nobody
+from .controllers.filled import drivers, is_of_nobody
 from .navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
 from .parameters import options_of, read, syntax
 from .parameters.files import Node, Parameters, asked, parameters_of, text

@@ -32,7 +32,7 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.checking import against_robot, missing
 from ..controllers.derived import derived
-from ..controllers.topics import is_of_nobody
+from ..controllers.filled import is_of_nobody
 from ..controllers.types import full, of_type
 from ..parameters.tables import MANAGER
 from ..ports import IMU, ODOMETRY, OUT, VELOCITY, Port, controller_ports, ports, short_type

@@ -18,7 +18,7 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, 
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.derived import owned
-from ..controllers.topics import Driver, drivers
+from ..controllers.filled import Driver, drivers
 from ..navigation import AMCL, FILTER, SLAM, Found, Frames, diagnose, frames_of, kind_of, stated_topic
 from ..parameters.files import Node, Parameters, asked, parameters_of, text
 from ..ports import IN, OBSTACLES, ODOMETRY, VELOCITY, message_of_sensor, ports, short_type

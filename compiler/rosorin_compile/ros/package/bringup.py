@@ -15,8 +15,7 @@ from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, listed
 from rosorin_compile.source.rule_registry import Heading, Rule
 
-from ..controllers.filled import Filled, distribution_of, filled, remaps
-from ..controllers.topics import COMMAND, TF, drivers
+from ..controllers.filled import COMMAND, TF, Filled, distribution_of, drivers, filled, remaps
 from ..graph import DRIVER, Graph, graph_of, open_ends
 from ..parameters.files import nodes_of
 from ..parameters.tables import plugins

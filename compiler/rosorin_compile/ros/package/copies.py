@@ -5,17 +5,19 @@ from __future__ import annotations
 import dataclasses
 import posixpath
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from rosorin_compile.compare.changes import Change
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
+from rosorin_compile.output import digest, is_generated, kept_name
 from rosorin_compile.output.committed import TextDifference, compare, shorten
-from rosorin_compile.source.diagnostics import printable
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, printable
 from rosorin_compile.source.files import is_file, read_bytes
 
 from .meshes import settle
@@ -119,3 +121,52 @@ def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], pa
         text = settle(artifact.text, package, (), Path(folder)).text
         found += [dataclasses.replace(artifact, file=place, text=text)] if text != artifact.text else []
     return [*found, dataclasses.replace(artifact, file=place)]
+
+
+@dataclass(frozen=True)
+class ProtectedFile:
+    """A file that is not replaced without a copy: ``kept`` is the name of the copy, ``data`` its content.
+
+    It is "foreign" if the tool did not write it, "edited" if it was changed since, "unknown" if that is not recorded.
+    """
+
+    name: str
+    reason: Literal["foreign", "edited", "unknown"]
+    kept: str
+    data: bytes
+
+
+def protected_files(
+    folder: Path, files: Mapping[str, bytes], digests: Mapping[str, Sequence[str]], own_package: bool = False
+) -> list[ProtectedFile]:
+    """Return the files that ``files`` would replace and that have none of the ``digests`` of what was written.
+
+    In a package that the tool made no file is foreign: older versions wrote no manifest. Raises OSError.
+    """
+    protected = []
+    for name, new in files.items():
+        path = folder / name
+        old = path.read_bytes() if path.is_file() and not path.is_symlink() else new
+        if old == new or not old.strip() or digest(old) in digests.get(name, ()):
+            continue
+        if name not in digests and is_generated(old):
+            continue
+        reason: Literal["foreign", "edited", "unknown"] = "edited" if name in digests else "unknown"
+        if name not in digests and is_generated(new) and not own_package:
+            reason = "foreign"
+        kept = Path(name).with_name(kept_name(path, old).name).as_posix()
+        protected.append(ProtectedFile(name, reason, kept, old))
+    return protected
+
+
+def kept(protected: Iterable[ProtectedFile]) -> Iterator[Diagnostic]:
+    """Yield which files are stored next to those that replace them, and why."""
+    for one in protected:
+        if one.reason == "edited":
+            message = f"{one.name} was changed since this tool wrote it; as it was, it goes to {one.kept}"
+            help = "bring the change into the description, and remove that file"
+        else:
+            message = f"nothing says that this tool wrote {one.name}; as it was, it goes to {one.kept}"
+            help = "if nobody needs it, remove that file"
+        if one.reason != "foreign":
+            yield Diagnostic("deploy-kept", WARNING, message, None, (), help)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import Compiled
@@ -17,8 +17,6 @@ from rosorin_compile.output import (
     OutputError,
     PackageFolder,
     digest,
-    is_generated,
-    kept_name,
     open_package_folder,
 )
 from rosorin_compile.output.ros_packages import (
@@ -37,7 +35,17 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 
 from . import options as mapping
 from .checking import launch_files, unreadable
-from .copies import Difference, copies, difference, forms, other_robot, placed
+from .copies import (
+    Difference,
+    ProtectedFile,
+    copies,
+    difference,
+    forms,
+    kept,
+    other_robot,
+    placed,
+    protected_files,
+)
 from .meshes import named_files, not_placed, settle
 from .options import NOWHERE
 from .package import folder_of
@@ -119,19 +127,6 @@ class Copy:
     artifact: Artifact
     old: bytes | None
     difference: Difference | None
-
-
-@dataclass(frozen=True)
-class ProtectedFile:
-    """A file that is not replaced without a copy: ``kept`` is the name of the copy, ``data`` its content.
-
-    It is "foreign" if the tool did not write it, "edited" if it was changed since, "unknown" if that is not recorded.
-    """
-
-    name: str
-    reason: Literal["foreign", "edited", "unknown"]
-    kept: str
-    data: bytes
 
 
 def deploy(
@@ -290,29 +285,6 @@ def _with_meshes(artifact: Artifact, package: str, folder: Path, diagnostics: li
     return artifact if settled.diagnostics else dataclasses.replace(artifact, text=settled.text)
 
 
-def protected_files(
-    folder: Path, files: Mapping[str, bytes], digests: Mapping[str, Sequence[str]], own_package: bool = False
-) -> list[ProtectedFile]:
-    """Return the files that ``files`` would replace and that have none of the ``digests`` of what was written.
-
-    In a package that the tool made no file is foreign: older versions wrote no manifest. Raises OSError.
-    """
-    protected = []
-    for name, new in files.items():
-        path = folder / name
-        old = path.read_bytes() if path.is_file() and not path.is_symlink() else new
-        if old == new or not old.strip() or digest(old) in digests.get(name, ()):
-            continue
-        if name not in digests and is_generated(old):
-            continue
-        reason: Literal["foreign", "edited", "unknown"] = "edited" if name in digests else "unknown"
-        if name not in digests and is_generated(new) and not own_package:
-            reason = "foreign"
-        kept = Path(name).with_name(kept_name(path, old).name).as_posix()
-        protected.append(ProtectedFile(name, reason, kept, old))
-    return protected
-
-
 def _in_the_way(planned: Sequence[Copy], protected: Sequence[ProtectedFile]) -> Iterator[Diagnostic]:
     outputs = {copy.place: copy.artifact.output for copy in planned}
     of_package = [place for place in outputs if place.rpartition("/")[2] in _OF_PACKAGES]
@@ -325,19 +297,6 @@ def _in_the_way(planned: Sequence[Copy], protected: Sequence[ProtectedFile]) -> 
             help = f"move it away, or say another place with --map {outputs[one.name]}=PLACE ({NOWHERE} for nowhere)"
             yield error("deploy-not-ours", message, None, help)
     yield from kept(protected)
-
-
-def kept(protected: Iterable[ProtectedFile]) -> Iterator[Diagnostic]:
-    """Yield which files are stored next to those that replace them, and why."""
-    for one in protected:
-        if one.reason == "edited":
-            message = f"{one.name} was changed since this tool wrote it; as it was, it goes to {one.kept}"
-            help = "bring the change into the description, and remove that file"
-        else:
-            message = f"nothing says that this tool wrote {one.name}; as it was, it goes to {one.kept}"
-            help = "if nobody needs it, remove that file"
-        if one.reason != "foreign":
-            yield Diagnostic("deploy-kept", WARNING, message, None, (), help)
 
 
 def _afterwards(robot: Robot, planned: Sequence[Copy], folder: Path, install: Path | None) -> Iterator[Diagnostic]:

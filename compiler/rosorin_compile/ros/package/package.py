@@ -98,7 +98,7 @@ class WrittenPackage:
 def write_package(request: Request, folder: Path, given: PackageOptions) -> WrittenPackage:
     """Compile a robot and write its package, unless an error is found. Raises RequestError."""
     from .carrying import described, proven
-    from .deploy import kept, protected_files
+    from .copies import kept, protected_files
 
     compiled = request.compile()
     result = WrittenPackage("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))

@@ -111,6 +111,7 @@ async function cells({ file }) {
 async function middle(selector) {
   const found = await page.waitForSelector(selector);
   await found.scrollIntoView();
+  await drawn(); // rows that come into sight get their height
   const { x, y, width, height } = await found.boundingBox();
   return [x + width / 2, y + height / 2];
 }

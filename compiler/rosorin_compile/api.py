@@ -37,7 +37,7 @@ from rosorin_compile.language.explain import explain as explain_names
 from rosorin_compile.model import Pose, Robot
 from rosorin_compile.model.servos import against_model
 from rosorin_compile.output import OutputError, read_set, write_artifacts
-from rosorin_compile.output.check_outputs import compare_committed, judged
+from rosorin_compile.output.committed import compare_committed, judged
 from rosorin_compile.request import FilePath, Request
 from rosorin_compile.rules.check import plugged
 from rosorin_compile.rules.publishers import check_modes

@@ -39,7 +39,7 @@ from rosorin_compile.source.wording import listed
 RULES = (
     Rule("position-beyond-limit", "A requested position is beyond a limit: a warning.", "Change it.", ASKING),
     Rule("transform-not-known", "The description has no numbers for a transform.", "Try `--mode NAME`.", ASKING),
-    Rule("transform-unpublished", "A note: nobody publishes a transform of the chain.", "Publish it.", ASKING),
+    Rule("transform-unpublished", "A note: no node publishes a transform of the chain.", "Publish it.", ASKING),
     Rule("transform-sometimes", "A note: some modes do not publish a transform.", "Try `--mode NAME`.", ASKING),
 )
 
@@ -343,7 +343,7 @@ def transforms(
         if frame not in every.moves:
             raise UnknownName(f'there is no frame "{frame}"; {did_you_mean(frame, every.frames)}')
         if frame not in graph.moves:
-            raise NotPublished(f'in these modes nobody publishes the frame "{frame}"')
+            raise NotPublished(f'in these modes no node publishes the frame "{frame}"')
     try:
         way = graph.way(source, target)
     except NoWay as problem:
@@ -501,7 +501,7 @@ def _remarks(case: Case, steps: Iterable[Step]) -> Iterator[Diagnostic]:
         path = case.joint(step.joint) if step.joint else ("edges", case.robot.edges.index(step.edges[0]))
         if not step.publishers:
             why = f": {step.joint.publisher.about}" if step.joint and step.joint.publisher.about else ""
-            message = f"nobody publishes {step.parent} -> {step.child}{why}"
+            message = f"no node publishes {step.parent} -> {step.child}{why}"
             help = "the answer is that of the description; tf2 on the robot may have none, or another one"
             yield case.problem("transform-unpublished", message, path, help, severity=NOTE)
         elif all(when for _, when in step.publishers):

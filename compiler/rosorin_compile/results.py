@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
     from rosorin_compile.mujoco.physics.checking import CheckedPhysics
     from rosorin_compile.mujoco.simulate.simulation import Simulated
-    from rosorin_compile.output.check_outputs import Committed
+    from rosorin_compile.output.committed import Committed
     from rosorin_compile.recordings.results import Verified
     from rosorin_compile.variants.writing import WrittenVariants
 

@@ -10,8 +10,8 @@ import pytest
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.model import Robot
 from rosorin_compile.output.committed import compare
-from rosorin_compile.viewer.before import robot_before as undo_all
 from rosorin_compile.viewer.overlay import moves
+from rosorin_compile.viewer.overlay import robot_before as undo_all
 from support.moving import random_state
 from support.robots import compiled, compiled_text, copy_of_rosorin, sound
 

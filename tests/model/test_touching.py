@@ -9,7 +9,7 @@ import pytest
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere, Transform  # noqa: E402
-from rosorin_compile.mujoco.mjcf.proximity import NEAR, Solid, Touching, solid_of  # noqa: E402
+from rosorin_compile.mujoco.mjcf.contacts import NEAR, Solid, Touching, solid_of  # noqa: E402
 
 CASES = 1500
 QUARTER_TURNS = ([1, 0, 0, 0], [1, 1, 0, 0], [1, 0, 1, 0], [1, 1, 1, 1])

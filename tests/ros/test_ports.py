@@ -139,7 +139,7 @@ def test_a_joint_that_nobody_measures(tmp_path: Path, capsys: pytest.CaptureFixt
     robot = write(tmp_path, ("fork_joint: {type: fixed", "fork_joint: {type: continuous"))
     main(["all", str(robot), "-o", str(tmp_path / "out")])
     said = capsys.readouterr().err
-    assert 'warning[controllers-joint-states]: nobody publishes the position of joint "fork_joint"' in said
+    assert 'warning[controllers-joint-states]: no node publishes the position of joint "fork_joint"' in said
     assert main(["frames", str(robot), "--frame", "fork"]) == 0
     assert "nobody publishes base_link -> fork" in capsys.readouterr().out
 

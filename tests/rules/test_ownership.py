@@ -153,7 +153,7 @@ def test_gaps_are_those_of_the_search(description):
         child
         for child in gaps
         for d in diagnostics
-        if d.message.startswith(f'nobody publishes the transform into "{child}"')
+        if d.message.startswith(f'no node publishes the transform into "{child}"')
     }
     assert told == gaps
     assert sum(d.rule == "unpublished-edge" for d in diagnostics) == len(gaps)
@@ -206,7 +206,7 @@ def test_what_is_cut_off_is_found(description):
         links = {name for name in {*now, *now.values()} if name.startswith("l")}
         tops = {name: top(now, name) for name in links}
         cut = cut or any(tops[a] != tops[b] and joined(pairs, a, b) for a in links for b in links)
-    assert any(d.rule == "split-tf" and "nobody publishes joint" not in d.message for d in diagnostics) == cut
+    assert any(d.rule == "split-tf" and "no node publishes joint" not in d.message for d in diagnostics) == cut
 
 
 def top(run: dict[str, str], name: str) -> str:

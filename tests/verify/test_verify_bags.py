@@ -180,7 +180,7 @@ def test_modes_and_nodes_that_did_not_run(tmp_path: Path) -> None:
     for modes, owner in (({"slam": True}, "slam_toolbox"), ({"slam": False}, "amcl")):
         message = judged(bag, modes=modes).findings[0].message
         state = "on" if modes["slam"] else "off"
-        assert message == f"nobody published map -> odom; {owner} should (when slam is {state})"
+        assert message == f"no node published map -> odom; {owner} should (when slam is {state})"
         assert judged(bag, modes=modes, without=frozenset({owner})).findings == ()
 
 

@@ -83,9 +83,9 @@ export class App {
     const fold = (side) => element("button", { class: `fold ${side}`, "aria-label": `show or hide the ${side} panel`, onclick: () => this.#fold(side) }, "☰");
     this.root = root;
     root.replaceChildren(
-      element("nav", { class: "side left" }, element("header", {}, this.title, this.status, this.warnings.list), this.changesPanel.root, this.panels.tree.root),
+      element("nav", { class: "side left", "aria-label": "frames" }, element("header", {}, this.title, this.status, this.warnings.list), this.changesPanel.root, this.panels.tree.root),
       element("main", {}, this.canvas, this.labels, this.noPicture, this.grip, fold("left"), fold("right"), element("div", { class: "banner" }, this.problem.root, this.warnings.root), this.card.root),
-      element("nav", { class: "side right" }, this.panels.look.root, this.panels.joints.root),
+      element("nav", { class: "side right", "aria-label": "controls" }, this.panels.look.root, this.panels.joints.root),
     );
     if (NARROW.matches) root.classList.add("no-left", "no-right");
     this.widen(WIDTHS[2]);

@@ -57,7 +57,7 @@ def run(options: cli.Options) -> int:
 def _text(robot: Robot, found: Frames, options: cli.Options) -> str:
     """Return the trees as text, as wide as the terminal."""
     from rosorin_compile.model.frame_tree import lines, publishers, rows, way
-    from rosorin_compile.viewer.frames_text import Look, heading, table, tree
+    from rosorin_compile.viewer.frames import Look, heading, table, tree
 
     every, on_terminal = rows(robot), sys.stdout.isatty()
     colours = on_terminal and not os.environ.get("NO_COLOR")
@@ -97,9 +97,9 @@ def _publishers_of(robot: Robot, found: Frames, frame: str) -> list[str]:
         sentences.append(
             f"{row.publisher} publishes {edge} on {row.topic}, {when}{joint}"
             if row.published
-            else f"nobody publishes {edge}{joint}{why}"
+            else f"no node publishes {edge}{joint}{why}"
         )
-    none = f"nobody publishes {frame} in these modes" if into else f"nothing is above {frame}: it is a root"
+    none = f"no node publishes {frame} in these modes" if into else f"nothing is above {frame}: it is a root"
     return sentences or [none]
 
 

@@ -115,7 +115,7 @@ def _write(path: Path, data: bytes, inputs: list[Path], backend: str) -> None:
     """Write an artifact; one without a line that marks it is replaced if it was written before. Raises OutputError."""
     from rosorin_compile.formats import FORMATS
     from rosorin_compile.output import is_generated, may_replace, write_file
-    from rosorin_compile.output.written_names import remember, remembered
+    from rosorin_compile.output.artifact_set import remember, remembered
 
     robot_of = FORMATS[backend].robot_of
     is_known = remembered(path) is not None

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.cli.console import Console
 from rosorin_compile.source.diagnostics import RequestError
-from rosorin_compile.viewer.live import LiveRobot
-from rosorin_compile.viewer.server import LOOPBACK
+from rosorin_compile.viewer.server import LOOPBACK, LiveRobot, bound
 
 from .answer import FINE, PROBLEMS
 from .command import Options, command, flag, option, page_options, robot_argument, robot_options
@@ -56,14 +55,14 @@ def run(options: Options) -> int:
         raise RequestError(f"there is no port {port}: they go from 0 to {_LAST_PORT}")
     robot = LiveRobot(request, Console("text", options.quiet), contacts)
     try:
-        robot.bind(host, port)
+        server = bound(robot.page, host, port)
     except (OSError, UnicodeError) as problem:
         if getattr(problem, "errno", None) == errno.EADDRINUSE:
             raise RequestError(f"port {port} is taken; without --port a free one is found") from None
         reason = getattr(problem, "strerror", None)
         where = f"{host} is no address of this machine" if port is None else f"port {port} of {host} cannot be used"
         raise RequestError(f"{where}{f' ({reason})' if reason else ''}") from None
-    robot.serve(open_browser=not options.no_open)
+    robot.serve(server, open_browser=not options.no_open)
     return FINE
 
 

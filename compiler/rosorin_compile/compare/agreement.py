@@ -18,15 +18,8 @@ from .pairs import output_of
 from .precision import NOISE, POSE_NOISE, exact, printed, rounded
 from .walk import Shapes, compare_leaves, leaves
 
-RULES = (
-    Rule(
-        "artifacts-disagree",
-        "An artifact that was just compiled does not contain what the robot is.",
-        "That is a fault of the tool: please report it.",
-        WRITING,
-    ),
-)
-
+_WHAT = "An artifact that was just compiled does not contain what the robot is."
+RULES = (Rule("artifacts-disagree", _WHAT, "That is a fault of the tool: please report it.", WRITING),)
 _HELP = "a template or a format is at fault, not the description: please report it"
 
 

@@ -99,8 +99,15 @@ class Difference:
         return not self.items and self.a is not None and self.b is not None
 
     def summary(self) -> str:
-        """Return how much differs, in one line."""
-        return summary(self)
+        """Return how much differs, in one line: how many differences of each kind."""
+        if self.a is None or self.b is None:
+            return "not compared"
+        if self.same:
+            return "the same robot, as far as it was compared"
+        counts = Counter(item.kind for item in self.items)
+        words = {kind: _WORDS.get(kind, (kind, plural(kind, 2))) for kind in KINDS}
+        found = [f"{counts[kind]} {words[kind][counts[kind] > 1]}" for kind in KINDS if counts[kind]]
+        return f"different: {', '.join(found)}"
 
     def __str__(self) -> str:
         """Return the lines that the command line prints; what keeps from comparing, if anything does."""
@@ -108,7 +115,7 @@ class Difference:
 
     def __repr__(self) -> str:
         """Return the answer alone."""
-        return f"<Difference: {summary(self)}>"
+        return f"<Difference: {self.summary()}>"
 
 
 _WORDS = {SHAPE: ("set of collision shapes", "sets of collision shapes"), OTHER: ("other thing", "other things")}
@@ -119,14 +126,14 @@ _MOST = 200
 def lines(difference: Difference, full: bool = False) -> list[str]:
     """Return a comparison as lines of plain text, the most important differences first, a summary last."""
     if difference.a is None or difference.b is None:
-        return [*(str(diagnostic) for diagnostic in difference.diagnostics), summary(difference)]
+        return [*(str(diagnostic) for diagnostic in difference.diagnostics), difference.summary()]
     shown = [f"{letter}: {_side(side)}" for letter, side in (("A", difference.a), ("B", difference.b))]
     shown += [item.text for item in difference.items]
     if not full and len(difference.items) > _MOST:
         shown[2 + _MOST :] = [f"... {counted(len(difference.items) - _MOST, 'more difference')} (--full shows them)"]
     shown += [f"note: {note}" for note in difference.notes]
     shown += [f"not compared: {line}" for line in difference.not_compared]
-    return [printable(line, keep="\t") for line in [*shown, summary(difference)]]
+    return [printable(line, keep="\t") for line in [*shown, difference.summary()]]
 
 
 def _side(side: Side) -> str:
@@ -134,16 +141,3 @@ def _side(side: Side) -> str:
     links, joints = len(robot.links), sum(not joint.is_fixed for joint in robot.joints)
     sizes = f"{counted(links, 'link')}, {joints:,} that move{'s' if joints == 1 else ''}"
     return f"{side.label} ({side.format.word} of {robot.name}, {sizes})"
-
-
-def summary(difference: Difference) -> str:
-    """Return one line: the same, or how many differences of each kind."""
-    if difference.a is None or difference.b is None:
-        return "not compared"
-    if difference.same:
-        return "the same robot, as far as it was compared"
-    counts = Counter(item.kind for item in difference.items)
-    words = {kind: _WORDS.get(kind, (kind, plural(kind, 2))) for kind in KINDS}
-    return (
-        f"different: {', '.join(f'{counts[kind]} {words[kind][counts[kind] > 1]}' for kind in KINDS if counts[kind])}"
-    )

@@ -97,7 +97,7 @@ def _names() -> tuple[str, ...]:
 @cache
 def _built_in(name: str) -> Format | None:
     module = import_module(_MODULES[name]) if name in _MODULES else None
-    format: Format | None = module and module.FORMAT
+    format: Format | None = module.FORMAT if module else None
     return module.LIST if module and format and format.name != name else format
 
 

@@ -77,7 +77,10 @@ class Variant:
 
 @dataclass(frozen=True)
 class Compiled:
-    """The model and the artifacts of a description, which exist only without errors, and all diagnostics."""
+    """The model and the artifacts of a description, which exist only without errors, and all diagnostics.
+
+    A change of a file in ``inputs``, of which those in ``missing`` were not found, may change the result.
+    """
 
     robot: Robot | None
     artifacts: tuple[Artifact, ...]
@@ -243,14 +246,12 @@ def compile_robot(
             if problem.filename is None:
                 raise
             message = f"cannot read {shown(os.fsdecode(problem.filename))}: {problem.strerror}"
-            unreadable = error("file-unreadable", message, None, "check the permissions")
-            compiled = Compiled(None, (), [unreadable], (path,))
+            compiled = Compiled(None, (), [error("file-unreadable", message, None, "check the permissions")], (path,))
     listed = {*map(os.path.abspath, compiled.inputs)}
     own = tuple(f"{folder}{os.sep}" for folder in tool_folders().values())
     places = {os.path.abspath(path): path for path in recorded if path.name != PACKAGE_XML}
     new = [path for place, path in places.items() if place not in listed and not place.startswith(own)]
-    missing = tuple(path for path in new if not recorded[path])
-    return replace(compiled, inputs=(*compiled.inputs, *new), missing=missing)
+    return replace(compiled, inputs=(*compiled.inputs, *new), missing=tuple(path for path in new if not recorded[path]))
 
 
 def emit(understood: Understood, path: Path, search: Search | None = None, requested: Sequence[str] = ()) -> Compiled:
@@ -281,8 +282,7 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
             artifacts.append(Artifact(output.file, text, output.backend, output.name, format.is_withheld(output)))
     found, more = settled(tree, [*found, *unsupported_notes(tree, outputs, FORMATS)], acceptable)
     if not requested:  # otherwise an entry of accept may be about another output
-        asked = ("",) if search is None else ("", "meshes")
-        found += unused(tree, understood.used | more, rules.acceptable(), asked)
+        found += unused(tree, understood.used | more, rules.acceptable(), ("",) if search is None else ("", "meshes"))
     all_diagnostics, inputs = arrange([*diagnostics, *found]), (*expanded.files, *templates.read())
     resolved = (*expanded.resolved, *(meshes.resolved if meshes else ()))
     return Compiled(robot, () if has_errors(found) else tuple(artifacts), all_diagnostics, inputs, resolved, meshes)

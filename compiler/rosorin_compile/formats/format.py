@@ -4,8 +4,7 @@ A format is a module of this folder (or a folder) that exports ``FORMAT``; its n
 another package comes by an entry point (``docs/extend.md``). Nothing else in the program names a format.
 
 A format carries the keys of the language that it ``covers``, without those that are ``unsupported`` and those that name
-another format (``mjcf``, ``gazebo``). In ``unsupported`` "*" stands for the name of an entry
-(``joints.*.dynamics.damping``); a key stands for all keys below it.
+another format (``mjcf``, ``gazebo``). A key stands for all keys below it, and "*" for the name of an entry.
 """
 
 from __future__ import annotations
@@ -59,17 +58,22 @@ class Refusal(NamedTuple):
 
 
 # An option that several formats have.
-NUMBER_FORMAT: Mapping[str, Any] = {
-    "enum": ["short", "exact", "six"],
-    "description": "short (default): the shortest decimal within 1e-12 of the number, or of the largest of its vector;"
-    " exact: the shortest that reads back the same; six: whichever of %.6g and %.6f keeps more.",
-}
+_NUMBERS = "short (default): within 1e-12 of the largest in a vector; exact: reads back the same; six: %.6g or %.6f."
+NUMBER_FORMAT: Mapping[str, Any] = {"enum": ["short", "exact", "six"], "description": _NUMBERS}
 # The forms of boxes that height maps are cut into, for an option of formats that have no height maps.
 FORMS_OF_BOXES = ["rows", "merged", "grounded"]
 BOXES_OF_HEIGHT_MAPS = (
     "rows, one for each run of equal heights in a row; merged, equal heights along x and y; grounded, rows down to"
     " z = 0 whatever bottom says"
 )
+HEIGHT_MAPS: Mapping[str, Any] = {
+    "enum": FORMS_OF_BOXES,
+    "description": f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}.",
+}
+VISUALS: Mapping[str, Any] = {
+    "enum": ["from_collision"],
+    "description": "from_collision: a link without a visual is seen as its collision shapes, a colour a link.",
+}
 
 # Distributions of ROS 2: those that artifacts can be written for. Those after Jazzy are taken to be as it is.
 HUMBLE, JAZZY = "humble", "jazzy"
@@ -78,6 +82,7 @@ DISTRIBUTIONS = [HUMBLE, JAZZY, "kilted", "lyrical", "rolling"]
 # A description as plain values: what YAML would have, in SI units or as quantities ("40 mm").
 Description = Mapping[str, "Any"]
 Reasons = Mapping[str, "Unsupported | None"]
+Where = int | Span  # a line, or the place of an element
 Writer = Callable[["Robot", "Output", "Templates"], tuple[str, "list[Diagnostic]"]]
 
 
@@ -92,8 +97,7 @@ class Placed(NamedTuple):
 class Opened:
     """A file to be read: its path, the options, its elements if it is XML, and the position that names it.
 
-    Positions are a line and a column, which count from 1, or the ``span`` of an element. ``text`` and ``source`` raise
-    MarkupError if the file cannot be read, which the caller of a reader expects.
+    Lines and columns count from 1. ``text`` and ``source`` raise MarkupError, which the caller of a reader expects.
     """
 
     path: Path
@@ -116,21 +120,19 @@ class Opened:
             raise ValueError(f"{self.path} is no XML")
         return self.document
 
-    def at(self, value: Any, where: int | Span, column: int = 1, length: int = 1) -> Placed:
+    def at(self, value: Any, where: Where, column: int = 1, length: int = 1) -> Placed:
         """Return a value of a description with its position, for diagnostics."""
         return Placed(value, self._span(where, column, length))
 
-    def problem(
-        self, message: str, where: int | Span = 1, column: int = 1, length: int = 1, help: str = ""
-    ) -> MarkupError:
+    def problem(self, message: str, where: Where = 1, column: int = 1, length: int = 1, help: str = "") -> MarkupError:
         """Return the exception that a reader raises for a file that its format does not allow."""
         return MarkupError(error("file-syntax", message, self._span(where, column, length), help))
 
-    def left_out(self, what: str, where: int | Span, column: int = 1, length: int = 1, help: str = "") -> Diagnostic:
+    def left_out(self, what: str, where: Where, column: int = 1, length: int = 1, help: str = "") -> Diagnostic:
         """Return the warning about content that a description cannot express."""
         return cannot_carry(what, self._span(where, column, length), help)
 
-    def _span(self, where: int | Span, column: int, length: int) -> Span:
+    def _span(self, where: Where, column: int, length: int) -> Span:
         return where if isinstance(where, Span) else Span(self.source, where, column, length)
 
 
@@ -157,13 +159,6 @@ def xml_syntax(text: str) -> object:
     return canonical(tree_of(text))
 
 
-class Joined(NamedTuple):
-    """Sections that a companion file adds to a robot, and diagnostics."""
-
-    sections: Mapping[str, Any]
-    diagnostics: Sequence[Diagnostic] = ()
-
-
 class Asked(NamedTuple):
     """The entry of ``outputs`` in the description of an imported robot, and a remark on what is unusual in it."""
 
@@ -175,9 +170,8 @@ class Asked(NamedTuple):
 class Format:
     """A format that is written, read, or both. Most fields are optional.
 
-    ``write`` raises TemplateProblem; ``read`` raises ValueError for a damaged text. Before anything is written,
-    ``view`` is compared with ``read`` of the text (``compare.walk``), and the golden check compares it with ``read`` of
-    the committed text. Without ``view`` and ``read``, artifacts are compared as text.
+    ``write`` raises TemplateProblem; ``read`` raises ValueError for a damaged text. ``view`` is compared with ``read``
+    of a text before it is written, and of the committed text; without them, artifacts are compared as text.
     """
 
     name: str  # its name under ``outputs``
@@ -202,13 +196,13 @@ class Format:
     covers: tuple[str, ...] = ()  # the keys of the language that it is about; () for all
     # The covered keys that an output does not carry, with the reason (None: it does); may depend on its options.
     unsupported: Reasons | Callable[[Output], Reasons] = field(default_factory=dict)
-
     # Foreign files, for ``import``, ``include`` and ``diff``.
     load: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
     include: bool = True  # a description may include such a file
     takes_arguments: bool = False
     becomes: str = ""  # the format that it is once it is read (xacro: urdf)
-    join: Callable[[Opened, Map], Joined] | None = None  # the sections that a file adds to the tree of a robot
+    # The sections that a companion file adds to the tree of a robot, and diagnostics.
+    join: Callable[[Opened, Map], tuple[Mapping[str, Any], Sequence[Diagnostic]]] | None = None
     joins: tuple[str, ...] = ()  # the fields of the model that ``join`` sets completely
     is_other: Callable[[Document], bool] | None = None  # whether a file is only such a companion of a robot
     # The output in the description of an imported robot, from its tree, its version and a name for files.
@@ -217,7 +211,6 @@ class Format:
     engine_reads: bool = False  # its engine reads the sources: what this ignores in XML is not an error
     # Compares an artifact in its engine with the source that it was imported from: its text, and its mesh files.
     prove: Callable[[Imported, str, Mapping[str, str]], Proof] | None = None
-
     # Comparing two robots or two texts.
     links: Callable[[Robot, Output], Collection[str]] | None = None  # the links that an output has
     leaves_out: Callable[[Robot, str], bool] | None = None  # whether it has no such link by nature
@@ -232,7 +225,6 @@ class Format:
     differ: Callable[[str, str], str] | None = None  # the difference between two texts with equal leaves, in words
     shown: bool = True  # its text is for people: ``check`` prints how two of them differ
     refusal: Callable[[str, Path], Refusal] | None = None  # why its engine does not load a text that is in a folder
-
     # Files that an artifact needs.
     located: bool = False  # its text depends on the folders of other artifacts: ``package`` does not copy it
     meshes: bool = False  # it names meshes as URDF does
@@ -241,7 +233,6 @@ class Format:
     embeds: bool = False  # it contains the meshes themselves
     measures: bool = False  # its text depends on the sizes of meshes
     beside: Callable[[str], Sequence[str]] | None = None  # the names of files that it needs in its folder
-
     # ROS.
     feeds: tuple[str, ...] = ()  # the kinds of publishers that read it
     withheld: Callable[[Output], bool] | None = None  # whether they must not read an output
@@ -276,9 +267,8 @@ class Format:
         return next((output for output in robot.outputs if output.backend == self.name), None)
 
 
-_NOTE = "A note: a format cannot express keys that the description sets; one note a format."
-_NOTHING = "Nothing, if no reader of these artifacts needs them; accept the rule with the reason."
-RULES = (Rule("not-in-format", _NOTE, _NOTHING, FORMATS),)
+_NOTE = "A note: a format cannot express keys that the description sets."
+RULES = (Rule("not-in-format", _NOTE, "Accept the rule, if no reader of these artifacts needs them.", FORMATS),)
 
 # Keys that name the formats that they are for: a reader of another one does not expect them.
 ADDRESSED = {"mjcf": ("mjcf",), "mjcf_elements": ("mjcf",), "gazebo": ("sdf", "urdf"), "urdf_elements": ("urdf",)}
@@ -401,7 +391,4 @@ def _places(value: Any, pattern: str) -> Iterator[Any]:
     else:
         inner = [value[step]] if isinstance(value, Mapping) and step in value else []
     for item in inner:
-        if rest:
-            yield from _places(item, rest)
-        elif item not in (None, [], {}, False):
-            yield item
+        yield from _places(item, rest) if rest else [item] if item not in (None, [], {}, False) else []

@@ -220,12 +220,9 @@ class Publishing(NamedTuple):
 
 def publishing(robot: Robot) -> Publishing:
     """Count the publishers of each frame in every combination of modes."""
-    real = (joint for joint in robot.joints if joint.child not in robot.simulated_frames)
     whens: dict[str, list[str]] = {}
-    for child, when, publisher in (
-        *((joint.child, "", joint.publisher) for joint in real),
-        *((edge.child, edge.when, edge.publisher) for edge in robot.edges),
-    ):
+    frames = [(one.child, "", one.publisher) for one in robot.joints if one.child not in robot.simulated_frames]
+    for child, when, publisher in [*frames, *((edge.child, edge.when, edge.publisher) for edge in robot.edges)]:
         whens.setdefault(child, []).extend([when] if publisher.kind != UNPUBLISHED else [])
     kinds: dict[tuple[str, ...], str] = {}
     for conditions in set(map(tuple, whens.values())):

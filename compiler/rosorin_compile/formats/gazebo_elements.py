@@ -1,8 +1,7 @@
 """Elements for Gazebo and ros2_control: sensors and drives as text, and elements of a URDF compared by meaning.
 
-White space, comments, the order of what has other names, spare zeros and what SDF takes by default mean nothing.
-Within a plug-in, whose words are its own, texts and their order stay as they are. What Gazebo is told of a link or a
-joint it joins, however many ``<gazebo>`` say it (``gazebosim/sdformat@sdf14:src/parser_urdf.cc``).
+White space, comments, the order of different names and defaults of SDF mean nothing, but within a plug-in. Gazebo joins
+all ``<gazebo>`` of a link or a joint (``gazebosim/sdformat@sdf14:src/parser_urdf.cc``).
 """
 
 from __future__ import annotations
@@ -115,12 +114,9 @@ def unsupported_drives(output: Output, quiet: bool = False) -> Mapping[str, Unsu
 def drive_blocks(
     robot: Robot, joints: Mapping[str, str], rule: str, gazebo: str, number: NumberFormat, others: Iterable[str]
 ) -> tuple[list[str], list[Diagnostic]]:
-    """Return a ``<gazebo>`` for each drive of a joint, and a warning about actuators without a plug-in.
-
-    An actuator with gains becomes a controller with the same law: ``kp * (command - position) - kv * speed`` or
-    ``kv * (command - speed)``. ``joints`` are those of the artifact with their names in it. Joints that ``others``
-    drive, which are elements of the robot, are left to them: hardware blocks of ros2_control, and plug-ins.
-    """
+    """Return a ``<gazebo>`` for each drive of a joint that no ``others`` drive, and a warning without a plug-in."""
+    # An actuator with gains becomes a controller with the same law: kp * (command - position) - kv * speed or
+    # kv * (command - speed). Hardware blocks of ros2_control and plug-ins among ``others`` have precedence.
     blocks, without, taken = list[str](), list[str](), set[str]()
     if gazebo in ("", CLASSIC):
         return [], []
@@ -242,8 +238,7 @@ def _form(element: Element, followers: Set[str], above: str = "", lidar: bool = 
         return "" if is_default else f"<{start}>{text}</>"
 
     def order(child: Element) -> tuple[str, str]:
-        name = "lidar" if child.tag == "ray" else child.tag
-        return name, child.get("name", "") if child.tag == "param" else ""
+        return "lidar" if child.tag == "ray" else child.tag, child.get("name", "") if child.tag == "param" else ""
 
     inner = "".join(_form(child, followers, tag, lidar) for child in sorted(element, key=order))
     return f"<{start}>{text}{inner}</>" if inner or values or text or tag not in ("imu", "clip") else ""

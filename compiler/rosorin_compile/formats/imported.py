@@ -28,8 +28,7 @@ if TYPE_CHECKING:
     from rosorin_compile.language.lower import Lowered
     from rosorin_compile.model import Robot
 
-_CANNOT_CARRY = "A warning: something has no place in a description and is not carried over."
-RULES = (Rule("import-cannot-carry", _CANNOT_CARRY, "`--strict` makes it an error.", READING),)
+RULES = (Rule("import-cannot-carry", "A warning: something is not carried over.", "`--strict` refuses it.", READING),)
 
 MAX_NAME = 60
 BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"

@@ -1,8 +1,7 @@
 """Find the mesh, texture and other files that a description names.
 
 The name in an artifact follows from the description alone: relative names stay, those of packages become
-``meshes/NAME/...``. The files are copied there, so that a folder of artifacts is complete. An artifact that could not
-be opened without a missing file leaves it out.
+``meshes/NAME/...``, where the files are copied to. An artifact that needs a missing file leaves it out.
 """
 
 from __future__ import annotations
@@ -36,11 +35,10 @@ from . import FORMATS as RECORDS
 
 _NOT_FOUND = "A mesh or texture is not found: an error or warning with an MJCF, a note if the URDF alone names it."
 _FIND = "Correct the name, put the file there, or say where the package is: `--package NAME=FOLDER`."
-_NO_ELEMENT_FILE = "An element of `mjcf` names a file that is not found: MuJoCo would not load the MJCF."
 _AMBIGUOUS = "Two files that differ would be one beside the artifacts. A warning if the URDF alone names them."
 RULES = (
     Rule("mesh-not-found", _NOT_FOUND, _FIND, FORMATS, accept="robot", imported="always", asked="meshes"),
-    Rule("element-file-not-found", _NO_ELEMENT_FILE, "Put it there, or correct the name.", FORMATS, asked="meshes"),
+    Rule("element-file-not-found", "An element of `mjcf` names no file.", "Put it there.", FORMATS, asked="meshes"),
     Rule("mesh-not-a-file", "A mesh or a texture is no regular file.", "Name a file.", FORMATS, asked="meshes"),
     Rule("mesh-ambiguous", _AMBIGUOUS, "Give one of them another name.", FORMATS, asked="meshes"),
 )
@@ -196,8 +194,7 @@ def references(mesh: Path) -> list[str]:
     try:
         data = files.read_bytes(mesh)
         if ending in (".gltf", ".glb"):
-            json_text = data[20 : 20 + int.from_bytes(data[12:16], "little")] if ending == ".glb" else data
-            document = json.loads(json_text)
+            document = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")] if ending == ".glb" else data)
             names = [str(one["uri"]) for key in ("buffers", "images") for one in document.get(key, ()) if "uri" in one]
         else:
             found = re.findall(_TEXT_REFERENCES.get(ending, rb"(?!)"), data, re.IGNORECASE | re.MULTILINE)

@@ -23,15 +23,8 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ENDINGS, stdin_of
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.xml.markup import RULE as SYNTAX
-from rosorin_compile.source.xml.markup import (
-    Document,
-    MarkupError,
-    mended,
-    parse,
-    read_source,
-    without_late_declaration,
-)
+from rosorin_compile.source.xml import markup
+from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read_source
 
 from . import FORMATS, Format, Opened, plugged_diagnostics
 from .format import Placed
@@ -40,9 +33,8 @@ from .imported import Imported, Outputs, ReadOptions, as_tree, converted
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot
 
-_SYNTAX = "A file is not written as its format wants; the reader of another package says so."
 RULES = (
-    Rule("file-syntax", _SYNTAX, "Correct the place that is named.", READING),
+    Rule("file-syntax", "A reader of another package refuses a file.", "Correct the place that is named.", READING),
     Rule("wrong-format", "The file is of a format that is not read.", "The message says what to name.", READING),
     Rule("wrong-root", "The root element is not that of a robot.", "The message says what to name.", READING),
 )
@@ -114,10 +106,10 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
         source, document = _parsed(path, options)
         if document.root.tag != "robot":
             raise MarkupError(_wrong_root(document))
-        joined = format.join(Opened(path, options, document), tree)
+        sections, found = format.join(Opened(path, options, document), tree)
     except MarkupError as problem:
         return imported._replace(tree=None, diagnostics=[*imported.diagnostics, problem.diagnostic])
-    diagnostics = [*_mending(source, document), *joined.diagnostics]
+    diagnostics = [*_mending(source, document), *found]
     made: Map | None = None
     if not has_errors(diagnostics):
         made, root = tree.copied(), document.root.span
@@ -125,7 +117,7 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
         if note is not None:
             made["source"] = made["source"].copied()
             made["source"]["note"] = f"{note} and {Path(document.source.path).name}"
-        for key, entries in joined.sections.items():
+        for key, entries in sections.items():
             more = as_tree(entries, root, [key]).copied()
             for name, entry in (made.get(key) or {}).items():  # entries that the tree has stay
                 more.put(name, entry, made[key].key_spans[name], made[key].value_spans[name])
@@ -160,14 +152,14 @@ def _parsed(path: Path, options: ReadOptions, asked: Span | None = None) -> tupl
         what = "" if start.startswith("<") else "not XML"
     if what:
         raise MarkupError(error(rule, f"{original.path} is {what}", Span(original, 1, 1, 1), help))
-    source = without_late_declaration(original)
+    source = markup.without_late_declaration(original)
     try:
         return original, parse(source)
     except MarkupError as problem:
-        if problem.diagnostic.rule != SYNTAX:
+        if problem.diagnostic.rule != markup.RULE:
             raise
         try:
-            document = parse(mended(source))
+            document = parse(markup.mended(source))
         except MarkupError:
             raise problem from None
         if options.lenient or any(one.engine_reads for one in _readable() if document.root.tag in one.roots):
@@ -179,9 +171,9 @@ def _mending(source: Source, document: Document) -> list[Diagnostic]:
     if document.source.text == source.text:
         return []
     what = "this is no XML to the letter, and is read all the same"
-    if without_late_declaration(source).text == document.source.text:
+    if markup.without_late_declaration(source).text == document.source.text:
         what = "the declaration <?xml ...?> is not at the very beginning of the file, and has no effect"
-    return [Diagnostic(SYNTAX, NOTE, what, document.root.span)]
+    return [Diagnostic(markup.RULE, NOTE, what, document.root.span)]
 
 
 def _wrong_root(document: Document) -> Diagnostic:

@@ -27,13 +27,11 @@ if TYPE_CHECKING:
     from .templating import Templates
 
 _CANNOT_SAY = "A warning: the driver's model has no room for a shape, a mimic, a planar, a floating or a ball joint."
-_UNKNOWN = "An option names a joint, link or servo group that does not exist."
-_SEVERAL_GROUPS = "The driver's model has room for one servo group, and there are several."
 RULES = (
     Rule("robot-model-cannot-say", _CANNOT_SAY, "The URDF carries it; or leave the joint out with `joints`.", FORMATS),
-    Rule("robot-model-unknown-name", _UNKNOWN, "Correct the name.", FORMATS),
+    Rule("robot-model-unknown-name", "An option names an unknown joint, link or group.", "Correct the name.", FORMATS),
     Rule("robot-model-same-name", "`rename` gives two links one name.", "Rename one to another.", FORMATS),
-    Rule("robot-model-servos", _SEVERAL_GROUPS, "Say which with `servos`.", FORMATS),
+    Rule("robot-model-servos", "There is room for one servo group of several.", "Say which with `servos`.", FORMATS),
     Rule("json-syntax", "The file is not JSON.", "Correct the place that is named; numbers are finite.", READING),
 )
 _RANGE_NOTE = "the driver's model does not say which pulses exist; these are those between the limits"
@@ -53,12 +51,9 @@ def _model(robot: Robot, output: Output) -> tuple[dict[str, Any], list[Diagnosti
         diagnostics.append(Diagnostic("robot-model-cannot-say", WARNING, message, help=help))
 
     rename: Mapping[str, str] = options.get("rename", {})
-    requested: list[tuple[str, Iterable[str], Collection[str]]] = [
-        ("joint", options.get("joints", ()), robot.joint),
-        ("link", rename, robot.link),
-        ("servo group", [options["servos"]] if "servos" in options else [], groups),
-    ]
-    for kind, name, known in ((kind, name, known) for kind, names, known in requested for name in names):
+    kinds: dict[str, tuple[Iterable[str], Collection[str]]] = {"joint": (options.get("joints", ()), robot.joint)}
+    kinds |= {"link": (rename, robot.link), "servo group": ([options["servos"]] if "servos" in options else [], groups)}
+    for kind, name, known in ((kind, name, known) for kind, (names, known) in kinds.items() for name in names):
         if name not in known:
             message = f'there is no {kind} "{name}"'
             diagnostics.append(error("robot-model-unknown-name", message, None, Suggestion(name, known)))
@@ -92,15 +87,11 @@ def _model(robot: Robot, output: Output) -> tuple[dict[str, Any], list[Diagnosti
     for joint in joints:
         limit = joint.limit if joint.moves else None
         bounds = None if limit is None or limit.lower is None or limit.upper is None else (limit.lower, limit.upper)
-        model["joints"][joint.name] = {
-            "type": joint.type,
-            "parent": rename.get(joint.parent, joint.parent),
-            "child": rename.get(joint.child, joint.child),
-            "xyz": _numbers(joint.origin.xyz),
-            "rpy": _numbers(joint.origin.rpy),
-            "axis": _numbers(joint.axis if joint.moves else (0.0, 0.0, 0.0)),
-            "limit": _numbers(bounds) if bounds else None,
-        }
+        ends = {"parent": rename.get(joint.parent, joint.parent), "child": rename.get(joint.child, joint.child)}
+        place = {"xyz": _numbers(joint.origin.xyz), "rpy": _numbers(joint.origin.rpy)}
+        place["axis"] = _numbers(joint.axis if joint.moves else (0.0, 0.0, 0.0))
+        limits = {"limit": _numbers(bounds) if bounds else None}
+        model["joints"][joint.name] = {"type": joint.type, **ends, **place, **limits}
     for name, link in renamed.items():
         problem, solids = "", list[Shape]()
         for shape in robot.link[link].collision:
@@ -246,6 +237,7 @@ def _leaves_out(robot: Robot, link: str) -> bool:
 
 
 _NAME = {"$ref": "#/$defs/name"}
+_JOINTS = "The joints to carry, in this order; default all but those of simulations alone."
 FORMAT = Format(
     name="robot_model",
     word="driver's model",
@@ -259,15 +251,11 @@ FORMAT = Format(
         *("sensors.optical.joint", "servos.flipped", "servos.rad_per_pulse", "servos.zero_pulse"),
     ),
     options={
-        "joints": {
-            "type": "array",
-            "description": "The joints to carry, in this order; default all but those of simulations alone.",
-            "items": _NAME,
-        },
+        "joints": {"type": "array", "items": _NAME, "description": _JOINTS},
         "rename": {
             "type": "object",
-            "description": "Link name: the name it has in this artifact.",
             "additionalProperties": _NAME,
+            "description": "Link name: its name in this artifact.",
         },
         "servos": {**_NAME, "description": "The servo group for pulse_to_rad, where there are several."},
         "source": {"type": "string", "description": "Text of its key source; default: the note of the robot's source."},

@@ -2,9 +2,8 @@
 
 Each static edge is one ``static_transform_publisher`` with named flags (``ros2/geometry2@{humble,jazzy}:
 tf2_ros/src/static_transform_broadcaster_program.cpp``); its Euler angles are fixed-axis, as those of URDF. The rest of
-the frames is published by robot_state_publisher from the URDF. Conditions over modes have the three forms of launch
-files; launch's own ``and``, ``or`` and ``not`` take two arguments (one) on Humble and Jazzy alike
-(``ros2/launch@{humble,jazzy}: launch/launch/substitutions/boolean_substitution.py``).
+the frames is published by robot_state_publisher from the URDF. Launch's own ``and``, ``or`` and ``not`` take two
+arguments (one): ``ros2/launch@{humble,jazzy}: launch/launch/substitutions/boolean_substitution.py``.
 """
 
 from __future__ import annotations
@@ -40,11 +39,9 @@ if TYPE_CHECKING:
 
     from .templating import Templates
 
-_SIX = "`number_format: six` for arguments of static_transform_publisher."
-_NO_URDF = "A warning: robot_state_publisher is to publish joints, but no output is the URDF that it reads."
 RULES = (
-    Rule("number-format", _SIX, "`exact`, or leave it out.", OUTPUTS),
-    Rule("static-tf-no-urdf", _NO_URDF, "Add an output with the backend `urdf`.", FORMATS),
+    Rule("number-format", "`six` for arguments of static_transform_publisher.", "`exact`, or leave it out.", OUTPUTS),
+    Rule("static-tf-no-urdf", "A warning: robot_state_publisher lacks a URDF.", "Add an output `urdf`.", FORMATS),
 )
 
 # What a mode may be set to. A condition of launch reads 1 and no on; its and, or, not read on and no 1.
@@ -145,7 +142,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         message = f"robot_state_publisher is to publish {len(moved)} joints, but no output is the URDF that it reads"
         help = "add an output with the backend urdf"
         diagnostics.append(Diagnostic("static-tf-no-urdf", WARNING, message, help=help))
-    modes = mode_arguments(robot, [one.when for one in in_modes], (_URDF_FILE, *ARGUMENTS))
+    modes = free_names(modes_in(robot, [one.when for one in in_modes]), (_URDF_FILE, *ARGUMENTS), "mode_")
     conditions = {one.when: condition(robot, one.when) for one in in_modes}
     declared: list[tuple[str, str, str, tuple[str, ...]]] = []  # name, default as Python, help, choices
     if urdf is not None:
@@ -302,11 +299,6 @@ def free_names(names: Iterable[str], taken: Iterable[str], before: str) -> dict[
             argument = f"{before}{argument}"
         free.setdefault(name, argument)
     return {name: free[name] for name in names}
-
-
-def mode_arguments(robot: Robot, conditions: Iterable[str], taken: Iterable[str]) -> dict[str, str]:
-    """Return the launch arguments of the modes in conditions; ``taken`` are names of other launch arguments."""
-    return free_names(modes_in(robot, list(conditions)), taken, "mode_")
 
 
 def condition(robot: Robot, when: str) -> Condition:

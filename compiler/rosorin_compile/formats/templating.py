@@ -1,8 +1,7 @@
 """Templates: Jinja, where an undefined name is an error and XML is escaped; and the format ``template`` of own ones.
 
 The templates of the program and of plug-ins are rendered in this process. The templates of a description come from
-strangers: they are rendered in a child process with limits for CPU time, memory and output, in the sandbox of Jinja,
-where they reach plain values and a few functions. ``docs/artifacts.md`` lists the names that they get.
+strangers: they are rendered in a child process with limits, in the sandbox of Jinja, where they reach plain values.
 """
 
 from __future__ import annotations
@@ -136,7 +135,7 @@ class Templates:
             environment = jinja2.Environment(loader=jinja2.FunctionLoader(self.load), **_OPTIONS)  # noqa: S701 - is XML
             rendered = _rendered(environment, name, values)
         else:
-            rendered = _render_in_child(self.folder, self.first, name, values)
+            rendered = self._in_child(name, values)
         for file in map(Path, rendered.inputs):
             files.record(file, files.version(file))
             self.used |= {file} if files.version(file) else set()
@@ -153,6 +152,31 @@ class Templates:
             span = Span(source, line, len(text) - len(text.lstrip()) + 1, max(1, len(text.strip())))
             raise TemplateProblem(rule, rendered.message, span)
         return rendered.text
+
+    def _in_child(self, name: str, values: Mapping[str, Any]) -> _Rendered:
+        import pickle  # with subprocess they take as long to import as a small robot to compile
+        import signal
+        import subprocess
+
+        system.needs("resource", system.NO_LIMITS)
+        request = BytesIO()
+        pickler = pickle.Pickler(request)
+        pickler.dispatch_table = {MappingProxyType: lambda proxy: (dict, (dict(proxy),))}
+        pickler.dump((self.folder, self.first, name, dict(values)))
+        # numpy reserves memory for each thread of its libraries.
+        env = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+        paths, data = json.dumps([os.path.abspath(entry) for entry in sys.path if entry]), request.getvalue()
+        command = [sys.executable, "-c", _START_CHILD, paths]
+        try:  # this Python, and arguments that no shell reads
+            done = subprocess.run(command, input=data, capture_output=True, timeout=_PATIENCE, env=env, check=False)  # noqa: S603
+            if not done.returncode:
+                return _Rendered(*json.loads(done.stdout))
+            last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2] or f"exit code {done.returncode}"
+            killed = done.returncode in (-getattr(signal, "SIGXCPU", 0), -getattr(signal, "SIGKILL", 0))
+            message = _OUT_OF_TIME if killed else f"the process that renders it ended: {last}"
+        except subprocess.TimeoutExpired:
+            message = f"it did not end within {_PATIENCE} s"
+        return _Rendered(rule="template-failed", message=message, template=name)
 
     def load(self, name: str) -> tuple[str, None, Any] | None:
         if self.folder is None:
@@ -211,38 +235,15 @@ def _rendered(environment: jinja2.Environment, name: str, values: Mapping[str, A
     return _Rendered("", "template-failed", message, name, line)
 
 
-def _render_in_child(folder: Path | None, first: Path | None, name: str, values: Mapping[str, Any]) -> _Rendered:
-    import pickle  # with subprocess they take as long to import as a small robot to compile
-    import signal
-    import subprocess
-
-    system.needs("resource", system.NO_LIMITS)
-    request = BytesIO()
-    pickler = pickle.Pickler(request)
-    pickler.dispatch_table = {MappingProxyType: lambda proxy: (dict, (dict(proxy),))}
-    pickler.dump((folder, first, name, dict(values)))
-    # numpy reserves memory for each thread of its libraries.
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    command = [sys.executable, "-c", _START_CHILD, json.dumps([os.path.abspath(entry) for entry in sys.path if entry])]
-    try:
-        done = subprocess.run(  # noqa: S603 - this Python, and arguments that no shell reads
-            command, input=request.getvalue(), capture_output=True, timeout=_PATIENCE, env=environment, check=False
-        )
-        if not done.returncode:
-            return _Rendered(*json.loads(done.stdout))
-        last = done.stderr.decode("utf-8", "replace").strip().rpartition("\n")[2] or f"exit code {done.returncode}"
-        killed = done.returncode in (-getattr(signal, "SIGXCPU", 0), -getattr(signal, "SIGKILL", 0))
-        message = _OUT_OF_TIME if killed else f"the process that renders it ended: {last}"
-    except subprocess.TimeoutExpired:
-        message = f"it did not end within {_PATIENCE} s"
-    return _Rendered(rule="template-failed", message=message, template=name)
-
-
 def render_request() -> None:
     """Render the template that standard input requests, in the child process; write the result to standard output."""
     import pickle
+    import signal
 
     from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+    def stop(*_: object) -> None:
+        raise _OutOfTime(_OUT_OF_TIME)
 
     folder, first, name, values = pickle.load(sys.stdin.buffer)  # noqa: S301 - written by the parent
     with files.recording() as inputs:
@@ -250,38 +251,24 @@ def render_request() -> None:
         sandbox = ImmutableSandboxedEnvironment(loader=jinja2.FunctionLoader(templates.load), **_OPTIONS)
         del sandbox.globals["lipsum"]  # any amount of text that no artifact needs
         del sandbox.filters["random"]  # an artifact is the same each time
-        _limit_resources()
+        with suppress(ImportError):  # Windows, where the parent reports it
+            import resource
+
+            signal.signal(signal.SIGXCPU, stop)
+            usage = resource.getrusage(resource.RUSAGE_SELF)
+            seconds, used = int(usage.ru_utime + usage.ru_stime) + MAX_SECONDS, 300_000_000
+            with suppress(OSError, ValueError):  # not Linux
+                used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+            memory = used + MAX_MEMORY
+            # A long operation in C sees only the hard limit.
+            for kind, soft, hard in ((resource.RLIMIT_CPU, seconds, seconds + 1), (resource.RLIMIT_AS, memory, memory)):
+                allowed = resource.getrlimit(kind)[1]
+                most = hard if allowed == resource.RLIM_INFINITY else min(hard, allowed)
+                resource.setrlimit(kind, (min(soft, most), most))
         rendered = _rendered(sandbox, name, values)
     places = (*templates.homes, *([files.resolve(folder)] if folder else []))
     read = sorted(os.fspath(file) for file in inputs if any(map(file.is_relative_to, places)))
     sys.stdout.buffer.write(json.dumps(rendered._replace(inputs=tuple(read))).encode())
-
-
-def _limit_resources() -> None:
-    """Limit CPU time and memory of this process to what is used so far and the budget of one rendering."""
-    import signal
-
-    try:
-        import resource
-    except ImportError:  # Windows; the parent reports it
-        return
-
-    def stop(*_: object) -> None:
-        raise _OutOfTime(_OUT_OF_TIME)
-
-    signal.signal(signal.SIGXCPU, stop)
-    usage = resource.getrusage(resource.RUSAGE_SELF)
-    seconds = int(usage.ru_utime + usage.ru_stime) + MAX_SECONDS
-    try:
-        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    except (OSError, ValueError):  # not Linux
-        used = 300_000_000
-    memory = used + MAX_MEMORY
-    # A long operation in C sees only the hard limit.
-    for kind, soft, hard in ((resource.RLIMIT_CPU, seconds, seconds + 1), (resource.RLIMIT_AS, memory, memory)):
-        allowed = resource.getrlimit(kind)[1]
-        most = hard if allowed == resource.RLIM_INFINITY else min(hard, allowed)
-        resource.setrlimit(kind, (min(soft, most), most))
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:

@@ -117,8 +117,6 @@ def renamed(text: str, rename: Callable[[str], str], references: Finder = refere
     return made[len(before) : -len(after)]
 
 
-# --- MJCF ---
-
 BODY, SITE, GEOM, CAMERA, LIGHT = "body", "site", "geom", "camera", "light"
 TENDON, ACTUATOR, SENSOR, EQUALITY, KEY = "tendon", "actuator", "sensor", "equality", "key"
 CLASS, MATERIAL, TEXTURE, MESH, HEIGHTS = "class", "material", "texture", "mesh", "hfield"

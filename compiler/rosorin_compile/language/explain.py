@@ -391,7 +391,7 @@ def _in_words(publisher: Publisher) -> str:
     if publisher.simulated:
         return f"of simulations alone: {publisher.about}"
     if publisher.kind == UNPUBLISHED:
-        return f"nobody publishes it: {publisher.about}".removesuffix(": ")
+        return f"no node publishes it: {publisher.about}".removesuffix(": ")
     static = "the static_transform_publisher " if publisher.kind == STATIC_TRANSFORM_PUBLISHER else ""
     about = f" ({publisher.about})" if publisher.kind == NODE and publisher.about else ""
     return f"published by {static}{publisher.name}{about}"

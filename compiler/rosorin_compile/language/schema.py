@@ -277,8 +277,6 @@ def resolve(node: dict[str, Any]) -> dict[str, Any]:
     return schema()["$defs"][node["$ref"].rsplit("/", 1)[1]] if "$ref" in node else node
 
 
-# --- descriptions as they are written, for editors: docs/make/authoring.py derives the committed schema ---
-
 Schema = dict[str, Any]
 
 _WHOLE = r"^\$\{[\s\S]*\}$"  # text that is one expression, so that it has the type of its value

@@ -33,8 +33,6 @@ _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 MAX_SHOWN = 60
 SPELLED_OUT = 5  # a word of so many letters is not a symbol of a unit: it may be the name of one, misspelt
 
-# --- synonyms ---
-
 
 @cache
 def _data() -> dict[str, dict[str, Any]]:
@@ -92,8 +90,6 @@ def way_out(word: str, table: Mapping[str, str]) -> str:
     return meaning if " " in meaning else ""
 
 
-# --- units ---
-
 _SIGNS = {"\u00b2": "^2", "\u00b3": "^3", "**": "^", "\u00b7": "*", "\u22c5": "*", "\u00d7": "*", " per ": "/"}
 
 
@@ -132,8 +128,6 @@ def _units_like(wanted: Sequence[str]) -> list[str]:
     dimensions: list[Dimension] = [unit[1] for unit in map(parse_unit, wanted) if unit is not None]
     return [name for name, (_, dimension) in UNITS.items() if dimension in dimensions] or list(UNITS)
 
-
-# --- numbers ---
 
 _UNKNOWN = ("todo", "tbd", "tba", "fixme", "unknown", "?", "??", "???", "n/a", "na", "none", "xxx", "-", "x")
 
@@ -217,8 +211,6 @@ def numbers_in(text: str) -> list[str]:
             return []
     return found
 
-
-# --- values of another type ---
 
 _AXES = {"x": "[1, 0, 0]", "y": "[0, 1, 0]", "z": "[0, 0, 1]"}
 _EXAMPLES = {"rpy": "[ROLL, PITCH, YAW]", "rgba": "[RED, GREEN, BLUE, OPACITY]", "axis": "[0, 0, 1]"}
@@ -348,9 +340,6 @@ def _short(value: Any) -> str:
     if isinstance(value, Quantity):
         return value.text
     return f"{value:g}" if isinstance(value, float) else str(value)[:MAX_SHOWN]
-
-
-# --- keys and words ---
 
 
 def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: Sequence[str | int] = ()) -> str:

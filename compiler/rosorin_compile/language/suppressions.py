@@ -7,16 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import (
-    ERROR,
-    NOTE,
-    WARNING,
-    Diagnostic,
-    Help,
-    Suggestion,
-    diagnostic,
-    error,
-)
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Help, Suggestion, diagnostic, error
 from rosorin_compile.source.rule_registry import OF_PLUGINS, OUTPUTS, PHYSICS, SIMULATION, Rule, find
 from rosorin_compile.source.tree import Map, Path, Seq, has
 from rosorin_compile.source.wording import MAX_LISTED, and_more, quoted

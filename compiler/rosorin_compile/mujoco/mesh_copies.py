@@ -27,7 +27,7 @@ RULES = (
     Rule(
         "mesh-converted", "A note: a mesh is converted for MuJoCo.", "Nothing is to be done.", FORMATS, asked="meshes"
     ),
-    Rule("mesh-not-read", "MuJoCo cannot read a mesh or a texture.", "See the message.", FORMATS, asked="meshes"),
+    Rule("mesh-not-read", "A warning: MuJoCo cannot read a file.", "See the message.", FORMATS, asked="meshes"),
 )
 
 MAX_BYTES = 500_000_000

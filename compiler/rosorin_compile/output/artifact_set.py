@@ -6,19 +6,22 @@ A new folder is prepared and exchanged with the old one. Files that are not arti
 from __future__ import annotations
 
 import errno
+import json
 import os
 import stat
 from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
+from hashlib import blake2b
 from pathlib import Path
 from typing import Literal, NamedTuple
 
+from rosorin_compile.source.cache import cache_folder
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
+from rosorin_compile.source.load import json_of
 from rosorin_compile.source.wording import printable
 
 from .single_file import OutputError, is_generated, kept_name
 from .staging import STAGING_NAME, Entries, entries_below, locked, replace_folder, staging_folder
-from .written_names import remember, remembered
 
 MAX_FOREIGN = 200  # files that are not artifacts, above which this does not look like an output folder
 Decision = Literal["replace", "keep", "refuse"]  # keep: under another name
@@ -40,7 +43,7 @@ class WriteResult(NamedTuple):
     def diagnostics(self, folder: Path) -> list[Diagnostic]:
         """Return a warning for each replaced file that somebody else may have written."""
         texts = [f"{folder}/{name} may be of somebody else; it is {kept} now" for name, kept in self.renamed]
-        return [Diagnostic("output-kept", WARNING, t, help="if nobody needs it, remove that file") for t in texts]
+        return [Diagnostic("output-kept", WARNING, t, help="remove that file if it is not needed") for t in texts]
 
 
 def write_artifacts(
@@ -218,3 +221,35 @@ def obstacle(folder: Path, name: str) -> tuple[Path, str] | None:
         if kind != ("a file" if step == name else "a folder"):
             return folder / step, kind
     return None
+
+
+def remember(path: Path, files: Collection[str] = (), complete: bool = True) -> None:
+    """Store the names of the artifacts in a folder, or that the file ``path`` is an artifact.
+
+    Without ``complete``, ``files`` are added to the names that are stored, if there are any. A failure is silent.
+    """
+    record, known = _record(path), remembered(path)
+    names = set(files) if complete else set(files) | (known or set())
+    if record is None or known == names or not (complete or known is not None):
+        return
+    with suppress(OSError):
+        new = record.with_name(f".{os.urandom(8).hex()}")
+        new.write_text(json.dumps(sorted(names)), "utf-8")
+        new.replace(record)
+
+
+def remembered(path: Path) -> set[str] | None:
+    """Return the names that ``remember`` stored, or None."""
+    record = _record(path)
+    try:
+        names = json_of(record.read_bytes()) if record else None
+    except (OSError, ValueError):
+        return None
+    return {str(name) for name in names} if isinstance(names, list) else None
+
+
+def _record(path: Path) -> Path | None:
+    """Return the file with the names of a folder, or None if there is no cache."""
+    folder = cache_folder("outputs")
+    name = blake2b(os.fsencode(os.path.abspath(path)), digest_size=32).hexdigest()
+    return folder / f"{name}.json" if folder is not None else None

@@ -49,7 +49,9 @@ def files_below(folder: Path, skip_built: bool) -> list[str]:
                 folders.clear()
                 continue
             visited.add(real)
-            folders[:] = sorted(name for name in folders if _is_wanted(here / name, skip_built))
+            left = ("install",) if not skip_built else ()
+            built = {name for name in BUILT if name not in left and exists(here / name / "COLCON_IGNORE")}
+            folders[:] = sorted(n for n in folders if not n.startswith(".") and n not in built | _SKIPPED)
             if top == folder and not skip_built:
                 tops += [here / name for name in folders if (here / name).is_symlink()]
             relative = here.relative_to(folder)
@@ -57,13 +59,6 @@ def files_below(folder: Path, skip_built: bool) -> list[str]:
             if len(names) > MAX_FILES:
                 raise OSError(f"more than {MAX_FILES:,} files; name the folder of the package")
     return sorted(names)
-
-
-def _is_wanted(folder: Path, skip_built: bool) -> bool:
-    if folder.name.startswith(".") or folder.name in _SKIPPED:
-        return False
-    is_built = folder.name in BUILT and exists(folder / "COLCON_IGNORE")
-    return not (is_built and (skip_built or folder.name != "install"))
 
 
 def is_launch_file(name: str) -> bool:
@@ -86,23 +81,18 @@ def missing(package: Path, name: str, files: Sequence[str]) -> Iterator[tuple[st
     setup, cmake = package / "setup.py", package / "CMakeLists.txt"
     is_python = is_file(setup) and (not is_file(cmake) or "<build_type>ament_python<" in _text(package / "package.xml"))
     text = re.sub(r"#[^\n]*", "", _text(setup if is_python else cmake))
+    words = {word.removeprefix("${CMAKE_CURRENT_SOURCE_DIR}/").rstrip("/") for word in re.split(r'[\s()"]+', text)}
     for file in files if is_file(setup) or is_file(cmake) else ():
         folder = file.rpartition("/")[0]
         if is_python and not _setup_installs(text, file):
             yield file, Missing("setup.py", f"('{f'share/{name}/{folder}'.rstrip('/')}', ['{file}']),")
-        elif not is_python and not _cmake_installs(text, file):
+        elif not is_python and words.isdisjoint({file, *map(str, PurePosixPath(file).parents)}):
             what = f"DIRECTORY {folder}" if folder else f"FILES {file}"
             yield file, Missing("CMakeLists.txt", f"install({what} DESTINATION share/${{PROJECT_NAME}})")
 
 
 def _text(path: Path) -> str:
     return read_text(path, errors="replace") if is_file(path) else ""
-
-
-def _cmake_installs(text: str, file: str) -> bool:
-    """Return True if CMakeLists.txt names a file or a folder that it is in."""
-    words = {word.removeprefix("${CMAKE_CURRENT_SOURCE_DIR}/").rstrip("/") for word in re.split(r'[\s()"]+', text)}
-    return not words.isdisjoint({file, *map(str, PurePosixPath(file).parents)})
 
 
 def _setup_installs(text: str, file: str) -> bool:

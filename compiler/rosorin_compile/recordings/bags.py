@@ -6,7 +6,7 @@ from array import array
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +23,7 @@ _FAR = 2**62  # ns; beyond the range of any clock
 _STEP = 16_384  # messages between two reports of progress
 
 Progress = Callable[[int, int], None]
+Topic = tuple[int, str, str]  # to read: the kind of its messages, its name and their type
 
 
 class Unreadable(Exception):
@@ -31,14 +32,6 @@ class Unreadable(Exception):
     def __init__(self, message: str, help: str = "") -> None:
         super().__init__(message)
         self.help = help
-
-
-class Topic(NamedTuple):
-    """A topic to read: the kind of its messages, its name and their type."""
-
-    kind: int
-    name: str
-    type: str
 
 
 _TF, _TF_STATIC, _JOINTS, _ROBOT, _CLOCK, _HEADER = range(6)
@@ -113,14 +106,13 @@ class _Bag:
         deserialize, where = self.types.deserialize_cdr, ""
         try:
             for connection, received, raw in self.reader.messages(connections, start=start, stop=stop):
-                topic = topics[connection.id]
-                where = f"a message of {topic.name}: "
+                kind, name, _ = topic = topics[connection.id]
+                where = f"a message of {name}: "
                 if not -_FAR < received < _FAR:
                     raise ValueError("its time is beyond all clocks")
-                if topic.kind == _HEADER:
-                    length = int.from_bytes(raw[12:16], "little" if raw[1] else "big")
-                    raw = raw[: 16 + length]
-                yield topic, received, deserialize(raw, _TYPES[topic.kind])
+                if kind == _HEADER:
+                    raw = raw[: 16 + int.from_bytes(raw[12:16], "little" if raw[1] else "big")]
+                yield topic, received, deserialize(raw, _TYPES[kind])
                 where = ""
         except Exception as cause:
             raise self._damaged(cause, where) from None
@@ -139,15 +131,14 @@ class _Bag:
                 text = f"{topic} is of type {message_type}, not {_TYPES[kind]}"
                 recording.troubles.append(problem("recording-type", topic, text))
             elif kind != _HEADER or self._has_header(connection):
-                topics[connection.id] = Topic(kind, topic, message_type)
+                topics[connection.id] = (kind, topic, message_type)
         return topics
 
     def _has_header(self, connection: Any) -> bool:
         """Return True if the messages of a connection begin with a std_msgs/Header that names a place."""
-        if connection.msgtype in self.types.fielddefs:
-            fields = self.types.fielddefs[connection.msgtype][1]
-            header = bool(fields) and str(fields[0][1][1]) == _TYPES[_HEADER]
-            return header and connection.msgtype not in _NOT_PLACED
+        if fields := self.types.fielddefs.get(connection.msgtype):
+            has_header = bool(fields[1]) and str(fields[1][0][1][1]) == _TYPES[_HEADER]
+            return has_header and connection.msgtype not in _NOT_PLACED
         lines = (line.split("#")[0].split() for line in str(connection.msgdef.data).splitlines() if "=" not in line)
         first = next((words[0] for words in lines if len(words) > 1), "")
         return first in ("std_msgs/Header", "std_msgs/msg/Header", "Header")
@@ -172,7 +163,7 @@ class _Reader:
         recording.start = start
         every = [(bag, bag.topics(recording)) for bag in bags]
         for bag, topics in every if start > first else ():
-            latched = {id: topic for id, topic in topics.items() if topic.kind in (_TF_STATIC, _ROBOT)}
+            latched = {id: topic for id, topic in topics.items() if topic[0] in (_TF_STATIC, _ROBOT)}
             for message in bag.messages(latched, None, start):
                 self._add(*message)
         for bag, topics in every:
@@ -184,7 +175,7 @@ class _Reader:
         progress(recording.messages, count)
 
     def _add(self, topic: Topic, received: int, content: Any) -> None:
-        recording, kind = self.recording, topic.kind
+        recording, (kind, name, message_type) = self.recording, topic
         recording.messages += 1
         if kind in (_TF, _TF_STATIC):
             for one in content.transforms:
@@ -203,7 +194,7 @@ class _Reader:
         elif kind == _JOINTS:
             recording.add_state(received, _ns(content.header.stamp), content.name, content.position.tolist())
         else:
-            recording.add_header(received, _ns(content.stamp), topic.name, topic.type, content.frame_id)
+            recording.add_header(received, _ns(content.stamp), name, message_type, content.frame_id)
 
     def finish(self) -> None:
         """Finish the recording, in the clock of the stamps if the recorder had another one."""

@@ -45,7 +45,7 @@ RULES = declare(
         "edge-wrong-value": "A value differs from the description. Fix: Deploy what is compiled.",
         "mounted-backwards": "An edge is turned by a half turn about z. Fix: Deploy what is compiled.",
         "not-a-rotation": "A transform is NaN, or its quaternion not of length 1. Fix: Correct the node.",
-        "edge-missing": "Nobody published an edge that is described. Fix: Look whether its node runs.",
+        "edge-missing": "No node published an edge that is described. Fix: Look whether its node runs.",
         "edge-of-other-mode": "Some edges are of one mode, others of another. Fix: Set it with --mode.",
         "frames-prefixed": "The frames have another prefix than `--prefix`. Fix: Correct --prefix.",
         "edge-late": "A note: a moving edge was published late. Fix: Start its publisher earlier.",

@@ -18,7 +18,8 @@ from rosorin_compile.source.wording import and_more, counted, first_of, listed, 
 
 from .findings import YEAR, difference, ordered, pose_text, problem, rate_text, seconds, share, value_rule
 from .judge_edges import dropped, edges, late, leaps_text, missing, other_modes, prefixed, row, stale
-from .recording import Answer, FrameUse, Lookups, Reading, Recording
+from .recording import Answer, FrameUse, Recording
+from .results import Lookup
 from .series import AHEAD, SECOND, SIMULATED, Pace
 
 _SHOWN, _FEW = 8, 3
@@ -201,6 +202,7 @@ def answer_outcome(recording: Recording, answer: Answer) -> str:
 
 
 def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
+    """Return the finding about an answer of tf2_echo, of its first printed form that differs; None if none does."""
     description, robot, name = recording.description, recording.description.robot, answer.name
     known = description.frames | set(robot.link)
     for frame in (answer.source, answer.target):
@@ -221,25 +223,21 @@ def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
     for move in way:
         value = move.step.transform(robot, answer.positions)
         expected = expected.then(value.inverse() if move.up else value)
-    findings = (_reading(recording, answer, reading, expected) for reading in answer.readings)
-    return next(filter(None, findings), None)
-
-
-def _reading(recording: Recording, answer: Answer, reading: Reading, expected: Transform) -> Diagnostic | None:
-    """Return the finding about one form of an answer; differences within the printed digits are left out."""
-    printed = Transform((reading.turn or expected).rows, reading.xyz or expected.xyz)
-    moved = max(abs(a - b) for a, b in zip(expected.xyz, printed.xyz, strict=True)) > reading.metres
-    turned = expected.angle_to(printed) > reading.radians
-    if not moved and not turned:
-        return None
-    recorded = Transform(printed.rows if turned else expected.rows, printed.xyz if moved else expected.xyz)
-    place, turn = pose_text(printed).split(", ")
-    shown = place if reading.turn is None else turn if reading.xyz is None else f"{place}, {turn}"
-    evidence = [f"described: {pose_text(expected)}", f"printed:   {shown} (line {answer.line})"]
-    edge = next((edge for edge in recording.description.edges if edge.name == answer.name), None)
-    help = f"{edge.owner} publishes it: deploy what is compiled, or correct the description" if edge else ""
-    message = f"{answer.name} is {difference(expected, recorded)[2]} against the description"
-    return problem(value_rule(expected, recorded), answer.name, message, help, evidence)
+    for reading in answer.readings:
+        printed = Transform((reading.turn or expected).rows, reading.xyz or expected.xyz)
+        moved = max(abs(a - b) for a, b in zip(expected.xyz, printed.xyz, strict=True)) > reading.metres
+        turned = expected.angle_to(printed) > reading.radians
+        if not moved and not turned:  # the same, but for the printed digits
+            continue
+        recorded = Transform(printed.rows if turned else expected.rows, printed.xyz if moved else expected.xyz)
+        place, turn = pose_text(printed).split(", ")
+        shown = place if reading.turn is None else turn if reading.xyz is None else f"{place}, {turn}"
+        evidence = [f"described: {pose_text(expected)}", f"printed:   {shown} (line {answer.line})"]
+        edge = next((edge for edge in recording.description.edges if edge.name == answer.name), None)
+        help = f"{edge.owner} publishes it: deploy what is compiled, or correct the description" if edge else ""
+        message = f"{answer.name} is {difference(expected, recorded)[2]} against the description"
+        return problem(value_rule(expected, recorded), answer.name, message, help, evidence)
+    return None
 
 
 def _clocks(recording: Recording) -> Iterator[Diagnostic]:
@@ -253,10 +251,8 @@ def _clocks(recording: Recording) -> Iterator[Diagnostic]:
     if back := [(name, pace.farthest_jump) for name, pace in streams if pace.jumps]:
         name, (far, at) = max(back, key=lambda one: one[1].seconds)
         where = f", {recording.since_start(at):.1f} s into the recording" if recording.timed else ""
-        message = (
-            f"the stamps of {first_of([name for name, _ in back], _FEW)} jump back, by {seconds(far)} at most{where}"
-        )
-        yield problem("stamp-jumps-back", name, message)
+        message = f"the stamps of {first_of([one for one, _ in back], _FEW)} jump back, by {seconds(far)} at most"
+        yield problem("stamp-jumps-back", name, f"{message}{where}")
     if recording.timed:
         streams = [(name, pace) for name, pace in streams if not pace.unstamped]
         yield from _other(recording, [(name, pace.most_ahead) for name, pace in streams if pace.other_clock])
@@ -319,7 +315,7 @@ def _ahead(leads: Leads) -> Iterator[Diagnostic]:
 
 def _sensors(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the faults of the frames of stamped messages."""
-    failing: dict[str, list[tuple[FrameUse, Lookups]]] = {}
+    failing: dict[str, list[tuple[FrameUse, Lookup]]] = {}
     late: dict[str, list[FrameUse]] = {}
     for use in recording.uses:
         if finding := _unknown(recording, use) or _slashed(recording, use):
@@ -327,10 +323,11 @@ def _sensors(recording: Recording) -> Iterator[Diagnostic]:
             continue
         if use.early and use.ready is not None:
             late.setdefault(use.frame, []).append(use)
-        lookups = use.lookups.get(recording.description.top(use.frame))
-        if lookups is None or lookups.slowest is None or lookups.failed <= max(2, _FAILS * lookups.asked):
+        base = recording.description.top(use.frame)
+        lookups, slowest = use.lookups.get(base), use.slowest.get(base)
+        if lookups is None or slowest is None or lookups.failed <= max(2, _FAILS * lookups.asked):
             continue
-        if not use.pace.other_clock and not lookups.slowest.pace.other_clock:
+        if not use.pace.other_clock and not slowest.pace.other_clock:
             failing.setdefault(use.frame, []).append((use, lookups))
     yield from _not_as_declared(recording)
     start = recording.start or 0
@@ -350,11 +347,10 @@ def _sensors(recording: Recording) -> Iterator[Diagnostic]:
         use, lookups = max(group, key=lambda entry: entry[1].failed / entry[1].asked)
         message = f"{use.topic}: {use.frame} in {lookups.target} could not be looked up at the exact stamp for "
         message += f"{share(lookups.failed, lookups.asked)} messages; the tree was {seconds(lookups.mean_lag)} behind, "
-        evidence = []
-        if (slowest := lookups.slowest) is not None:
-            follows = f", which follows /joint_states at {rate_text(recording.joints.pace.rate)}"
-            why = f"slowest is {slowest.name}{slowest.by_owner} at {rate_text(slowest.pace.rate)}"
-            evidence = [f"{why}{follows if slowest.by_state else ''}"]
+        slowest = use.slowest[lookups.target]
+        follows = f", which follows /joint_states at {rate_text(recording.joints.pace.rate)}"
+        why = f"slowest is {slowest.name}{slowest.by_owner} at {rate_text(slowest.pace.rate)}"
+        evidence = [f"{why}{follows if slowest.by_state else ''}"]
         if use.pace.most_ahead > AHEAD:
             evidence.append(f"its own stamps are up to {seconds(use.pace.most_ahead)} ahead of the time when they came")
         evidence += [f"also {other.topic}: {share(its.failed, its.asked)}" for other, its in group if other is not use]
@@ -380,7 +376,7 @@ def _unknown(recording: Recording, use: FrameUse) -> Diagnostic | None:
     message = f'{use.topic} is stamped "{use.frame}" ({many}), a frame that is neither described nor published'
     help: Help = ""
     if use.frame in recording.description.robot.link:
-        help = "the description has this frame, but says that nobody publishes it"
+        help = "the description has this frame, but no node that publishes it"
     elif nearest(use.frame, known):
         help = Suggestion(use.frame, known)
     return problem("frame-unknown", use.topic, message, help, severity=_severity(use))

@@ -275,7 +275,7 @@ def missing(recording: Recording) -> Iterator[Diagnostic]:
             total = sum(edge.owner == owner for edge in way.edges)
             message = f"{len(several)} of the {total} edges of {owner} were not published: {names}"
             if len(several) == 1:
-                message = f"nobody published {names}; {owner} should"
+                message = f"no node published {names}; {owner} should"
             elif len(several) == total:
                 message = f"none of the {total} edges of {owner} was published: {names}"
             if way.modes and any(edge.when for edge in several):

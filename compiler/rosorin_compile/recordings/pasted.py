@@ -91,15 +91,32 @@ class _TextReader:
         for item in _ITEM.finditer(text):
             line, before = line + text.count("\n", before, item.start()), item.start()
             kind = str(item.lastgroup)
-            if kind in ("question", "topic", "refusal", "failure"):
-                self._line(item, kind, line)
+            if kind == "topic":
+                words = [word for word in item["words"].split() if not word.startswith("-")]
+                words.sort(key=lambda word: not word.startswith("/"))  # others may be values of options
+                self.topic = words[0] if words else ""
+            elif kind == "question":  # the lines below answer it
+                if self.blocks:
+                    self._pair()
+                self.questions.append((self._frame(item["source"]), self._frame(item["target"])))
+            elif kind == "refusal" or (kind == "failure" and self.questions):  # tf2_echo has no answer
+                named = (self._frame(item["from"]), self._frame(item["to"])) if item["from"] else self.questions[-1]
+                self.questions, self.understood = self.questions or [named], True
+                why = " ".join((item["why"] or item["reason"] or "").split())
+                self.recording.refused.append(Answer(*named, line, why=why))
             elif kind == "answer":
-                self.understood = True
-                self._answer(item[0], line)
+                self.understood, block = True, dict[str, list[str]]()
+                self.blocks.append((line, block))
+                for match in _FORM_LINE.finditer(item[0]):
+                    form = _FORMS[match[1]]
+                    if form in block:  # without a time above it, a repeated form begins another answer
+                        block = {}
+                        self.blocks.append((line + item[0].count("\n", 0, match.start()), block))
+                    block[form] = _NUMBER.findall(match[2])
             elif kind == "document":
                 self.understood = True
                 self._document(item[0], line)
-            else:
+            elif kind != "failure":
                 self._tree(item, kind, line)
         self._pair()
         self.recording.topics |= {topic: kind for topic, kind, _ in self.recording.headers}
@@ -113,35 +130,6 @@ class _TextReader:
 
     def _frame(self, frame: str) -> str:
         return self.recording.tree_frame(frame.strip("'\""))
-
-    def _line(self, item: re.Match[str], kind: str, line: int) -> None:
-        """Read a command line, which the lines below it answer, or a line in which tf2_echo has no answer."""
-        if kind == "topic":
-            words = [word for word in item["words"].split() if not word.startswith("-")]
-            words.sort(key=lambda word: not word.startswith("/"))  # others may be values of options
-            self.topic = words[0] if words else ""
-        elif kind == "question":
-            if self.blocks:
-                self._pair()
-            self.questions.append((self._frame(item["source"]), self._frame(item["target"])))
-        elif kind == "refusal" or self.questions:
-            if kind == "refusal":
-                self.questions = self.questions or [(self._frame(item["from"]), self._frame(item["to"]))]
-            frames = (self._frame(item["from"]), self._frame(item["to"])) if item["from"] else self.questions[-1]
-            self.understood = True
-            why = " ".join((item["why"] or item["reason"] or "").split())
-            self.recording.refused.append(Answer(*frames, line, why=why))
-
-    def _answer(self, text: str, line: int) -> None:
-        """Read an answer of tf2_echo; without a time above it, a repeated form begins another one."""
-        block: dict[str, list[str]] = {}
-        self.blocks.append((line, block))
-        for match in _FORM_LINE.finditer(text):
-            form = _FORMS[match[1]]
-            if form in block:
-                block = {}
-                self.blocks.append((line + text.count("\n", 0, match.start()), block))
-            block[form] = _NUMBER.findall(match[2])
 
     def _pair(self) -> None:
         """Assign answers to the questions above them."""

@@ -14,6 +14,7 @@ from rosorin_compile.model import Transform, Vector
 from rosorin_compile.source.diagnostics import Diagnostic
 
 from .expected import Description
+from .results import Lookup
 from .series import SECOND, Floats, Gap, JointStates, Pace, Samples, Series, States, Times
 
 
@@ -97,21 +98,6 @@ class FrameRow(NamedTuple):
 
 
 @dataclass
-class Lookups:
-    """Transforms requested at the exact stamps of messages on their arrival, with what had arrived by then.
-
-    The lag (s) is how far the newest sample of the slowest edge was behind the stamp, for lookups that failed.
-    """
-
-    target: str
-    asked: int = 0
-    failed: int = 0
-    mean_lag: float = 0.0
-    largest_lag: float = 0.0
-    slowest: Series | None = None
-
-
-@dataclass
 class FrameUse:
     """The messages of a topic that name one frame. Times are ns."""
 
@@ -123,7 +109,8 @@ class FrameUse:
     early: int = 0  # messages that arrived before the frame was in the tree
     ready: int | None = None  # when the frame was in the tree
     waited_for: str = ""  # the edge that came last
-    lookups: dict[str, Lookups] = field(default_factory=dict)
+    lookups: dict[str, Lookup] = field(default_factory=dict)
+    slowest: dict[str, Series] = field(default_factory=dict)  # the edge that failed most lookups, by their target
 
 
 class Recording:
@@ -273,13 +260,13 @@ class Recording:
                     use.ready, use.waited_for = came, series.name
             use.early = int(np.count_nonzero(use.pace.received < use.ready))
             if chain or use.frame == base:
-                use.lookups[base] = _look_up(use, chain, base)
+                _look_up(use, chain, base)
         above = self.parents.get(base, "")
         if above and (chain := self.chain(use.frame, above)):
-            use.lookups[above] = _look_up(use, chain, above)
+            _look_up(use, chain, above)
 
 
-def _look_up(use: FrameUse, chain: Sequence[Series], target: str) -> Lookups:
+def _look_up(use: FrameUse, chain: Sequence[Series], target: str) -> None:
     """Look up a frame in ``target`` at the stamp of each message, with what had arrived by then.
 
     tf2 answers if each moving edge has samples on both sides of the stamp (tf2/src/time_cache.cpp).
@@ -288,9 +275,9 @@ def _look_up(use: FrameUse, chain: Sequence[Series], target: str) -> Lookups:
     begin = max([series.pace.first_stamp for series in moving] + [use.ready or 0])
     fit = (use.pace.stamps >= begin) & (use.pace.received >= begin)
     received, stamps = use.pace.received[fit], use.pace.stamps[fit]
-    lookups = Lookups(target, len(stamps))
+    use.lookups[target] = Lookup(target, len(stamps))
     if not moving or not len(stamps):
-        return lookups
+        return
     lags = []
     for series in moving:
         at = np.searchsorted(series.pace.received, received, side="right") - 1
@@ -298,6 +285,5 @@ def _look_up(use: FrameUse, chain: Sequence[Series], target: str) -> Lookups:
         lags.append(stamps - newest)
     lag, worst = np.max(lags, axis=0), np.argmax(lags, axis=0)
     if (late := lag[lag > 0] / SECOND).size:
-        lookups.failed, lookups.mean_lag, lookups.largest_lag = len(late), float(late.mean()), float(late.max())
-        lookups.slowest = moving[int(np.bincount(worst[lag > 0]).argmax())]
-    return lookups
+        use.lookups[target] = Lookup(target, len(stamps), len(late), float(late.mean()), float(late.max()))
+        use.slowest[target] = moving[int(np.bincount(worst[lag > 0]).argmax())]

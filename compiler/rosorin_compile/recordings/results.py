@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Annotated, Any
 from xml.sax.saxutils import escape, quoteattr
 
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.wording import and_more, counted, masked, printable
 
 from .findings import rate_text, seconds
-
-if TYPE_CHECKING:
-    from .expected import Expected
-    from .recording import Recording
-    from .series import Series
-
-_Record = TypeVar("_Record")
 
 _EDGE_HEAD = ("edge", "by", "topic", "seen", "rate", "largest gap", "age, oldest", "value")
 _SENSOR_HEAD = ("topic", "frame", "seen", "rate", "placed in", "at its stamp", "tree behind, most")
@@ -72,9 +64,9 @@ class Lookup:
 
     target: Annotated[str, "The requested frame."]
     asked: Annotated[int, "The number of lookups."]
-    failed: Annotated[int, "The number of lookups that tf2 could not have answered."]
-    mean_lag: Annotated[float, "The mean delay of the tree behind the stamp for failed lookups, in seconds."]
-    largest_lag: Annotated[float, "The largest delay in seconds."]
+    failed: Annotated[int, "The number of lookups that tf2 could not have answered."] = 0
+    mean_lag: Annotated[float, "The mean delay of the tree behind the stamp for failed lookups, in seconds."] = 0.0
+    largest_lag: Annotated[float, "The largest delay in seconds."] = 0.0
 
 
 @dataclass(frozen=True)
@@ -140,91 +132,6 @@ class Verified:
     def fails(self, strict: bool = False) -> bool:
         """Return True if the robot that ran is not the described one; ``strict`` treats warnings as errors."""
         return any(one.severity == "error" or (strict and one.severity == "warning") for one in self.findings)
-
-
-def result_of(recording: Recording, findings: Sequence[Diagnostic], source: str) -> Verified:
-    """Return a recording and its findings as a result of plain values."""
-    from .judge import answer_outcome
-    from .judge_edges import best_way
-
-    way, has_times = best_way(recording), recording.timed and recording.start is not None
-    joints, states = recording.joints.ranges.items(), recording.joints.pace
-    kind = "sensor_msgs/msg/JointState"
-    sensors = [_copy(RecordedSensor, states, topic="/joint_states", type=kind, frame="-", early=0, lookups=[])]
-    sensors = sensors if states.count else []
-    sensors += [
-        _copy(RecordedSensor, use, use.pace, lookups=[_copy(Lookup, one) for one in use.lookups.values()])
-        for use in recording.uses
-    ]
-    answers = [EchoAnswer(one.name, one.line, answer_outcome(recording, one)) for one in recording.answers]
-    plain = []
-    for one in findings:
-        place = next((related.span for related in one.related if related.span is not None), None)
-        evidence = [related.message for related in one.related if related.span is None]
-        file, line = (place.source.path, place.line) if place else (None, None)
-        finding = (one.rule, one.severity, one.of[0], one.message, one.worded().help, evidence, file, line)
-        plain.append(Finding(*finding))
-    return Verified(
-        robot=recording.description.robot.name,
-        source=source,
-        form=recording.form,
-        messages=recording.messages,
-        seconds=(recording.end - (recording.start or 0)) / 1e9 if has_times else None,
-        modes=dict(way.modes),
-        edges=tuple(_edges(recording, {edge.child: edge for edge in way.edges})),
-        joints=tuple(_copy(RecordedJoint, seen, name=name) for name, seen in joints),
-        sensors=tuple(sensors),
-        answers=tuple(answers),
-        findings=tuple(plain),
-        as_described=not any(finding.severity == "error" for finding in findings),
-        diagnostics=tuple(findings),
-        data=recording,
-    )
-
-
-def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
-    """Return a record of the attributes of these names; numbers that are not finite become None."""
-    for name in (one.name for one in fields(record) if one.name not in values):  # type: ignore[arg-type]
-        value = next((getattr(source, name) for source in sources if hasattr(source, name)), None)
-        values[name] = None if isinstance(value, float) and not math.isfinite(value) else value
-    return record(**values)
-
-
-def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[RecordedEdge]:
-    """Yield the edges, those of the description first."""
-    rows = {row.child: row for row in recording.rows}
-    for child in dict.fromkeys([*described, *recording.into, *rows]):
-        edge, owner = described.get(child), ""
-        if edge is not None:  # a recording does not tell which of several nodes it was
-            known = [edge] if recording.description.options.modes else recording.description.by_child[child]
-            owner = " or ".join(dict.fromkeys(one.publisher.name for one in known))
-        for series in recording.into.get(child, ()):
-            oldest = series.pace.oldest_until(recording.end).seconds if recording.timed and not series.static else None
-            yield _copy(RecordedEdge, series, series.pace, publisher=owner, value=_value(series), oldest=oldest)
-        if child in rows and child not in recording.into:
-            row = rows[child]
-            value = "not described" if edge is None else "parent as described"
-            value = "wrong parent" if edge is not None and edge.parent != row.parent else value
-            yield _copy(RecordedEdge, row, publisher=owner, value=value, count=None, mean_age=row.age)
-        elif edge is not None and child not in recording.into and recording.complete:
-            yield RecordedEdge(edge.parent, child, "", edge.publisher.name, "missing", 0)
-
-
-def _value(series: Series) -> str:
-    """Return in a few words how the value of an edge compares with the description."""
-    if series.edge is None:
-        return "not described"
-    if series.edge.parent != series.parent:
-        return "wrong parent"
-    if series.bad == series.pace.count:
-        return "no rotation"
-    if series.wrong:
-        return "wrong" if series.wrong == series.compared else f"wrong in {series.wrong:,} of {series.compared:,}"
-    if series.by_state:
-        return f"as described, {series.by_state:,} by joint state"
-    if series.compared:
-        return "as its joint can be" if series.edge.moving else "as described"
-    return "known to its publisher alone"
 
 
 def table(result: Verified) -> list[str]:

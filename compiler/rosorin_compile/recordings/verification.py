@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -18,18 +20,21 @@ from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Related, RequestError, did_you_mean, error, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, Related, RequestError, did_you_mean, error, has_errors
 from rosorin_compile.source.progress import Progress
 
 from .bags import SUFFIXES, Unreadable
 from .bags import Progress as Report
 from .bags import read as read_bags
-from .expected import Description, Options
-from .judge import judge
+from .expected import Description, Expected, Options
+from .judge import answer_outcome, judge
+from .judge_edges import best_way
 from .pasted import read_text
 from .recording import Recording
-from .results import Verified, result_of
+from .results import EchoAnswer, Finding, RecordedEdge, RecordedJoint, RecordedSensor, Verified
+from .series import Series
 
+_Record = TypeVar("_Record")
 _MAX_TEXT = 64 << 20
 _NO_MODES: Mapping[str, bool] = MappingProxyType({})
 
@@ -107,7 +112,7 @@ def verify(
                 path = edge.place if edge.joint is None else case.places.get(("joint", edge.joint.name), ())
                 place = Related("described here", case.tree.locate(path, key=True).span)
                 findings[number] = replace(finding, related=(*finding.related, place))
-        return result_of(recording, findings, source)
+        return _result(recording, findings, source)
 
 
 def _read_path(description: Description, path: Path, progress: Report) -> Recording:
@@ -153,3 +158,83 @@ def _read_text(description: Description, data: bytes, name: str) -> Recording:
     recording = Recording(description, f"text in {name}")
     read_text(data.decode("utf-8", "replace"), recording)
     return recording
+
+
+def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -> Verified:
+    """Return a recording and its findings as a result of plain values."""
+    way, has_times = best_way(recording), recording.timed and recording.start is not None
+    joints, states = recording.joints.ranges.items(), recording.joints.pace
+    kind = "sensor_msgs/msg/JointState"
+    sensors = [_copy(RecordedSensor, states, topic="/joint_states", type=kind, frame="-", early=0, lookups=[])]
+    sensors = sensors if states.count else []
+    for use in recording.uses:
+        sensors.append(_copy(RecordedSensor, use, use.pace, lookups=list(use.lookups.values())))
+    answers = [EchoAnswer(one.name, one.line, answer_outcome(recording, one)) for one in recording.answers]
+    plain = []
+    for one in findings:
+        place = next((related.span for related in one.related if related.span is not None), None)
+        evidence = [related.message for related in one.related if related.span is None]
+        file, line = (place.source.path, place.line) if place else (None, None)
+        finding = (one.rule, one.severity, one.of[0], one.message, one.worded().help, evidence, file, line)
+        plain.append(Finding(*finding))
+    return Verified(
+        robot=recording.description.robot.name,
+        source=source,
+        form=recording.form,
+        messages=recording.messages,
+        seconds=(recording.end - (recording.start or 0)) / 1e9 if has_times else None,
+        modes=dict(way.modes),
+        edges=tuple(_edges(recording, {edge.child: edge for edge in way.edges})),
+        joints=tuple(_copy(RecordedJoint, seen, name=name) for name, seen in joints),
+        sensors=tuple(sensors),
+        answers=tuple(answers),
+        findings=tuple(plain),
+        as_described=not any(finding.severity == "error" for finding in findings),
+        diagnostics=tuple(findings),
+        data=recording,
+    )
+
+
+def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
+    """Return a record of the attributes of these names; numbers that are not finite become None."""
+    for name in (one.name for one in fields(record) if one.name not in values):  # type: ignore[arg-type]
+        value = next((getattr(source, name) for source in sources if hasattr(source, name)), None)
+        values[name] = None if isinstance(value, float) and not math.isfinite(value) else value
+    return record(**values)
+
+
+def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[RecordedEdge]:
+    """Yield the edges, those of the description first."""
+    rows = {row.child: row for row in recording.rows}
+    for child in dict.fromkeys([*described, *recording.into, *rows]):
+        edge, owner = described.get(child), ""
+        if edge is not None:  # a recording does not tell which of several nodes it was
+            known = [edge] if recording.description.options.modes else recording.description.by_child[child]
+            owner = " or ".join(dict.fromkeys(one.publisher.name for one in known))
+        for series in recording.into.get(child, ()):
+            oldest = series.pace.oldest_until(recording.end).seconds if recording.timed and not series.static else None
+            yield _copy(RecordedEdge, series, series.pace, publisher=owner, value=_value(series), oldest=oldest)
+        if child in rows and child not in recording.into:
+            row = rows[child]
+            value = "not described" if edge is None else "parent as described"
+            value = "wrong parent" if edge is not None and edge.parent != row.parent else value
+            yield _copy(RecordedEdge, row, publisher=owner, value=value, count=None, mean_age=row.age)
+        elif edge is not None and child not in recording.into and recording.complete:
+            yield RecordedEdge(edge.parent, child, "", edge.publisher.name, "missing", 0)
+
+
+def _value(series: Series) -> str:
+    """Return in a few words how the value of an edge compares with the description."""
+    if series.edge is None:
+        return "not described"
+    if series.edge.parent != series.parent:
+        return "wrong parent"
+    if series.bad == series.pace.count:
+        return "no rotation"
+    if series.wrong:
+        return "wrong" if series.wrong == series.compared else f"wrong in {series.wrong:,} of {series.compared:,}"
+    if series.by_state:
+        return f"as described, {series.by_state:,} by joint state"
+    if series.compared:
+        return "as its joint can be" if series.edge.moving else "as described"
+    return "known to its publisher alone"

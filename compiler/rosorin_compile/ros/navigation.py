@@ -91,7 +91,7 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Found]]
     leads = list(_leads(robot))
     every = dict.fromkeys((lead.parent, lead.child) for lead in leads if _enters(robot, lead))
     if not every:
-        message = f"no edge leads to the robot: nobody is said to publish odom -> {robot.root}"
+        message = f"no edge leads to the robot: it has no publisher for odom -> {robot.root}"
         help = _to_edges(robot)
         return None, [Found("navigation-frames", message, (), help, key=True)]
     asked = output.options.get("odom_frame")

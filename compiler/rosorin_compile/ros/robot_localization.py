@@ -48,9 +48,9 @@ RULES = (
     ),
     Rule(
         "filter-input",
-        "An input of a filter has no topic or a number with a gap before it, or nobody says what of it is used, or it "
-        "is to give what such messages do not have. A warning where the filter has no inputs, or listens to an "
-        "odometry that nobody publishes.",
+        "An input of a filter has no topic or a number with a gap before it, or lacks the values that are used of it, "
+        "or it is to give what such messages do not have. A warning where the filter has no inputs, or listens to an "
+        "odometry that no node publishes.",
         "As the message says.",
         Heading.NAVIGATION,
     ),
@@ -140,13 +140,13 @@ def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
             suggestion = Suggestion(sensor, imus, none="the robot has no IMU")
             yield Found(rule, message, (*path, "sensor"), suggestion)
         if not heard:
-            yield Found(rule, f'nobody says which topic "{name}" is on', path, "add topic: NAME", key=True)
+            yield Found(rule, f'"{name}" has no topic', path, "add topic: NAME", key=True)
         driving = drivers(robot) if kind == "odom" else []
         # In a namespace a controller is known by its own name, too: that is what people write.
         names = ((own, driver) for driver in driving for own in (driver.name, driver.topic("").strip("/")))
         meant = is_of_nobody(heard, {own: driver.topic(driver.odometry) for own, driver in names})
         if meant:
-            message = f'nobody publishes "{heard}", which "{name}" listens to: the controller publishes "{meant}"'
+            message = f'no node publishes "{heard}", which "{name}" listens to: the controller publishes "{meant}"'
             yield Found(rule, message, (*path, "topic"), f'write "{meant}"', WARNING)
         for index, state in enumerate(uses or ()):
             if state not in _HAVE[kind]:
@@ -156,7 +156,7 @@ def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
             help = "name what is, or remove the input"
             yield Found(rule, f'nothing of "{name}" is used', (*path, "uses"), help)
         if uses is None and not usual(robot, kind, frames.moved):
-            message = f'nobody says what of "{name}" is used'
+            message = f'"{name}" does not list the values that are used'
             message += ", and the robot has no drive" if robot.drive is None and kind != "pose" else ""
             usually = {"pose": "x, y, yaw", "imu": "vyaw"}.get(kind, "vx, vyaw")
             yield Found(rule, message, path, f"such as uses: [{usually}]", key=True)

@@ -36,7 +36,7 @@ def legal(case: Case) -> Iterator[Diagnostic]:
         if problem is not None:
             yield problem
         if edge.publisher.kind == UNPUBLISHED and not edge.joint:
-            message = f"nobody publishes the edge {edge.parent} -> {edge.child}"
+            message = f"no node publishes the edge {edge.parent} -> {edge.child}"
             help = f"add publisher: NAME, one of {names}" if names else "declare a node in publishers: publisher: NAME"
             yield case.problem("unpublished-edge", message, ("edges", index, "child"), help)
 
@@ -193,7 +193,7 @@ def _turn_of_urdf(case: Case, joint: Joint) -> Path | None:
     "Remove one, or give each a `when` that excludes the other.",
     FRAMES,
 )
-@rule("unpublished-edge", "Nobody publishes an edge; a warning in some modes.", "Name a publisher.", FRAMES)
+@rule("unpublished-edge", "No node publishes an edge; a warning in some modes.", "Name a publisher.", FRAMES)
 def one_publisher(case: Case) -> Iterator[Diagnostic]:
     """Frames that have two publishers at once, and frames that have none in some combination of modes."""
     legal = {step.edge for step in all_steps(case) if step.joint or step.publisher.kind != UNPUBLISHED}
@@ -216,7 +216,7 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
             gap = combination if not active and gap is None else gap
         else:
             if gap is not None and child not in bare:
-                message = f'nobody publishes the transform into "{child}"{in_words(gap)}'
+                message = f'no node publishes the transform into "{child}"{in_words(gap)}'
                 path = case.edge(claims[0].edge or 0, "when")
                 yield case.problem("unpublished-edge", message, path, severity=WARNING)
 

@@ -136,7 +136,7 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("unknown-link", message, first.path, help)
         elif first.parent not in _urdf_roots(case)[1:] and first.parent in case.robot.joint_to:
             above = case.robot.joint_to[first.parent]
-            message = f"{names} would be cut off from the rest of the running robot: nobody publishes joint"
+            message = f"{names} would be cut off from the rest of the running robot: no node publishes joint"
             message += f' "{above.name}", which carries "{first.parent}"'
             yield case.problem("split-tf", message, case.publisher(above))
 

@@ -257,19 +257,19 @@ def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, 
     outer = set(tags[:-1])
     if not outer.isdisjoint(_FREE) or ":" in "".join(tags[1:]):
         return None
-    nobody = f"nobody reads <{tag}> in "
+    unread = f"no reader takes <{tag}> in "
     parents, reader = _READ_IN.get(tag, ((parent,), ""))
     if parent not in parents and outer.isdisjoint(("transmission", "sdf")):
-        return f"{nobody}<{parent}>", f"{reader} reads it in {listed(f'<{one}>' for one in parents)}: move it there"
+        return f"{unread}<{parent}>", f"{reader} reads it in {listed(f'<{one}>' for one in parents)}: move it there"
     if tag in _OF_GAZEBO and parent in _OF_URDF and not {"gazebo", "sdf", "transmission"} & set(tags):
-        return f"{nobody}<{parent}>", 'Gazebo reads it in <gazebo reference="LINK">: move it there'
+        return f"{unread}<{parent}>", 'Gazebo reads it in <gazebo reference="LINK">: move it there'
     if parent == "gazebo" and tag in {*_OF_LINKS, *_OF_JOINTS, "sensor"}:
         is_link, is_joint = reference in case.robot.link, reference in case.robot.joint
         if not reference:
-            return f"{nobody}a <gazebo> without a reference", 'name a link or a joint: <gazebo reference="NAME">'
+            return f"{unread}a <gazebo> without a reference", 'name a link or a joint: <gazebo reference="NAME">'
         if is_link != is_joint and tag in (_OF_JOINTS if is_link else _OF_LINKS):
             kind, other = ("link", "joint") if is_link else ("joint", "link")
-            return f'{nobody}a <gazebo> that refers to the {kind} "{reference}"', f"refer to a {other}"
+            return f'{unread}a <gazebo> that refers to the {kind} "{reference}"', f"refer to a {other}"
     if outer.isdisjoint(("sdf", "sensor")) or "ros2_control" in outer or "transmission" in tags:
         return None
     holder = parent if parent != "sdf" else "model" if above[-1] == "robot" else above[-1]

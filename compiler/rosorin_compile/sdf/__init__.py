@@ -12,12 +12,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats.format import (
-    BOXES_OF_HEIGHT_MAPS,
-    FORMS_OF_BOXES,
+    HEIGHT_MAPS,
     MODEL_KEYS,
     NUMBER_FORMAT,
     OF_MUJOCO,
     OF_PUBLISHERS,
+    VISUALS,
     Asked,
     Format,
     Unsupported,
@@ -72,14 +72,8 @@ FORMAT = Format(
             "description": "Version of the format; default: 1.9, or 1.11 if a joint follows another. Fortress reads up"
             " to 1.9, Harmonic up to 1.11, Ionic and Drake 1.12.",
         },
-        "height_maps": {
-            "enum": FORMS_OF_BOXES,
-            "description": f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}.",
-        },
-        "visuals": {
-            "enum": ["from_collision"],
-            "description": "from_collision: a link without a visual is seen as its collision shapes, a colour a link.",
-        },
+        "height_maps": HEIGHT_MAPS,
+        "visuals": VISUALS,
         "gazebo": {
             "enum": [True, False, "harmonic", "fortress", "classic"],
             "description": "The sensors, and who reads them: true or harmonic, fortress, with the frame of their"

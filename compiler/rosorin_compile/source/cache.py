@@ -18,7 +18,12 @@ _refused: list[tuple[str, str]] = []
 
 def cache_folder(name: str) -> Path | None:
     """Return a folder of the user's cache, or None if it is disabled or others could change it: templates are run."""
-    if (top := top_folder()) is None:
+    chosen = os.environ.get("ROSORIN_COMPILE_CACHE", "")
+    base = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    if not base.is_absolute():  # an empty HOME would be the root of the disk
+        base = Path("~/.cache").expanduser() if os.environ.get("HOME", "~") else Path()
+    top = Path(os.path.abspath(chosen)) if chosen else base / "rosorin-compile"
+    if chosen == "off" or not system.HAS_OWNERS or not top.is_absolute():
         return None
     folder = top / name
     try:
@@ -50,15 +55,3 @@ def _open_to_others(folder: Path) -> tuple[str, str] | None:
         if place not in links and status.st_mode & 0o022 and not is_sticky:
             return f"{shown(place)} can be written by others", f"chmod go-w {shown(place)}; or {_ELSEWHERE}"
     return None
-
-
-def top_folder() -> Path | None:
-    """Return the absolute folder of the cache, or None if it is disabled or this system has no owners of files."""
-    chosen = os.environ.get("ROSORIN_COMPILE_CACHE", "")
-    if chosen == "off" or not system.HAS_OWNERS:
-        return None
-    base = Path(os.environ.get("XDG_CACHE_HOME", ""))
-    if not base.is_absolute():  # an empty HOME would be the root of the disk
-        base = Path("~/.cache").expanduser() if os.environ.get("HOME", "~") else Path()
-    top = Path(os.path.abspath(chosen)) if chosen else base / "rosorin-compile"
-    return top if top.is_absolute() else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 from .wording import and_more, counted, did_you_mean, first_of, listed, nearest, printable, quoted, split_lines
@@ -89,6 +90,10 @@ class Suggestion:
     others: Collection[str] = ()
 
     def __call__(self) -> str:
+        return self._help
+
+    @cached_property
+    def _help(self) -> str:
         is_other = self.others and nearest(self.word, self.candidates) is None and nearest(self.word, self.others)
         help = did_you_mean(self.word, self.others if is_other else self.candidates, self.otherwise) or self.none
         return self.instead if self.instead and not help.startswith("did") else help

@@ -14,15 +14,7 @@ from pathlib import Path
 
 from rosorin_compile.formats.compiled import Variant
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import (
-    Diagnostic,
-    Related,
-    Source,
-    Span,
-    Suggestion,
-    error,
-    nearest,
-)
+from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, Suggestion, error, nearest
 from rosorin_compile.source.load import LoadError, parse_yaml, read_utf8
 from rosorin_compile.source.messages import worded
 from rosorin_compile.source.project import Description

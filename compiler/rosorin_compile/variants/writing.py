@@ -21,16 +21,7 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.version import __version__
 
-from .compiling import (
-    Job,
-    Result,
-    compile_variant,
-    entry_of,
-    from_json,
-    input_digest,
-    plain,
-    state_digest,
-)
+from .compiling import Job, Result, compile_variant, entry_of, from_json, input_digest, plain, state_digest
 from .folder import VariantsFolder
 from .pool import compile_in_order, connect, cores
 from .variants import Variants

@@ -11,16 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.model import Robot
+from rosorin_compile.model import Mesh, Robot
 from rosorin_compile.output import write_file
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import counted
 
-from .before import robot_before
-from .overlay import Overlay, moves, of_two
+from .overlay import Overlay, moves, of_two, robot_before
 from .page import MAX_MEGABYTES, data_of, html, left_out
-from .page.data import Data, before_data
-from .page.images import Embedding, tables
+from .page.data import before_data
+from .page.images import Data, Embedding, mesh_table
 from .showing import Shown, look, nameless, on_disk
 
 if TYPE_CHECKING:
@@ -35,7 +34,7 @@ COMMITTED = "what is committed"
 
 
 class Picture(NamedTuple):
-    """One robot of a page: the robot of now, what was before (None: nothing), and a summary of the difference.
+    """One robot of a page: the robot of now, what was before (None: nothing), and the text of the difference.
 
     ``files`` are the meshes of before by name; ``inputs`` the files that the page is made of.
     """
@@ -43,10 +42,10 @@ class Picture(NamedTuple):
     shown: Shown
     before: Overlay | None
     files: Mapping[str, Path]
-    changes: list[Data]
-    notes: list[str]
-    summary: str
-    inputs: tuple[Path, ...] = ()
+    inputs: tuple[Path, ...]
+    changes: Sequence[Data] = ()
+    notes: Sequence[str] = ()
+    said: str = "nothing is committed to compare with"
 
 
 @dataclass(frozen=True)
@@ -86,7 +85,7 @@ class Pictures:
             return
         inputs = (*compiled.inputs, *shown.meshes.values(), *(outputs / name for name in committed))
         if not committed:
-            self.taken.append(Picture(shown, None, {}, [], [], "nothing is committed to compare with", inputs))
+            self.taken.append(Picture(shown, None, {}, inputs))
             return
         before = moves(robot_before(shown.robot, comparison.pairs), shown.robot)
         changes = [change_data(change, [shown.robot, before.old]) for change in comparison.changes]
@@ -101,7 +100,7 @@ class Pictures:
         unchanged = "no change that is compared by meaning" if notes else f"no change: this is {COMMITTED}"
         summary = f"{counted(len(changes), 'change')} against {COMMITTED}" if changes else unchanged
         old_files = {**shown.meshes, **{name: outputs / name for name in committed}}
-        self.taken.append(Picture(shown, before, old_files, changes, notes, summary, inputs))
+        self.taken.append(Picture(shown, before, old_files, inputs, changes, notes, summary))
 
     def take_sides(self, requests: Sequence[Request], found: Difference, prefix: str | None) -> None:
         """Add the second of two robots over the first one, if both can be shown; ``prefix`` is that of the second."""
@@ -118,7 +117,7 @@ class Pictures:
         notes += [f"not compared: {line}" for line in found.not_compared]
         summary = f"{Path(a.label).name} -> {Path(b.label).name}: {found.summary()}"
         inputs = tuple(file for one in (first, second) for file in (*one.files, *one.meshes.values()))
-        self.taken.append(Picture(second, overlay, first.meshes, changes, notes, summary, inputs))
+        self.taken.append(Picture(second, overlay, first.meshes, inputs, changes, notes, summary))
 
     def clear(self) -> None:
         """Forget the robots that were taken."""
@@ -137,12 +136,14 @@ class Pictures:
 
     def _robot(self, one: Picture) -> Data:
         data = on_disk(one.shown, self.embedding)
-        entry: Data = {"robot": data, "changes": one.changes, "notes": one.notes, "said": one.summary}
+        entry: Data = {"robot": data, "changes": one.changes, "notes": one.notes, "said": one.said}
         if one.before is None:
             return entry
         before = before_data(one.before.old, one.before.shapes, one.before.at)
         if self.embedding:
-            before = nameless(before | tables(one.before.drawn(), one.files, self.embedding))
+            drawn = [shape.geometry for shapes in one.before.shapes.values() for shape in shapes]
+            names = list(dict.fromkeys(geometry.file for geometry in drawn if isinstance(geometry, Mesh)))
+            before = nameless(before | {"meshes": mesh_table(names, one.files, self.embedding)})
             before["meshes"] = {n: mesh for n, mesh in before["meshes"].items() if mesh != data["meshes"].get(n)}
         return {**entry, "before": before, "moved": dict(one.before.how)}
 

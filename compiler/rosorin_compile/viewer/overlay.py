@@ -1,25 +1,29 @@
 """Overlays: one robot drawn under another one, and which links moved, for a page of changes.
 
 Links that moved themselves are distinguished from those that were only carried. A shape that is where it was is not
-drawn twice.
+drawn twice. The robot of committed artifacts is the compiled one with old values put back: where frames were, how
+joints moved and which shapes links had is read from the artifacts, all else is as compiled.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rosorin_compile.compare.bodies import Bodies, same_motion
 from rosorin_compile.compare.diff import not_carried, pair_sides
-from rosorin_compile.compare.difference import Difference
-from rosorin_compile.compare.names import renamed_robot
+from rosorin_compile.compare.difference import Difference as RobotDifference
+from rosorin_compile.compare.names import links_of, renamed_robot
+from rosorin_compile.compare.pairs import Pair
 from rosorin_compile.compare.precision import Precision, exact
 from rosorin_compile.compare.shapes import pieces_of
 from rosorin_compile.compare.solids import Solid, match
-from rosorin_compile.model import Link, Mesh, Pose, Robot, Shape
+from rosorin_compile.compare.walk import Address, Difference, Leaves, Shapes, compare_leaves
+from rosorin_compile.model import HeightMap, Joint, Link, Mesh, Pose, Robot, Shape
 from rosorin_compile.model.geometry import pose_of
+from rosorin_compile.model.joint import Mimic
 
 # What became of a link. One that was carried is attached to one that moved.
 MOVED, CARRIED, SHAPED, NEW, REMOVED = "moved", "carried", "shaped", "new", "removed"
@@ -50,16 +54,8 @@ class Overlay(NamedTuple):
                 shapes[link.name, purpose] = (*dict.fromkeys((*shapes.get((link.name, purpose), ()), *others)),)
         return self._replace(how=how, shapes=shapes)
 
-    def drawn(self) -> Robot:
-        """Return the robot before with the shapes alone that are drawn of it."""
-        links = (
-            Link(link.name, **{purpose: self.shapes.get((link.name, purpose), ()) for purpose in PURPOSES})
-            for link in self.old.links
-        )
-        return replace(self.old, links=tuple(links))
 
-
-def of_two(difference: Difference, prefix: str | None) -> Overlay:
+def of_two(difference: RobotDifference, prefix: str | None) -> Overlay:
     """Return the first of two robots under the second one; ``prefix`` is that of the second one."""
     a, b = difference.sides
     pairing = pair_sides(a, b, difference.tolerance, prefix)
@@ -164,3 +160,123 @@ def _pieces(side: Bodies, name: str, purpose: str) -> list[tuple[Shape, Solid]]:
     shapes = [solid for shape in getattr(side.robot.link[name], purpose) for solid in shape.solids()]
     pieces = pieces_of(name, shapes, side.precision, capsules=False)
     return [(shape, piece.solid) for shape, piece in zip(shapes, pieces, strict=True)]
+
+
+_GRID = frozenset(field.name for field in fields(HeightMap))
+
+
+def robot_before(robot: Robot, pairs: Sequence[Pair]) -> Robot:
+    """Return the robot of the artifacts as they were; the robot itself if they describe no tree.
+
+    A frame that is new in one artifact, and was in another before, is not new.
+    """
+    known = {name for pair in pairs for name in links_of(pair.old)}
+    before = _Before(robot, [pair.old for pair in pairs])
+    done: set[Address] = set()
+    for pair in sorted(pairs, key=lambda pair: -len(pair.old)):
+        for difference in compare_leaves(pair.old, pair.new, pair.precisions):
+            kind, name, quantity = difference.address
+            is_new = difference.old is None and not quantity and kind in ("frame", "link")
+            if difference.address not in done and not (is_new and name in known):
+                done.add(difference.address)
+                before.undo(difference, pair.old)
+    return before.robot()
+
+
+class _Before:
+    def __init__(self, robot: Robot, sides: Sequence[Leaves]) -> None:
+        self.start = robot
+        self.links = {link.name: link for link in robot.links}
+        self.joints = {joint.child: joint for joint in robot.joints}
+        # Not every format has the names of all joints.
+        entries = [(thing, entry) for side in sides for thing, entry in side.items()]
+        self.names = {str(of["child"]): name for (kind, name), of in entries if kind == "joint" and "child" in of}
+
+    def robot(self) -> Robot:
+        joints = [joint for child, joint in self.joints.items() if {child, joint.parent} <= self.links.keys()]
+        made = replace(self.start, links=tuple(self.links.values()), joints=tuple(joints))
+        return made if made.is_tree else self.start
+
+    def undo(self, difference: Difference, old: Leaves) -> None:
+        """Put the old value of a difference back, if the model has a place for it."""
+        (kind, name, quantity), was = difference.address, difference.old
+        link, joint = self.links.get(name), self.joints.get(name)
+        if not quantity and kind in ("frame", "link") and " " not in name:
+            if was is None:
+                self.joints.pop(name, None)
+                self.links.pop(name, None)
+            else:
+                self._add(name, old)
+        elif kind == "frame" and joint is not None:
+            if quantity == "parent" and was in self.links and was != name:
+                self.joints[name] = replace(joint, parent=was)
+            elif quantity == "origin" and isinstance(was, Pose):
+                self.joints[name] = replace(joint, origin=was)
+        elif kind == "joint":
+            for moved in [joint for joint in self.joints.values() if joint.name == name]:
+                self.joints[moved.child] = _joint(moved, quantity, was, old.get(("joint", name), {}))
+        elif kind == "height map" and link is not None and quantity in _GRID and was is not None:
+            grids = (
+                replace(shape, geometry=replace(shape.geometry, **{quantity: was}))
+                if isinstance(shape.geometry, HeightMap)
+                else shape
+                for shape in link.collision
+            )
+            self.links[name] = replace(link, collision=tuple(grids))
+        elif kind == "link" and link is not None and quantity in ("collision", "visual"):
+            sides = [side if isinstance(side, Shapes) else Shapes(()) for side in (was, difference.new)]
+            shapes = _shapes(getattr(link, quantity), *sides)
+            self.links[name] = (
+                replace(link, collision=shapes) if quantity == "collision" else replace(link, visual=shapes)
+            )
+
+    def _add(self, name: str, old: Leaves) -> None:
+        """Add a link that was removed, with the joint that placed it."""
+        if name not in self.links:
+            entry = old.get(("link", name), {})
+            shapes = {key: entry[key].shapes for key in ("collision", "visual") if key in entry}
+            self.links[name] = Link(name, **shapes)
+        frame = old.get(("frame", name), {})
+        if name not in self.joints and isinstance(frame.get("origin"), Pose) and frame.get("parent"):
+            joint = Joint(self.names.get(name, name), "fixed", frame["parent"], name, frame["origin"])
+            entry = old.get(("joint", joint.name), {})
+            for quantity, value in entry.items():
+                joint = _joint(joint, quantity, value, entry)
+            self.joints[name] = joint
+
+
+def _joint(joint: Joint, quantity: str, value: Any, entry: Mapping[str, Any]) -> Joint:
+    if not quantity:  # one that an artifact names only where it moves
+        return replace(joint, type="fixed" if value is None else value.get("type", "fixed"))
+    if quantity == "type":
+        return replace(joint, type=value or "fixed")
+    if quantity == "axis" and value is not None and any(value):
+        return replace(joint, axis=value)
+    if quantity.startswith("mimic "):
+        leader = entry.get("mimic joint")
+        parts = entry.get("mimic multiplier", 1.0), entry.get("mimic offset", 0.0)
+        return replace(joint, mimic=Mimic(leader, *parts) if leader else None)
+    return joint
+
+
+def _shapes(now: Sequence[Shape], old: Shapes, new: Shapes) -> tuple[Shape, ...]:
+    """Return the shapes of a link as they were; those of other frames, which an artifact may have there, are not."""
+    before, after = ([_bare(solid) for solid in side.solids()] for side in (old, new))
+    rest = match(before, after)
+    added = [after[at] for at in rest.new]
+    solids = [_bare(solid) for solid in Shapes(tuple(now)).solids()]
+    own = {at for at, _ in match(solids, added).pairs}
+    own = own or {at for at, _ in match([solid.as_cylinder for solid in solids], added).pairs}
+    if not own:  # with both, they are of another frame, which has a difference of its own
+        return tuple(now) if rest.old and rest.new else (*now, *(_cut(old)[at] for at in rest.old))
+    kept = (piece for at, piece in enumerate(_cut(Shapes(tuple(now)))) if at not in own)
+    return (*kept, *(_cut(old)[at] for at in rest.old))
+
+
+def _cut(side: Shapes) -> list[Shape]:
+    return [piece for shape in side.shapes for piece in shape.solids()]
+
+
+def _bare(solid: Solid) -> Solid:
+    """Return a solid without its looks and names, except that of its file."""
+    return solid._replace(rgba=None, words=tuple(word for word in solid.words if word.startswith("file ")))

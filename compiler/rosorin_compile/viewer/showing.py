@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats.mesh_files import TEXTURE, Places
 from rosorin_compile.language.explain import NotThere, explain
@@ -17,8 +17,8 @@ from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Reque
 from rosorin_compile.source.progress import Progress
 
 from .page import MAX_MEGABYTES, html, left_out
-from .page.data import Data, robot_data
-from .page.images import Embedding, companions, tables
+from .page.data import robot_data
+from .page.images import Data, Embedding, companions, tables
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compiled import Understood
@@ -55,8 +55,7 @@ class Shown:
         return []
 
 
-@dataclass(frozen=True)
-class Looked:
+class Looked(NamedTuple):
     """What was read: a robot to show, unless it has errors; the diagnostics; and the files."""
 
     shown: Shown | None
@@ -77,13 +76,10 @@ def look(request: Request) -> Looked:
         path = case.places.get(("link", link["name"]))
         if path is not None:
             link["where"] = _place(case.tree.locate(path, key=True).span)
-    warnings = []
-    for told in diagnostics:
-        if told.severity == WARNING:
-            text = f"{told.message} [{told.rule}]" + (f"\n{told.help}" if told.help else "")
-            warnings.append({"text": printable(text, keep="\n"), **({"where": _place(told.span)} if told.span else {})})
-    if warnings:
-        data["warnings"] = warnings
+    for warning in [told for told in diagnostics if told.severity == WARNING]:
+        text = f"{warning.message} [{warning.rule}]" + (f"\n{warning.help}" if warning.help else "")
+        entry = {"text": printable(text, keep="\n"), **({"where": _place(warning.span)} if warning.span else {})}
+        data.setdefault("warnings", []).append(entry)
     arguments = {} if request.is_foreign else request.values()
     read = [*found.values(), *(side.file for name, file in found.items() for side in companions(file, name)[0])]
     every = (*own_files, *read, *places.awaited(case.tree, found))

@@ -82,7 +82,7 @@ def judged(search: Search, coal: Coal) -> tuple[int, int]:
     chance, touching, near = random.Random(7), 0, 0  # noqa: S311
     for _ in range(STATES):
         state = {name: chance.uniform(*ends) for name, ends in search.bounds.items()}
-        ours, theirs = search.overlaps_at(search.rows([state])[0], TOUCH), coal.distances(state)
+        ours, theirs = next(search.overlaps([state], TOUCH)), coal.distances(state)
         assert set(ours) <= set(theirs)
         for pair, far in theirs.items():
             if abs(far) > ROUNDING:

@@ -104,7 +104,7 @@ def test_what_nobody_can_know_is_kept(pkg: Path, capsys: pytest.CaptureFixture[s
     (pkg / "config").mkdir()
     (pkg / "config/table.txt").write_text("1 2 3\n")
     said = deploy(capsys)
-    assert "nothing says that this tool wrote config/table.txt; as it was, it goes to config/table.txt.kept\n" in said
+    assert "config/table.txt has no mark of this tool; as it was, it goes to config/table.txt.kept\n" in said
     assert (pkg / "config/table.txt.kept").read_text() == "1 2 3\n"
     assert (pkg / "config/table.txt").read_text() == "0.1\n"
     described("0.3")
@@ -154,5 +154,5 @@ def test_a_package_keeps_what_it_did_not_write(home: Path, capsys: pytest.Captur
     path.write_text(path.read_text() + "  frames: {file: frames.md}\n")
     capsys.readouterr()
     assert main(["package", "-o", "pkg"]) == 0
-    assert "nothing says that this tool wrote doc/frames.md; " in capsys.readouterr().err
+    assert "doc/frames.md has no mark of this tool; " in capsys.readouterr().err
     assert (home / "pkg/doc/frames.md.kept").read_text() == BY_HAND

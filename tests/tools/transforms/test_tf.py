@@ -196,7 +196,7 @@ def test_a_transform_that_nobody_publishes_is_answered_with_a_note(capsys: Shown
     shown = capsys.readouterr()
     assert "- Translation: [0.023, 0.001, 0.314]" in shown.out
     why = "the filter of the odometry owns the transform into base_link"
-    assert f"note[transform-unpublished]: nobody publishes base_footprint -> base_link: {why}\n" in shown.err
+    assert f"note[transform-unpublished]: no node publishes base_footprint -> base_link: {why}\n" in shown.err
 
 
 def test_edges_with_a_pose_are_answered_and_modes_told(project: Path, capsys: Shown) -> None:
@@ -218,7 +218,7 @@ def test_edges_with_a_pose_are_answered_and_modes_told(project: Path, capsys: Sh
     edit(file, "publisher: amcl, when: not mapping, ", "publisher: amcl, when: not mapping and not mapping, ")
     edit(file, "  - {parent: map, child: odom, publisher: slam, when: mapping, moving: false, xyz: [1, 0, 0]}\n", "")
     said = tf(capsys, "handy", "map", "odom", "--mode", "mapping", code=1)
-    assert said == 'rosorin-compile: in these modes nobody publishes the frame "map"\n'
+    assert said == 'rosorin-compile: in these modes no node publishes the frame "map"\n'
 
 
 def test_trees_that_do_not_meet_are_told() -> None:

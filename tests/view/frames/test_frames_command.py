@@ -65,7 +65,7 @@ def test_one_mode(capsys: Shown) -> None:
 def test_who_publishes_this_frame(capsys: Shown) -> None:
     said = shown(capsys, "--frame", "base_link", "--mode", "slam")
     assert said == [
-        "nobody publishes base_footprint -> base_link, joint base_joint: the filter of the odometry owns the transform"
+        "no node publishes base_footprint -> base_link, joint base_joint: the filter of the odometry owns the transform"
         " into base_link",
         "ekf publishes odom -> base_link on /tf, always",
         "",
@@ -104,7 +104,7 @@ def test_a_frame_that_is_not_there_in_a_mode(capsys: Shown, rosorin: Path) -> No
     path = rosorin / "descriptions" / "rosorin" / "publishers.yaml"
     path.write_text(path.read_text("utf-8") + edges, "utf-8")
     assert shown(capsys, "--frame", "marker", "--mode", "not slam") == [
-        "nobody publishes marker in these modes",
+        "no node publishes marker in these modes",
         "",
         OFF,
         "marker is not there",

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.model.frame_tree import Row, lines
-from rosorin_compile.viewer.frames_text import Look, table, text_width, tree
+from rosorin_compile.viewer.frames import Look, table, text_width, tree
 from support.robots import copy_of_rosorin
 
 

@@ -12,7 +12,7 @@ from rosorin_compile.viewer.page import html
 from rosorin_compile.viewer.page.data import robot_data
 from support.browsing import Browser, lacking
 from support.commands import Shown, ask
-from support.paths import ROSORIN
+from support.paths import ROOT, ROSORIN
 from support.robots import copy_of_rosorin
 from support.viewing import Viewing
 
@@ -214,3 +214,18 @@ def test_five_thousand_links_are_usable(browser: Browser, home: Path) -> None:
     assert took < 100
     browser.enter("input[type=search]", "link_4321")
     assert browser.evaluate("app.selected") == "link_4321"
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_axe_finds_nothing_serious(browser: Browser, rosorin: str, theme: str) -> None:
+    axe = ROOT / "viewer/node_modules/axe-core/axe.min.js"
+    if not axe.is_file():
+        pytest.skip("npm ci in viewer brings axe-core")
+    browser.open(f"{rosorin}#theme={theme}&select=laser&joints=joint1:0.5")
+    browser.click(".chain summary")
+    browser.evaluate(f"{axe.read_text('utf-8')}; 0")
+    found = browser.evaluate(
+        "axe.run(document, {resultTypes: ['violations']}).then(({violations}) => violations.map("
+        "({id, impact, nodes}) => [id, impact, nodes[0].html]))"
+    )
+    assert [entry for entry in found if entry[1] in ("serious", "critical")] == []

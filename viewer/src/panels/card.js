@@ -47,7 +47,7 @@ export function laidOut(lines, folder) {
       table.append(element("tr", {}, element("th", {}, cells[0]), ...cells.slice(1).map((text) => element("td", {}, ...cell(text, folder)))));
     } else {
       table = null;
-      made.push(element(depth ? "p" : "h3", { style: `margin-left:${Math.min(depth, 6)}ch` }, ...cell(line.trim(), folder)));
+      made.push(element(depth ? "p" : "h2", { style: `margin-left:${Math.min(depth, 6)}ch` }, ...cell(line.trim(), folder)));
     }
   }
   return made;

@@ -12,22 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 
-from ..format import (
-    BOXES_OF_HEIGHT_MAPS,
-    DISTRIBUTIONS,
-    FORMS_OF_BOXES,
-    MODEL_KEYS,
-    NUMBER_FORMAT,
-    OF_MUJOCO,
-    OF_PUBLISHERS,
-    Asked,
-    Format,
-    Unsupported,
-    xml_syntax,
-)
+from .. import format
+from ..format import Asked, Format, Unsupported, xml_syntax
 from ..gazebo_elements import unsupported_drives
 from . import write
-from .write import Content, check, frames_of, links_of
+from .write import ELEMENTS, Content, check, frames_of, links_of
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Output, Robot
@@ -49,17 +38,16 @@ def _asked(tree: Map, version: str, name: str) -> Asked:
     links = (tree.get("links") or {}).values()
     shapes = (shape for link in links if link for key in ("visual", "collision") for shape in link.get(key) or ())
     entry = {"file": f"{name}.urdf", **((tree.get("outputs") or {}).get("urdf") or {})}  # what an import found
-    if any("capsule" in shape for shape in shapes):
-        # urdfdom before version 5 (ROS up to Jazzy) refuses that version.
-        remark = "URDF 1.2, for the capsules; ROS up to Jazzy does not read it: without the version,"
-        return Asked({**entry, "version": "1.2"}, f"{remark} cylinders stand for them")
-    return Asked({**entry, **({"version": "1.2"} if version == "1.2" else {})})
+    has_capsules = any("capsule" in shape for shape in shapes)
+    entry |= {"version": "1.2"} if has_capsules or version == "1.2" else {}
+    remark = "URDF 1.2, for the capsules; ROS up to Jazzy does not read it: without the version, they are cylinders"
+    return Asked(entry, remark if has_capsules else "")  # urdfdom before version 5 refuses that version
 
 
 def _unsupported(output: Output) -> Mapping[str, Unsupported | None]:
     table = {
-        **OF_MUJOCO,
-        **OF_PUBLISHERS,
+        **format.OF_MUJOCO,
+        **format.OF_PUBLISHERS,
         **unsupported_drives(output, quiet=not output.options.get("gazebo")),
         "constraints": Unsupported("no loops, and no couplings but mimic"),
         "sensors.*.joint": None,  # also where it is fixed
@@ -75,16 +63,12 @@ def _unsupported(output: Output) -> Mapping[str, Unsupported | None]:
 
 
 _ELEMENTS = "Which elements of links and joints to carry beside the kinematics; default all."
-_BOXES = f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}."
 _FRAMES = (
     "published (default): the joints that robot_state_publisher publishes; all: every joint; bodies: every joint that"
     " moves and every link with a mass, for simulators. Only the first is given to robot_state_publisher."
 )
-_VISUALS = "from_collision: a link without a visual is seen as its collision shapes, a colour a link."
-_VERSION = "Version of the format. 1.0 (default) is read by everything; 1.2 has a word for capsules."
-_GAZEBO = "Whether it has the sensors for Gazebo: true or harmonic, fortress, classic; default false."
+_GAZEBO = "Whether it has the sensors and drives for Gazebo: true or harmonic, fortress, classic; default false."
 _CONTROL = "The distribution of ROS 2 that it has the hardware blocks of control for; default: none."
-_CARRIED = {"enum": ["inertial", "visual", "collision", "dynamics", "urdf_elements"]}
 
 FORMAT = Format(
     name="urdf",
@@ -92,17 +76,20 @@ FORMAT = Format(
     article="a",
     about="the URDF",
     rank=10,
-    covers=(*MODEL_KEYS, "urdf_elements", "control"),
+    covers=(*format.MODEL_KEYS, "urdf_elements", "control"),
     unsupported=_unsupported,
     options={
-        "number_format": NUMBER_FORMAT,
-        "elements": {"type": "array", "description": _ELEMENTS, "items": _CARRIED},
-        "height_maps": {"enum": FORMS_OF_BOXES, "description": _BOXES},
+        "number_format": format.NUMBER_FORMAT,
+        "elements": {"type": "array", "description": _ELEMENTS, "items": {"enum": [*ELEMENTS]}},
+        "height_maps": format.HEIGHT_MAPS,
         "frames": {"enum": ["published", "all", "bodies"], "description": _FRAMES},
-        "visuals": {"enum": ["from_collision"], "description": _VISUALS},
-        "version": {"enum": ["1.0", "1.2", 1.0, 1.2], "description": _VERSION},
+        "visuals": format.VISUALS,
+        "version": {
+            "enum": ["1.0", "1.2", 1.0, 1.2],
+            "description": "Version of the format; default: 1.0. 1.2 has capsules.",
+        },
         "gazebo": {"enum": [True, False, "harmonic", "fortress", "classic"], "description": _GAZEBO},
-        "control": {"enum": DISTRIBUTIONS, "description": _CONTROL},
+        "control": {"enum": format.DISTRIBUTIONS, "description": _CONTROL},
     },
     file="{}.urdf",
     endings=(".urdf",),

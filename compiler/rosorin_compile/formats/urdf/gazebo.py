@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
-from rosorin_compile.model import Pose, Sensor
+from rosorin_compile.model import Sensor
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.simulation import CLASSIC, GazeboSensor
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
     from .write import Content
 
-_CANNOT_SEE = "A warning: a sensor is not written for Gazebo, or is on a link that Gazebo drops, which has no mass."
+_NO_SENSOR = "A warning: Gazebo gets no sensor, or drops its link, which has no mass."
 _GIVE_MASS = "Give the link an `inertial`, and keep it in `elements`; or leave the sensor out: `gazebo: []`."
-RULES = (Rule("gazebo-cannot-see", _CANNOT_SEE, _GIVE_MASS, FORMATS),)
+RULES = (Rule("gazebo-cannot-see", _NO_SENSOR, _GIVE_MASS, FORMATS),)
 _KEEPING = ("preserveFixedJoint", "disableFixedJointLumping")
 
 
@@ -154,7 +154,14 @@ class _SensorWriter:
             lost = "" if one.link in self.measured else sensor.frame
         else:
             frame, pose = (one.feels, IDENTITY) if one.feels else (one.link, one.pose)
-            link, pose = self._carrier(frame, pose)
+            link, transform = frame, pose.transform()
+            while link not in self.content.carried:
+                above = self.robot.joint_to.get(link)
+                if above is None or not above.is_fixed:
+                    link = ""
+                    break
+                transform = above.origin.transform().then(transform)
+                link, pose = above.parent, pose_of(transform)
             lost = frame if not link or (one.feels and link != frame) else self.merged.dropped(link)
             names = self.merged.collisions(link) if one.feels and not lost else []
             if one.feels and not lost and not names:
@@ -178,13 +185,3 @@ class _SensorWriter:
         written = one.in_classic() if self.classic else one
         lines += sensor_lines(written, self.frame_id, self.number, "    ", place, names)
         return "\n".join([*lines, "  </gazebo>"])
-
-    def _carrier(self, link: str, pose: Pose) -> tuple[str, Pose]:
-        transform = pose.transform()
-        while link not in self.content.carried:
-            above = self.robot.joint_to.get(link)
-            if above is None or not above.is_fixed:
-                return "", pose
-            transform = above.origin.transform().then(transform)
-            link, pose = above.parent, pose_of(transform)
-        return link, pose

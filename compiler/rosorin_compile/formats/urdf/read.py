@@ -13,6 +13,7 @@ from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Publisher, Robot, Transform
 from rosorin_compile.model.link import NO_SOURCE
@@ -100,9 +101,8 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
         for one in map(Diagnostic.worded, problems):
             help = f"{one.help}; --lenient leaves the mimic out" if one.rule == "mimic-unknown" else one.help
             diagnostics.append(replace(one, help=help))
-    if tree is None or has_errors(diagnostics):
-        return Imported(None, diagnostics, (), files or (path,), document.root.get("version"))
-    comments = comments_of(document, reader.paths)
+    tree = None if has_errors(diagnostics) else tree
+    comments = comments_of(document, reader.paths) if tree is not None else []
     return Imported(tree, diagnostics, comments, files or (path,), document.root.get("version"))
 
 
@@ -157,7 +157,7 @@ class _Reader(Reading):
         self._rename_materials(tree)
         self.check_element(root, tree)
         for block in root.children if springs else ():  # other simulators know springs as well
-            joint = (tree.get("joints") or {}).get(block.get("reference")) if block.tag == "gazebo" else None
+            joint: Any = (tree.get("joints") or {}).get(block.get("reference")) if block.tag == "gazebo" else None
             for element in block.children if joint is not None else ():
                 with suppress(ValueError):
                     value = float(element.get("value") or element.text)
@@ -185,15 +185,13 @@ class _Reader(Reading):
         if path:
             self.paths[id(element)] = path
 
-    def put_numbers(
-        self, entry: Map, element: Element, position: str = PLAIN, keys: Mapping[str, str] | None = None
-    ) -> None:
-        """Set the keys of an entry to the numbers of an element; ``position`` is the unit of that of its joint."""
-        for name, (count, unit) in NUMBERS[element.tag].items():
+    def put_numbers(self, entry: Map, element: Element, unit: str = PLAIN, keys: dict[str, str] | None = None) -> None:
+        """Set the keys of an entry to the numbers of an element; ``unit`` is that of the position of its joint."""
+        for name, (count, own) in NUMBERS[element.tag].items():
             attribute = element.attributes.get(name)
             if attribute is None or (keys is not None and name not in keys):
                 continue
-            made = numbers(element, name, count, position if unit == _POSITION_UNIT else unit, self)
+            made = numbers(element, name, count, unit if own == _POSITION_UNIT else own, self)
             if made is not None:
                 span = made.span if count > 1 else made.value_spans[0]
                 entry.put(keys[name] if keys else name, made if count > 1 else made[0], attribute.name_span, span)
@@ -235,8 +233,6 @@ class _Reader(Reading):
                 self.error("duplicate-name", f"{message} is defined twice", span, "rename or remove one", related)
             elif name is not None:
                 section.put(name, entry, span, element.span)
-
-    # Links
 
     def _link(self, element: Element, path: TreePath) -> Map:
         entry = Map(element.span)
@@ -286,8 +282,7 @@ class _Reader(Reading):
         shapes, before = [child for child in geometry.children if child.tag in SHAPES], len(self.diagnostics)
         if len(shapes) > 1:
             message = f"{named(geometry)} has {listed(f'<{child.tag}>' for child in shapes)}; it takes one"
-            help = "make a second <visual> or <collision> of it"
-            self.error("duplicate-element", message, shapes[1].span, help)
+            self.error("duplicate-element", message, shapes[1].span, "make a second <visual> or <collision> of it")
             return
         self.check_element(geometry, None if shapes else Map(geometry.span))
         if not shapes:
@@ -346,8 +341,6 @@ class _Reader(Reading):
             entry.put("rpy", made, attribute.name_span, attribute.span)
             message = f"quat_xyzw of {named(origin)} became rpy: the same rotation"
             self.note("import-converted", message, attribute.span)
-
-    # Joints
 
     def _joint(self, element: Element, path: TreePath) -> Map:
         entry = Map(element.span)
@@ -415,8 +408,6 @@ class _Reader(Reading):
             self.need(element, "k_velocity")
         put(joint, tag, entry, element)
 
-    # Materials
-
     def _materials(self, robot: Element, tree: Map) -> None:
         for element in robot.children:
             name = self._material_name(element) if element.tag == "material" else None
@@ -434,8 +425,7 @@ class _Reader(Reading):
                 self.cannot_carry(f'a second material "{name}"', element.span, "the first is taken")
             else:
                 related, help = [Related("the first", made.value_spans[name])], "remove one; --lenient takes the first"
-                message = f'the material "{name}" is defined twice'
-                self.error("duplicate-name", message, element.span, help, related)
+                self.error("duplicate-name", f'the material "{name}" is defined twice', element.span, help, related)
 
     def _material_name(self, element: Element) -> str | None:
         name = self.attribute(element, "name")
@@ -476,6 +466,6 @@ class _Reader(Reading):
                     others.append((f'the material "{material}" of link "{name}"', visual.value_spans["material"]))
                     del visual["material"]
         if others:
-            message = f"{others[0][0]} looks otherwise than the first of that name, which ROS takes for all: it keeps"
-            message += f" its look and loses the name{f',{and_more(len(others) - 1)}' if len(others) > 1 else ''}"
-            self.note("import-changed", message, others[0][1])
+            more = f",{and_more(len(others) - 1)}" if len(others) > 1 else ""
+            message = f"{others[0][0]} differs from the first of that name, which ROS takes for all: it loses the name"
+            self.note("import-changed", f"{message}{more}", others[0][1])

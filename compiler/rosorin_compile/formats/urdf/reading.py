@@ -109,8 +109,6 @@ class Reading:
             groups.setdefault(kind, []).append(one)
         return [*(gathered(some, (WARNING, NOTE))[0] for some in groups.values()), *self._other_units()]
 
-    # Elements and attributes
-
     def single(self, element: Element, tag: str) -> Element | None:
         """Return the only child of a tag, or None; a second one is an error if it decides on motion and differs."""
         children = [child for child in element.children if child.tag == tag]
@@ -180,8 +178,6 @@ class Reading:
         self.paths[id(element)] = (*inside, "urdf_elements", len(entry["urdf_elements"]))
         entry["urdf_elements"].put(kept(element), element.span)
 
-    # Numbers
-
     def numbers(
         self, words: Sequence[Word], what: str, span: Span, count: int, unit: str = "", tag: str = ""
     ) -> list[Placed] | None:
@@ -200,12 +196,9 @@ class Reading:
         return made
 
     def number(self, word: Word, what: str, unit: str = "", tag: str = "") -> float | None:
-        """Return the number that a word is, or None after an error.
-
-        An angle beyond a full turn and a length beyond any robot become quantities with their unit, because the rules
-        about numbers that look like degrees or millimetres are for what people write in a description. Numbers in
-        elements with a ``tag`` are compared with the other numbers of the file instead.
-        """
+        """Return the number that a word is, or None after an error."""
+        # A number that looks like degrees or millimetres becomes a quantity with its unit, because the rules about such
+        # numbers are for descriptions. Those in elements with a tag are compared with the other numbers of the file.
         text = word.text
         if not NUMBER.match(text) or not math.isfinite(float(text)):
             wrong = "too large for a number" if NUMBER.match(text) else "not a number"
@@ -221,11 +214,9 @@ class Reading:
         return Quantity(value, dimension, f"{text} {unit}") if is_far else value
 
     def _other_units(self) -> Iterator[Diagnostic]:
-        """Yield warnings about numbers in degrees and in millimetres.
-
-        A large number alone proves nothing: wrists turn by 400 degrees, and "no limit" is written as 999999. In a
-        drawing in millimetres most lengths are large. What does not move is a room or a plane.
-        """
+        """Yield warnings about numbers in degrees and in millimetres."""
+        # A large number alone proves nothing: wrists turn by 400 degrees, and "no limit" is written as 999999. In a
+        # drawing in millimetres most lengths are large. What does not move is a room or a plane.
         angles, lengths = self._sizes.values()
         degrees = [one for one in angles if FULL_TURN < one.value < 721 and _is_degrees(one)]
         sizes = sorted(one.value for one in lengths if one.tag != "limit")

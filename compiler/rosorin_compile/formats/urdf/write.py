@@ -15,20 +15,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from rosorin_compile.model import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Inertial,
-    Joint,
-    Link,
-    Mesh,
-    Output,
-    Pose,
-    Robot,
-    Shape,
-)
+from rosorin_compile.model import Inertial, Joint, Link, Output, Pose, Robot
 from rosorin_compile.model.bounds import along, radius_about
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import IDENTITY, Transform, dot, minus, plane_axes, pose_of, unit
@@ -36,7 +23,7 @@ from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.looks import with_visuals
 from rosorin_compile.model.mass import together
 from rosorin_compile.model.sections import sections_in_urdf
-from rosorin_compile.model.shape import ROWS, Material, plain
+from rosorin_compile.model.shape import ROWS, Box, Capsule, Cylinder, Ellipsoid, Material, Mesh, Shape, plain
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.case import number as rounded
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, error
@@ -52,14 +39,12 @@ from .gazebo import gazebo_blocks
 
 _WITHOUT_MASS = "A note: no URDF has the inertials: Gazebo reads it as an empty model, other simulators invent masses."
 _UNSTABLE = "A warning: damping * step > 2 * inertia: simulators with explicit steps of 1/240 s, as PyBullet, diverge."
-_CANNOT_SAY = "A warning: URDF 1.0 has no capsules: cylinders are written. A note: parts that are not in the URDF."
 _SECOND = "[A second URDF for simulators](artifacts.md#a-urdf-for-simulators), or `accept` it with its reason."
 _SERVO = "The damping of a servo belongs to its `actuator`, which no URDF has; else damp less, or correct the mass."
-_OTHERWISE = 'A cylinder and spheres say it exactly; `version: "1.2"` has capsules. `frames: bodies` has what moves.'
 RULES = (
     Rule("urdf-without-mass", _WITHOUT_MASS, _SECOND, FORMATS),
     Rule("explicit-damping-unstable", _UNSTABLE, _SERVO, FORMATS, accept="joint", imported="always"),
-    Rule("urdf-cannot-say", _CANNOT_SAY, _OTHERWISE, FORMATS),
+    Rule("urdf-cannot-say", "A URDF has no word for something.", '`version: "1.2"`, or `frames: bodies`.', FORMATS),
     Rule("urdf-mass-sum", "Masses that move to one link of the URDF are together no number.", "Correct them.", FORMATS),
 )
 
@@ -258,8 +243,8 @@ class Content:
 
     def _link(self, name: str) -> Link:
         both = ([self._shape(shape, f"{name}_{n}") for n, shape in enumerate(some, 1)] for some in self.shapes[name])
-        kept = self._kept(self.robot.link[name].urdf_elements)
-        return Link(name, self.masses.get(name), *map(tuple, both), urdf_elements=kept)
+        (visual, solid), kept = map(tuple, both), self._kept(self.robot.link[name].urdf_elements)
+        return Link(name, self.masses.get(name), visual, solid, urdf_elements=kept)
 
     def _shape(self, shape: Shape, name: str) -> Shape:
         """Return a shape in the terms of URDF; ``name`` is that of its material if it has a look and no material."""
@@ -314,9 +299,8 @@ class Content:
             why = "they have no mass" if bodies else "robot_state_publisher does not publish them"
             notes.append((f"not in the URDF, because {why}: {', '.join(lost)}", ""))
         if still:
-            message = f"the mass of {plural('link', len(still))} {quoted(still, 3)} does not move in the URDF, where"
-            message += " the joints at zero put it: robot_state_publisher does not publish what moves it"
-            notes.append((message, '"frames: bodies" has these joints, for simulators'))
+            message = f"the mass of {plural('link', len(still))} {quoted(still, 3)} does not move in the URDF"
+            notes.append((message, 'robot_state_publisher does not publish what moves it; "frames: bodies" has it'))
         yield from (Diagnostic("urdf-cannot-say", NOTE, message, help=help) for message, help in notes)
 
     def _replaced(self, kind: type, version: str, other: str, same: str, help: str) -> Iterator[Diagnostic]:
@@ -347,23 +331,14 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     has_inertials = "inertial" in elements_of(output)
     heavy = sum(link.inertial is not None and link.inertial.mass > 0 for link in case.robot.links)
     if heavy and not has_inertials and not any("inertial" in elements_of(one) for one in others):
-        message = f"{output.file} leaves out {counted(heavy, 'inertial')}: Gazebo reads it as an empty model, and other"
-        message += " simulators invent masses"
+        message = f"{output.file} leaves out {counted(heavy, 'inertial')}: simulators drop links or invent masses"
         help = "give simulators a second URDF, or accept urdf-without-mass with its reason"
         yield case.problem("urdf-without-mass", message, ("outputs", output.name, "elements"), help, severity=NOTE)
-    if case.robot.is_tree and has_inertials and "dynamics" in elements_of(output):
-        yield from _damping(case, joints_of(case.robot, output))
-    for section in sections_in_urdf(output):
-        if section.check_urdf is not None:
-            yield from section.check_urdf(case, output)
-
-
-def _damping(case: Case, joints: tuple[Joint, ...]) -> Iterator[Diagnostic]:
-    """Find joints whose damping is unstable in explicit steps, even with all that hangs on them held together."""
     # A step of dt takes damping * dt / inertia of a speed away; if that is more than twice of it, each step is faster
     # than the one before. MuJoCo and Drake damp implicitly: all is stable. A URDF has no inertia of rotors.
     places: dict[Span | None, list[tuple[float, Joint, float]]] = {}
-    for joint in joints:
+    has_damping = case.robot.is_tree and has_inertials and "dynamics" in elements_of(output)
+    for joint in joints_of(case.robot, output) if has_damping else ():
         damping = joint.dynamics.damping if joint.dynamics is not None and joint.moves else 0.0
         inertia = _moved_inertia(case.robot).get(joint.child, 0.0) if damping > 0 else 0.0
         if inertia > 0 and damping * STEP > 2 * inertia:
@@ -378,9 +353,11 @@ def _damping(case: Case, joints: tuple[Joint, ...]) -> Iterator[Diagnostic]:
             f'joint "{joint.name}" has a damping of {rounded(inertia / ratio)} {units[0]}{case.stands_in(path)} on'
         )
         message += f" {rounded(inertia)} {units[1]}: unstable in the explicit steps of PyBullet{more}"
-        help = "give the damping of a servo to its actuator, which no URDF has: actuator: {damping: ...}; it is stable"
-        help += f" up to {rounded(2 * inertia / STEP)} at 1/240 s"
+        help = f"up to {rounded(2 * inertia / STEP)} is stable at 1/240 s; give the damping of a servo to its actuator"
         yield case.problem("explicit-damping-unstable", message, path, help, severity=WARNING)
+    for section in sections_in_urdf(output):
+        if section.check_urdf is not None:
+            yield from section.check_urdf(case, output)
 
 
 @of_robot
@@ -419,7 +396,12 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     for names, joint in link_groups(shown, shown.joints):
         links = []
         for link in map(shown.link.__getitem__, names):
-            inertials = [_inertial(link.inertial, number)] if link.inertial else []
+            inertials = []
+            if link.inertial is not None:
+                xx, yy, zz, xy, xz, yz = link.inertial.printed(number)
+                moments = attributes(ixx=xx, ixy=xy, ixz=xz, iyy=yy, iyz=yz, izz=zz)
+                mass = attributes(value=number(link.inertial.mass))
+                inertials.append((_origin(link.inertial.pose, number), mass, moments))
             shapes = ([_shape(shape, number) for shape in some] for some in (link.visual, link.collision))
             links.append((attribute("name", link.name), inertials, *shapes, _indented(link.urdf_elements, "    ")))
         steps.append((links, [] if joint is None else [_joint(joint, number)]))
@@ -456,12 +438,6 @@ def _shape(solid: Shape, number: NumberFormat) -> tuple[Any, ...]:
 
 def _origin(pose: Pose, number: NumberFormat) -> Markup:
     return attributes(xyz=vector(pose.xyz, number), rpy=vector(pose.rpy, number))
-
-
-def _inertial(inertial: Inertial, number: NumberFormat) -> tuple[Markup, ...]:
-    xx, yy, zz, xy, xz, yz = inertial.printed(number)
-    moments = attributes(ixx=xx, ixy=xy, ixz=xz, iyy=yy, iyz=yz, izz=zz)
-    return _origin(inertial.pose, number), attributes(value=number(inertial.mass)), moments
 
 
 def _joint(joint: Joint, number: NumberFormat) -> tuple[Any, ...]:

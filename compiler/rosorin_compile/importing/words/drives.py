@@ -141,7 +141,7 @@ def _add_drive(plugin: Element, known: Plugin, name: str, robot: Robot, found: D
         driving = replace(robot, drive=drive).driving
     except (ValueError, KeyError, ArithmeticError):
         if radius is None:
-            return "nothing says how large its wheels are"
+            return "the size of its wheels is unknown"
         entry["radius"] = radius
         try:
             driving = replace(robot, drive=replace(drive, radius=radius)).driving

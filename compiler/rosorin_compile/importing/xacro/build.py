@@ -25,16 +25,7 @@ from rosorin_compile.source.xml.markup import COMMENT, Element, MarkupError, Rem
 
 from .elements import joint_entry, read_entry, read_found, set_dimensions
 from .expressions import folded_text
-from .resolve import (
-    MAX_CHOICES,
-    Names,
-    Plan,
-    Substitution,
-    copied,
-    matching_files,
-    names_in,
-    usable,
-)
+from .resolve import MAX_CHOICES, Names, Plan, Substitution, copied, matching_files, names_in, usable
 from .source import comments_within, flat_entries, with_comments
 from .texts import EXPRESSION, TEXT, Unsupported, parameters
 from .tree import (

@@ -9,10 +9,7 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import COMMENT, Element, Remark
 
 from ..description import _Document
-from .tree import (
-    Place,
-    place_of,
-)
+from .tree import Place, place_of
 
 
 class Flat(NamedTuple):

@@ -15,14 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import (
-    WARNING,
-    Diagnostic,
-    Source,
-    Span,
-    Suggestion,
-    nearest,
-)
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, Suggestion, nearest
 from rosorin_compile.source.load import LoadError, load_mapping, load_own
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
@@ -42,7 +35,7 @@ from .scope import Scope, value_place
 RULES = (
     Rule("unknown-part", "There is no such part or file of parts.", "See [the library](parts-library.md).", ARGUMENTS),
     Rule("unknown-sensor-type", "There is no such sensor type.", "See [the library](parts-library.md).", ARGUMENTS),
-    Rule("mirrored-element", "An element of MJCF with a place is in a mirrored part.", "Use words.", ARGUMENTS),
+    Rule("mirrored-element", "MJCF with a position is in a mirrored part.", "Use keys of the language.", ARGUMENTS),
     Rule("part-cycle", "Parts use each other without end, or too deep.", "End a recursion with an `if`.", ARGUMENTS),
 )
 
@@ -349,15 +342,10 @@ def _check_elements(use: str, fragment: Map, scope: Scope) -> None:
     links = fragment.get("links")
     entries = links.values() if isinstance(links, Map) else ()
     listed = [fragment.get("mjcf"), *(entry.get("mjcf_elements") for entry in entries if isinstance(entry, Map))]
-    good = True
     for texts in (one for one in listed if isinstance(one, Seq)):
         for text, span in zip(texts, texts.value_spans, strict=True):
             for found in found_in(text) if isinstance(text, str) else ():
-                words = sorted(_SPATIAL.intersection(found.attributes))
-                if words:
+                if words := sorted(_SPATIAL.intersection(found.attributes)):
                     message = f'<{found.tags[-1]}> has {words[0]}, which use "{use}" does not mirror'
                     help = "write it with words of the language, such as sites; or make a part for each side"
-                    scope.failed("mirrored-element", message, Place(span, scope.via), help)
-                    good = False
-    if not good:
-        raise Failed
+                    raise scope.failed("mirrored-element", message, Place(span, scope.via), help)

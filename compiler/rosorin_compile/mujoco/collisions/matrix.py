@@ -189,7 +189,7 @@ class Search(Bodies):
             elif result is not None and result.reason != DisabledCollision.ADJACENT:
                 self.found.setdefault(pair, result)
         start = {name: 0.0 if low <= 0 <= high else (low + high) / 2 for name, (low, high) in self.bounds.items()}
-        for pair, overlap in self.overlaps_at(self.rows([start])[0], TOUCH).items():
+        for pair, overlap in next(self.overlaps([start], TOUCH)).items():
             if pair not in self.found and pair not in self.hit and self._is_real(pair, [start]):
                 self.found[pair] = DisabledCollision(pair, DisabledCollision.DEFAULT, _rounded(-overlap.depth))
         known = self.found.keys() | self.hit
@@ -258,9 +258,8 @@ class Search(Bodies):
                 {name: low + self.random.random() * (high - low) for name, (low, high) in self.bounds.items()}
                 for _ in range(min(_BLOCK, count - first))
             ]
-            for state, row in zip(states, self.rows(states), strict=True):
-                overlaps = self.overlaps_at(row, TOUCH).items()
-                touching = {pair: overlap.depth for pair, overlap in overlaps if pair not in self.found}
+            for state, overlaps in zip(states, self.overlaps(states, TOUCH), strict=True):
+                touching = {pair: overlap.depth for pair, overlap in overlaps.items() if pair not in self.found}
                 self.hit.update(touching)
                 self.tried += 1
                 if self.tried % 20 == 1:

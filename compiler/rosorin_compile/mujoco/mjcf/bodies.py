@@ -6,6 +6,11 @@ that has none, and so the floor of a scene, has bit 1 in both.
 
 Where a robot sets no bits, the wheels of its drive meet the floor alone: a hub and its rollers are built into each
 other, and a wheel into its arch. What else the robot has meets itself, the floor, and other things.
+
+A height map is boxes or a height field of MuJoCo's own (XMLreference "asset/hfield"). Elevations are those of points,
+with slopes between them: a point has the height of its highest cell, so that the field is never smaller than the body.
+They are scaled to what is between the lowest and the highest of them; the first row is the one of the largest y. What
+is below the lowest point is a slab, which has a thickness. A field does not collide with planes and other fields.
 """
 
 from __future__ import annotations
@@ -13,8 +18,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.model import Joint, Robot, Shape
+from rosorin_compile.model import (
+    Box,
+    Ellipsoid,
+    Geometry,
+    HeightMap,
+    Joint,
+    Link,
+    Mesh,
+    Output,
+    Pose,
+    Robot,
+    Shape,
+    Sphere,
+)
 from rosorin_compile.model.cached import of_robot
+from rosorin_compile.model.shape import MERGED
 
 if TYPE_CHECKING:
     from .contacts import Geom
@@ -104,11 +123,9 @@ class Mask(NamedTuple):
     conaffinity: int = 1
 
     def meets(self, other: Mask) -> bool:
-        """Say whether MuJoCo lets geoms with these bits touch."""
         return bool(self.contype & other.conaffinity or other.contype & self.conaffinity)
 
     def attributes(self) -> dict[str, str]:
-        """Return the attributes of a geom."""
         return {"contype": str(self.contype), "conaffinity": str(self.conaffinity)}
 
 
@@ -131,7 +148,6 @@ class Masks:
             self._of_links[name].add(self.of(name, shape))
 
     def of(self, link: str, shape: Shape) -> Mask:
-        """Return the mask of a collision shape."""
         if link in self.rolling:
             return ROLLS
         contact = shape.contact
@@ -143,11 +159,9 @@ class Masks:
         )
 
     def meet(self, one: str, other: str) -> bool:
-        """Say whether some shape of a link may touch one of another link."""
         return any(mask.meets(theirs) for mask in self._of_links[one] for theirs in self._of_links[other])
 
     def pair(self, one: Geom, other: Geom) -> bool:
-        """Say whether two shapes may touch."""
         return self.of(one.link, one.solid.shape).meets(self.of(other.link, other.solid.shape))
 
 
@@ -170,3 +184,73 @@ def rolling(robot: Robot) -> frozenset[str]:
         elif above is not None and above.parent in steered:
             steered.add(link.name)
     return frozenset(wheels)
+
+
+HFIELD = "hfield"
+_THIN = 1e-5  # m: what stands for a thickness of zero, which MuJoCo does not take
+
+
+class Field(NamedTuple):
+    """A height field: points along y and x, MuJoCo's four sizes (m), elevations (m) row by row, and its place."""
+
+    rows: int
+    columns: int
+    size: tuple[float, float, float, float]
+    elevation: tuple[float, ...]
+    pose: Pose
+
+
+def has_volume(geometry: Geometry) -> bool:
+    """Say whether MuJoCo takes the sizes of a geometry: all above zero; a mesh may be mirrored."""
+    if isinstance(geometry, HeightMap):
+        return True
+    if isinstance(geometry, Mesh):
+        return all(geometry.scale)
+    if isinstance(geometry, Box):
+        return all(size > 0 for size in geometry.size)
+    if isinstance(geometry, Ellipsoid):
+        return all(radius > 0 for radius in geometry.radii)
+    return geometry.radius > 0 and (isinstance(geometry, Sphere) or geometry.length > 0)
+
+
+def form_of(output: Output) -> str:
+    """Return as what an output has height maps: in a form of boxes, or ``hfield``."""
+    return str(output.options.get("height_maps", MERGED))
+
+
+def solids(shape: Shape, form: str) -> Sequence[Shape]:
+    """Return the shapes that the geoms of a shape are: a height map as boxes in a form, or as it is."""
+    return (shape,) if form == HFIELD else shape.solids(form)
+
+
+def colliding(link: Link, output: Output) -> Sequence[Shape] | None:
+    """Return the shapes of the geoms that a link collides with; None where one is a height field, no shape of ours."""
+    form = form_of(output)
+    if form == HFIELD and any(len(shape.solids()) > 1 for shape in link.collision):
+        return None
+    return [solid for shape in link.collision for solid in shape.solids(form) if has_volume(solid.geometry)]
+
+
+def field_of(shape: Shape, grid: HeightMap) -> Field:
+    """Return the height field of a height map in the frame of its link."""
+    tops: dict[tuple[int, int], float] = {}
+    count, across = len(grid.heights), len(grid.heights[0])
+    boxes = grid.boxes()
+    lowest = min((box.lower[2] for box in boxes), default=0.0)
+    for box in boxes:
+        (i, j), (k, n) = (_cell(grid, corner) for corner in (box.lower, box.upper))
+        for x in range(i, k + 1):
+            for y in range(j, n + 1):
+                tops[x, y] = max(box.upper[2], tops.get((x, y), lowest))
+    points = [tops.get((x, y), lowest) for y in range(across, -1, -1) for x in range(count + 1)]
+    low, high = min(points), max(points)
+    half = count * grid.cell / 2, across * grid.cell / 2
+    size = (*half, max(high - low, _THIN), max(low - lowest, _THIN))
+    middle = (grid.origin[0] + half[0], grid.origin[1] + half[1], low)
+    elevation = tuple(round(point - low, 12) for point in points)
+    return Field(across + 1, count + 1, size, elevation, Pose(shape.pose.transform().apply(middle), shape.pose.rpy))
+
+
+def _cell(grid: HeightMap, corner: tuple[float, float, float]) -> tuple[int, int]:
+    x, y = ((at - start) / grid.cell for at, start in zip(corner, grid.origin, strict=False))
+    return round(x), round(y)

@@ -107,7 +107,6 @@ class Classes:
         return f"{self.outer}_{purpose}"
 
     def printed(self, place: int) -> Markup:
-        """Return the attributes of the element at a place in the list without those of its class."""
         element, name = self._elements[place], self._names.get(place, "")
         common = next((one.values for one in self.shared.get(name, ()) if one.tag == element.tag), {})
         own = {word: text for word, text in element.values.items() if word not in common}
@@ -184,7 +183,6 @@ class Classes:
         return ""
 
     def _called(self, shared: _Shared) -> str:
-        """Return a name that no class has: after what the names of the joints have in common, or after the first."""
         first = self._elements[shared.members[0]].joint
         own, word = _words_of([first]), shared.words or shared.tag
         words = [word, own if "_" in own else first or shared.tag]

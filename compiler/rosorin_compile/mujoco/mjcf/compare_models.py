@@ -181,14 +181,12 @@ class Model:
         return found
 
     def called(self, kind: str, index: int) -> str:
-        """Return what to call an object in a message."""
         name = self.names[kind][index]
         if name or kind not in _FRAMES or kind == "body":
             return f"{kind} {name or index}"
         return f"{kind} {index} of {self.called('body', self.body_of(kind, index))}"
 
     def body_of(self, kind: str, index: int) -> int:
-        """Return the body of a geom, site, joint, camera or light; of a body the one that it is in."""
         return int(getattr(self.mj, "body_parentid" if kind == "body" else f"{KINDS[kind]}_bodyid")[index])
 
     def frame(self, kind: str, index: int) -> tuple[Any, Any]:
@@ -197,7 +195,6 @@ class Model:
         return pos, turn.reshape(3, -1)
 
     def mesh_of(self, geom: int) -> int:
-        """Return the mesh of a geom, or -1."""
         return int(self.mj.geom_dataid[geom]) if self.mj.geom_type[geom] in (_MESH, _SDF) else -1
 
     def vertices(self, geom: int) -> Any:
@@ -207,7 +204,6 @@ class Model:
         return self.mj.mesh_vert[start : start + int(self.mj.mesh_vertnum[mesh])] @ turn.T + pos
 
     def collides(self, geom: int) -> bool:
-        """Return True if a geom can touch others by its masks."""
         return bool(self.mj.geom_contype[geom] or self.mj.geom_conaffinity[geom])
 
     def colour(self, geom: int) -> Any:
@@ -251,11 +247,9 @@ class Comparison:
         return self.found
 
     def tell(self, kind: str, index: int, field: str, text: str) -> None:
-        """Report that an object of the source differs."""
         self.found.append(Difference(kind, field, f"{self.source.called(kind, index)}: {text}"))
 
     def values(self, kind: str, index: int, field: str, one: Any, other: Any, what: str = "") -> None:
-        """Report two values that differ."""
         if not close(one, other):
             self.tell(kind, index, field, f"{what or field} {in_words(one, other)}")
 
@@ -410,7 +404,6 @@ class Comparison:
                     self.found.append(Difference(kind, field, text))
 
     def _objects(self) -> None:
-        """Report what is missing in ours, has another name, or is in ours alone and makes a difference."""
         ours = self.ours
         for kind, names in self.source.names.items():
             for index, name in enumerate(names):
@@ -448,7 +441,6 @@ class Comparison:
                 self._value(kind, array, extent, one, other)
 
     def _is_void(self, kind: str, array: str, one: int, other: int) -> bool:
-        """Return True if a field of an object has no effect."""
         source, ours = self.source, self.ours
         gated = _GATED.fullmatch(array)
         if gated and array != "tendon_margin":
@@ -612,7 +604,6 @@ class Comparison:
                         self.tell("key", one, field, f"{what} {in_words(theirs, own)}")
 
     def _order(self) -> None:
-        """Compare the order of joints, controls and measurements, and which keys come first: programs count them."""
         keys = [other for _, other in sorted(self.maps["key"].items())]
         if keys != list(range(len(keys))):
             text = "the keys of the source are not the first ones, in their order"

@@ -1,52 +1,212 @@
 """Contacts: which links are not to collide, and which may though MuJoCo would not let them.
 
 MuJoCo lets nothing that is welded together on one side of a joint collide with what is welded together on its other
-side, where both sides can move. That is right for the two links that the joint connects, and hides too much of the
-others: a camera that is fixed to the wrist may well meet the gripper. So of those
+side, where both sides can move. That hides too much: a camera that is fixed to the wrist may well meet the gripper. So
 
-- the two links that the joint connects are excluded: they are built into each other;
-- links that touch at zero, in each named pose and all over the range of the joint are excluded: a simulation would
-  push them apart. What is free in any of these is never hidden;
+- the two links that the joint connects are excluded, and so are links that touch at zero, in each named pose and all
+  over the range of the joint: a simulation would push them apart;
 - links with a mesh are excluded: what a mesh touches is not known here;
-- of the others the shapes that the joint can bring together are named as pairs, which MuJoCo then takes into account.
-  They slide without friction: shapes around a joint are larger than the parts, and would brake it where they rub.
+- of the others the shapes that the joint can bring together are named as pairs, which slide without friction.
 
-Where the bits of shapes (``masks``) keep links apart, there is nothing to exclude; and a pair would pass over them.
+Where the bits of shapes (``Masks``) keep links apart, there is nothing to exclude; and a pair would pass over them.
+Pairs and excludes are written for every base, fixed or free: a robot is attached to other things.
 
-Pairs and excludes are said for every base, fixed or free: a robot is attached to other things. Pairs are the robot's
-own, while the flag that turns MuJoCo's filter off is one of the whole scene, where other robots rely on it.
+Solids are boxes, cylinders, capsules, spheres and ellipsoids. The distance of two is that of their Minkowski difference
+from the origin, which simplices of support points approach (E. G. Gilbert, D. W. Johnson, S. S. Keerthi, "A fast
+procedure for computing the distance between complex objects in three-dimensional space", 1988). A sphere is a point and
+a capsule a line with a radius around it.
 
-MJX, MuJoCo on accelerators, loads no model of which two shapes may touch that it cannot collide (``refused``). What it
-lacks (mujoco-mjx 3.17, JAX): cylinders and ellipsoids against boxes, meshes and height fields, and fields against each
-other. The floor of a scene, a plane, meets all shapes.
+MJX, MuJoCo on accelerators, loads no model of which two shapes may touch that it cannot collide (mujoco-mjx 3.17, JAX):
+cylinders and ellipsoids against boxes, meshes and height fields, and fields against each other.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
-from functools import cache
+from functools import cache, cached_property
 from itertools import combinations, product
 from typing import NamedTuple
 
-from rosorin_compile.model import HeightMap, Joint, Link, Mesh, Output, Robot, Shape, Transform
+from rosorin_compile.model import Joint, Link, Mesh, Output, Robot
+from rosorin_compile.model.bounds import ball_of
 from rosorin_compile.model.cached import of_robot
-from rosorin_compile.model.geometry import dot, norm, plane_axes, unit
+from rosorin_compile.model.geometry import Transform, Vector, cross, dot, minus, norm, plane_axes, unit
 from rosorin_compile.model.joint import motion
-from rosorin_compile.model.shape import MERGED
+from rosorin_compile.model.shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, HeightMap, Shape, Sphere
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 
-from .bodies import Mask, Masks, body_name, weld_groups
-from .height_fields import HFIELD, form_of, solids
-from .omissions import has_volume, is_written, position_range
-from .proximity import NEAR, Solid, Touching, solid_of
+from .bodies import HFIELD, Mask, Masks, body_name, form_of, has_volume, solids, weld_groups
+from .omissions import is_written, position_range
 
+RULES = (Rule("not-in-mjx", "A note: MJX does not collide two shapes that may touch.", "Make one a capsule.", FORMATS),)
+
+# Faces that lie on each other touch, whatever the rounding of their poses (m).
+NEAR = 1e-6
+_STEPS = 100  # a longer search is one along round faces that are hardly apart
+_DONE = 1e-10  # relative improvement of the distance at which the search ends
 # Each pair is looked at in each step; of two links that are made of hundreds of shapes it would be all that is done.
 MOST = 300
 # Into so many steps the range of a joint is cut to see whether two links always touch.
 STEPS = 24
+_ORIGIN: Vector = (0.0, 0.0, 0.0)
+
+Simplex = Sequence[Vector]
+
+
+class Solid:
+    """A shape of known size, with a ball around it: its middle in the frame of the link, and its radius (m).
+
+    ``margin`` (m) is the radius of a sphere or capsule, which ``support`` leaves out.
+    """
+
+    def __init__(self, shape: Shape, middle: Vector, radius: float) -> None:
+        self.shape = shape
+        self.middle = middle
+        self.radius = radius
+        self.origin = shape.origin().transform()
+        self.margin = abs(shape.geometry.radius) if isinstance(shape.geometry, (Sphere, Capsule)) else 0.0
+
+    @cached_property
+    def pieces(self) -> Sequence[Solid]:
+        """The boxes of a height map, or the solid itself."""
+        if not isinstance(self.shape.geometry, HeightMap):
+            return (self,)
+        return [solid for solid in map(solid_of, self.shape.solids(MERGED)) if solid is not None]
+
+    @cached_property
+    def half_extents(self) -> Vector:
+        """Half the size along the axes of the shape, without the margin (m)."""
+        geometry = self.shape.geometry
+        if isinstance(geometry, Box):
+            x, y, z = geometry.size
+            return (abs(x) / 2, abs(y) / 2, abs(z) / 2)
+        if isinstance(geometry, Ellipsoid):
+            x, y, z = map(abs, geometry.radii)
+            return (x, y, z)
+        if isinstance(geometry, (Cylinder, Capsule)):
+            radius = abs(geometry.radius) if isinstance(geometry, Cylinder) else 0.0
+            return (radius, radius, abs(geometry.length) / 2)
+        return _ORIGIN
+
+    def support(self, place: Transform, direction: Vector) -> Vector:
+        """Return the farthest point in a direction, without the margin; ``place`` is the pose of the shape."""
+        (a, b, c), (d, e, f), (g, h, i) = place.rows
+        x, y, z = direction
+        u, v, w = a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
+        r, s, t = self.half_extents
+        if isinstance(self.shape.geometry, Ellipsoid):
+            length = math.hypot(r * u, s * v, t * w)
+            return place.apply((r * r * u / length, s * s * v / length, t * t * w / length))
+        if isinstance(self.shape.geometry, Cylinder):
+            length = math.hypot(u, v)
+            u, v = (r * u / length, r * v / length) if length > 0 else (0.0, 0.0)
+        else:
+            u, v = math.copysign(r, u), math.copysign(s, v)
+        return place.apply((u, v, math.copysign(t, w)))
+
+
+def solid_of(shape: Shape) -> Solid | None:
+    """Return a shape with a small ball around it, or None for a mesh."""
+    ball, geometry = ball_of(shape), shape.geometry
+    if ball is None:
+        return None
+    radius = ball.radius
+    if isinstance(geometry, Sphere):
+        radius = abs(geometry.radius)
+    elif isinstance(geometry, Capsule):
+        radius = abs(geometry.radius) + abs(geometry.length) / 2
+    elif isinstance(geometry, Cylinder):
+        radius = math.hypot(geometry.radius, geometry.length / 2)
+    return Solid(shape, ball.middle, radius)
+
+
+class Touching:
+    """Tests two groups of solids for contact: whether any two are closer than ``near`` (m)."""
+
+    def __init__(self, fixed: Sequence[Solid], moved: Sequence[Solid], near: float = NEAR) -> None:
+        self.near = near
+        self._fixed = [piece for solid in fixed for piece in solid.pieces]
+        self._moved = [piece for solid in moved for piece in solid.pieces]
+        self._last: tuple[Solid, Solid] | None = None  # a pair in contact will be a little further on, too
+
+    def at(self, way: Transform) -> bool:
+        """Return True if they touch where ``way`` is the pose of the moved group in the frame of the fixed one."""
+        if self._last is not None and self._are_close(*self._last, way):
+            return True
+        for solid in self._moved:
+            middle, limit = way.apply(solid.middle), solid.radius + self.near
+            gaps = [(math.dist(middle, other.middle) - other.radius, other) for other in self._fixed]
+            for _, other in sorted((one for one in gaps if one[0] <= limit), key=lambda one: one[0]):
+                if self._are_close(other, solid, way):
+                    self._last = other, solid
+                    return True
+        return False
+
+    def _are_close(self, fixed: Solid, moved: Solid, way: Transform) -> bool:
+        there, limit = way.then(moved.origin), self.near + fixed.margin + moved.margin
+        nearest = minus(fixed.origin.xyz, there.xyz)
+        simplex: list[Vector] = []
+        for _ in range(_STEPS):
+            length = math.hypot(*nearest)
+            if length <= limit:
+                return True
+            x, y, z = nearest
+            point = minus(fixed.support(fixed.origin, (-x, -y, -z)), moved.support(there, nearest))
+            ahead = dot(nearest, point)
+            # The support plane is beyond the limit, or no point is nearer than this one.
+            if ahead > limit * length or (simplex and length * length - ahead <= _DONE * length * length):
+                return False
+            nearest, simplex = _closest([*simplex, point])
+            if len(simplex) == 4:  # the origin is inside
+                return True
+        return True
+
+
+def _closest(simplex: Simplex) -> tuple[Vector, list[Vector]]:
+    """Return the point of a simplex that is closest to the origin, and the corners that it lies between."""
+    if len(simplex) == 4 and _encloses(simplex):
+        return _ORIGIN, list(simplex)
+    faces = (face for size in (1, 2, 3) for face in combinations(simplex, size))
+    feet = ((_foot(face), list(face)) for face in faces)
+    return min(((foot, face) for foot, face in feet if foot is not None), key=lambda pair: dot(pair[0], pair[0]))
+
+
+def _encloses(simplex: Simplex) -> bool:
+    """Return True if the origin is inside a tetrahedron that is not flat."""
+    for index, apex in enumerate(simplex):
+        a, b, c = (corner for at, corner in enumerate(simplex) if at != index)
+        normal = cross(minus(b, a), minus(c, a))
+        height = dot(normal, minus(apex, a))
+        if abs(height) <= 1e-12 * math.hypot(*normal) * math.dist(apex, a) or dot(normal, a) * height >= 0:
+            return False
+    return True
+
+
+def _foot(face: Simplex) -> Vector | None:
+    """Return the foot of the origin on a point, line or triangle, or None if it is not between the corners."""
+    if len(face) == 1:
+        return face[0]
+    if len(face) == 2:
+        a, b = face
+        along = minus(b, a)
+        square = dot(along, along)
+        share = -dot(a, along) / square if square > 0 else 0.0
+        shares = [1 - share, share]
+    else:
+        # The share of a corner is the area of the triangle of the foot and the other two corners.
+        a, b, c = face
+        normal = cross(minus(b, a), minus(c, a))
+        square = dot(normal, normal)
+        if square == 0:
+            return None
+        shares = [dot(cross(p, q), normal) / square for p, q in ((b, c), (c, a), (a, b))]
+    if min(shares) <= 0:
+        return None
+    x, y, z = (sum(share * corner[k] for share, corner in zip(shares, face, strict=True)) for k in range(3))
+    return (x, y, z)
 
 
 class Geom(NamedTuple):
@@ -187,8 +347,6 @@ def _always_touch(
     ways = (motion(joint.type, joint.axis, at) for at in dict.fromkeys(positions))
     return all(touching.at(base.then(way).then(other)) for way in ways)
 
-
-RULES = (Rule("not-in-mjx", "A note: MJX does not collide two shapes that may touch.", "Make one a capsule.", FORMATS),)
 
 _ROUND = ("cylinder", "ellipsoid")
 CANNOT = {

@@ -214,9 +214,10 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
     for geom in spec.geoms:
         made["geoms"][geom.id]["class"] = geom.classname.name if geom.classname else ""
     for body in spec.bodies:
-        if body.explicitinertial:
+        if body.explicitinertial:  # fullinertia is nan without one
             full = body.fullinertia.tolist()
-            made["bodies"][body.id]["text"] = {"pos": body.ipos.tolist(), "full": full if full[0] == full[0] else None}
+            full = full if full[0] == full[0] else None
+            made["bodies"][body.id]["written"] = {"pos": body.ipos.tolist(), "full": full}
     usual = type(spec)().add_mesh().inertia
     for mesh in spec.meshes:
         entry = made["meshes"][mesh.id]

@@ -162,7 +162,7 @@ def add_links(reading: Reading) -> None:
 
 def _inertial(body: Mapping[str, Any], element: Element) -> Map:
     """Return mass and inertia as the file has them, or as MuJoCo calculated them from the geoms."""
-    entry, written = Map(element.span), body.get("said")
+    entry, written = Map(element.span), body.get("written")
     put_number(entry, "mass", tidy(body["mass"]), element, "mass")
     place, rows = tidy_vector(written["pos"] if written else body["ipos"]), rotation(body["iquat"])
     moments, pose = full_inertia(body["inertia"], rows), transform(place)
@@ -333,10 +333,11 @@ def _put_details(
 ) -> None:
     joint = reading.facts["joints"][which]
     attributes, kind = joint["element"]["attributes"], joint["type"]
+    name = reading.joint_of.get(which) or reading.ball_of[which]
     if kind != BALL:
         limit, missing = _limit(joint, element, drive)
         for key in missing:
-            stand_ins.setdefault(key, []).append((reading.joint_of[which], limit[key], element.span))
+            stand_ins.setdefault(key, []).append((name, limit[key], element.span))
         if limit:
             put(entry, "limit", limit)
     rest = _put_dynamics(entry, attributes, element)
@@ -357,16 +358,10 @@ def _put_details(
         rest |= {"ref": repr(ref)} if ref else {}
     elif joint["limited"]:
         rest["range"] = f"0 {joint['range'][1]!r}"
-    reading.put_words(entry, rest, "joint", element, f'the joint "{entry_name(reading, which)}"')
-
-
-def entry_name(reading: Reading, which: int) -> str:
-    """Return the name of a hinge, slide or ball."""
-    return reading.joint_of.get(which) or reading.ball_of[which]
+    reading.put_words(entry, rest, "joint", element, f'the joint "{name}"')
 
 
 def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -> dict[str, str]:
-    """Set the dynamics of a joint; return what they have no word for and is not read elsewhere."""
     dynamics = Map(element.span)
     words = {key: text for key, text in attributes.items() if key in _OF_DYNAMICS and any(map(float, text.split()))}
     pair = [float(number) for number in attributes.get("springdamper", "").split()]
@@ -419,7 +414,7 @@ def _report(reading: Reading, stand_ins: Mapping[str, list[tuple[str, float, Spa
     several = [(at, body) for at, body in bodies if len(reading.joints_in.get(at, ())) > 1]
     felt = [index for index, body in several if 0 < min(body["inertia"]) < LEAST * _UNFELT]
     if felt:
-        names = first_of([reading.link_of[index] for index in felt], 3)
-        message = f"{names}: next to no inertia, and several joints; in ours links are between those"
+        which = first_of([reading.link_of[index] for index in felt], 3)
+        message = f"{which}: next to no inertia, and several joints; in ours links are between those"
         message += f", for which MuJoCo needs {LEAST:g} kg*m^2: such small parts move a little otherwise"
         reading.changed(message, reading.places.body(felt[0]).span)

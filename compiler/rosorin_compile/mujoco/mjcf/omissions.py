@@ -9,7 +9,7 @@ import posixpath
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
-from rosorin_compile.model import Box, Ellipsoid, Geometry, HeightMap, Inertial, Joint, Mesh, Robot, Sphere
+from rosorin_compile.model import Inertial, Joint, Mesh, Robot
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.mass import Inertia, along_link
 from rosorin_compile.model.shape import MERGED
@@ -17,11 +17,14 @@ from rosorin_compile.model.simulation import SENSOR_ELEMENT
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, and_more, first_of
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 
-from .bodies import WORLD, body_name, is_free, weld_groups
+from .bodies import WORLD, body_name, has_volume, is_free, weld_groups
 
 RULES = (
     Rule(
-        "mjcf-cannot-say", "MJCF cannot express something, or MuJoCo reads it otherwise.", "See the message.", FORMATS
+        "mjcf-cannot-say",
+        "A warning or a note: MJCF cannot express something, or MuJoCo reads it otherwise.",
+        "See the message.",
+        FORMATS,
     ),
     Rule("mjcf-left-out", "Something names a shape that the MJCF leaves out.", "Add the file of its mesh.", FORMATS),
     Rule("mjcf-reserved-name", "A sensor has a site with the name of a link.", "Rename its element.", FORMATS),
@@ -110,19 +113,6 @@ def position_range(joint: Joint) -> tuple[float, float] | None:
         return None
     lower, upper = limit.known("lower"), limit.known("upper")
     return None if lower is None or upper is None else (lower, upper)
-
-
-def has_volume(geometry: Geometry) -> bool:
-    """Say whether MuJoCo takes the sizes of a geometry: all above zero; a mesh may be mirrored."""
-    if isinstance(geometry, HeightMap):
-        return True
-    if isinstance(geometry, Mesh):
-        return all(geometry.scale)
-    if isinstance(geometry, Box):
-        return all(size > 0 for size in geometry.size)
-    if isinstance(geometry, Ellipsoid):
-        return all(radius > 0 for radius in geometry.radii)
-    return geometry.radius > 0 and (isinstance(geometry, Sphere) or geometry.length > 0)
 
 
 def refused(robot: Robot, free: bool) -> Iterator[Diagnostic]:

@@ -1,6 +1,6 @@
 """Prove that the MJCF of an imported one is the same robot to MuJoCo, except for what the import reported.
 
-MuJoCo compiles and compares both in a child process (``engine``, ``compare_models``, ``accelerations``). What the
+MuJoCo compiles and compares both in a child process (``engine``, ``compare_models``). What the
 import listed as left out, ignored or changed may differ in that way; any other difference is a fault.
 """
 
@@ -8,45 +8,38 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from rosorin_compile.formats.imported import Imported, Proof
 from rosorin_compile.source.diagnostics import counted, listed
 
 from .process import prove as prove_in_child
 
-
-class Listed(NamedTuple):
-    """Words of a message of an import, and what may then differ: a pattern for "kind field: text"."""
-
-    words: str
-    pattern: str
-
-
 _GONE = r".*: is not in ours$"
-LISTED = (
-    Listed("of the world: the scene", rf"(geom|mesh|hfield|material|texture|site|camera|light) {_GONE}"),
-    Listed("of the world: the scene", r"contact : body world and .* may touch in the source alone$|geom user"),
-    Listed("that no geom has", rf"(mesh|hfield) {_GONE}"),
-    Listed("that no material has", rf"texture {_GONE}"),
-    Listed("becomes the link", r"\w+ name:"),
-    Listed('is called "', r"\w+ name:"),
-    Listed("no range limit", r"joint (range|limited):"),
-    Listed(" of the free joint ", r"joint (?!name)"),
-    Listed(" of the joint ", r"joint (?!name)"),
-    Listed(" of a geom ", r"geom (?!name|matid|rgba|contype|conaffinity)"),
-    Listed(" of the body ", r"body (gravcomp|mocapid|sleep|user):"),
-    Listed(" of the material ", r"(material (?!rgba|name)|geom matid|texture)"),
-    Listed(" of the actuator ", r"actuator (?!name)"),
-    Listed("its control is not where it was", r"order |key "),
-    Listed("sensor data is in another order", r"order sensor"),
-    Listed(" of a key ", r"key "),
-    Listed("move a little otherwise", r"motion "),
-    Listed("the setting ", r"option "),
-    Listed("the tendon ", rf"tendon {_GONE}"),
-    Listed("the equality ", rf"equality {_GONE}"),
-    Listed("the sensor ", rf"sensor {_GONE}"),
-)
+# Words of messages of an import, and what may then differ: a pattern for "kind field: text".
+LISTED = {
+    "of the world: the scene": rf"(geom|mesh|hfield|material|texture|site|camera|light) {_GONE}|geom user"
+    r"|contact : body world and .* may touch in the source alone$",
+    "that no geom has": rf"(mesh|hfield) {_GONE}",
+    "that no material has": rf"texture {_GONE}",
+    "becomes the link": r"\w+ name:",
+    'is called "': r"\w+ name:",
+    "no range limit": r"joint (range|limited):",
+    " of the free joint ": r"joint (?!name)",
+    " of the joint ": r"joint (?!name)",
+    " of a geom ": r"geom (?!name|matid|rgba|contype|conaffinity)",
+    " of the body ": r"body (gravcomp|mocapid|sleep|user):",
+    " of the material ": r"(material (?!rgba|name)|geom matid|texture)",
+    " of the actuator ": r"actuator (?!name)",
+    "its control is not where it was": r"order |key ",
+    "sensor data is in another order": r"order sensor",
+    " of a key ": r"key ",
+    "move a little otherwise": r"motion ",
+    "the setting ": r"option ",
+    "the tendon ": rf"tendon {_GONE}",
+    "the equality ": rf"equality {_GONE}",
+    "the sensor ": rf"sensor {_GONE}",
+}
 _LISTS = ("import-cannot-carry", "import-ignored", "import-changed", "import-stand-in")
 
 
@@ -71,7 +64,8 @@ def prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
 def is_listed(feature: str, difference: str, messages: Sequence[str]) -> bool:
     """Return True if a message of an import lists a difference."""
     full = f"{feature}: {difference}" if " " in feature else f"{feature} : {difference}"
-    return any(re.match(one.pattern, full) for one in LISTED if any(one.words in message for message in messages))
+    patterns = [pattern for words, pattern in LISTED.items() if any(words in message for message in messages)]
+    return any(re.match(pattern, full) for pattern in patterns)
 
 
 def _summary(known: Sequence[str], motion: Mapping[str, Any] | None) -> str:

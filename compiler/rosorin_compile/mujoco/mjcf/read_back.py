@@ -28,8 +28,7 @@ from rosorin_compile.model.robot import JointPose
 from rosorin_compile.model.simulation import Actuator
 from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
-from .bodies import COLLISION, FLOATING, PLANAR, TOUCHES, VISUAL, WORLD, is_free
-from .height_fields import colliding
+from .bodies import COLLISION, FLOATING, PLANAR, TOUCHES, VISUAL, WORLD, colliding, is_free
 from .omissions import LEAST, position_range
 from .servos import is_clamped
 from .write import base_name

@@ -93,12 +93,10 @@ class Reading:
         return given
 
     def rename(self, kind: str, name: str, given: str) -> None:
-        """Record that an object with a name in the file has another one in the description."""
         if name and given != name:
             self.renamed.setdefault(kind, {})[name] = given
 
     def called(self, kind: str, name: str) -> str:
-        """Return the name in the description of an object, by its name in the MJCF."""
         return self.renamed.get(kind, {}).get(name) or legal(name)
 
     def keep(self, node: Node, tag: str, span: Span, link: str = "") -> None:
@@ -106,7 +104,6 @@ class Reading:
         self.elements.append(Kept(node, tag, span, link))
 
     def keep_in_section(self, section: str, node: Node, tag: str, span: Span) -> None:
-        """Keep an element as it is, in a section at the top."""
         self.keep({"tag": section, "attributes": {}, "inner": [node]}, tag, span)
 
     def elements_of(self, section: str, nodes: Sequence[Node], tag: str = "") -> list[Element]:
@@ -132,23 +129,18 @@ class Reading:
             self.lost(f'"{name}" of {what}', element.span)
 
     def lost(self, what: str, span: Span) -> None:
-        """Report that something of the robot is not in the tree."""
         self.diagnostics.append(cannot_carry(what, span))
 
     def note(self, rule: str, message: str, span: Span, help: str = "", others: Sequence[Span] = ()) -> None:
-        """Add a note with other places."""
         self.diagnostics.append(Diagnostic(rule, NOTE, message, span, and_here(others), help))
 
     def ignored(self, message: str, span: Span) -> None:
-        """Report what was passed over because it is not part of the robot."""
         self.note("import-ignored", message, span)
 
     def changed(self, message: str, span: Span) -> None:
-        """Report what is in the tree, but not as the file has it."""
         self.note("import-changed", message, span)
 
     def warned(self, message: str, span: Span) -> None:
-        """Pass on a warning of MuJoCo's own."""
         self.diagnostics.append(Diagnostic("mjcf-warning", WARNING, message, span))
 
     def add(self, section: Map, name: str, element: Element) -> Map:

@@ -140,7 +140,6 @@ def _outputs(reading: Reading) -> Map:
 
 
 def _settings(reading: Reading) -> Map:
-    """Return the settings of the simulation that the file has, and the integrator, which it has in any case."""
     root = reading.markup.root
     options, flags = Map(root.span), Map(root.span)
     put(options, "integrator", reading.facts["integrator"])
@@ -258,7 +257,6 @@ def _is_usual(reading: Reading, positions: Mapping[str, float]) -> bool:
 
 
 def _comments(reading: Reading) -> list[Comment]:
-    """Return all comments, each at the entry of its element or of what that is in; others are of the robot."""
     entries: dict[Element, TreePath] = {}
     for index, name in reading.link_of.items():
         if index:

@@ -19,10 +19,16 @@ from .omissions import position_range
 
 RULES = (
     Rule("drives-assumed", "A note: servos of an assumed strength move joints.", "Describe the actuators.", FORMATS),
-    Rule(
-        "mjcf-actuators", "An output of MJCF names an actuator twice, or one that is unknown.", "Correct it.", FORMATS
-    ),
+    Rule("mjcf-actuators", "An MJCF names an actuator twice, or one that is unknown.", "Correct it.", FORMATS),
 )
+
+
+_STIFF = 100.0
+_LEAST_FELT = 1e-6
+_ROUNDING = 1e-12
+_SHOWN = 4  # names in a message
+# The controls of the kinds that may have several, where none are named.
+_INPUTS = {"pid": "pos vel", "dcmotor": "voltage"}
 
 
 class Drive(NamedTuple):
@@ -56,9 +62,8 @@ def stand_ins(robot: Robot, joints: Sequence[Joint], output: Output | None) -> l
     if kind == "none":
         return []
     driven = {name for one in robot.actuators for name in one.targets.values()}
-    driven |= {
-        found.attributes.get("joint", "") for text in robot.mjcf if "<actuator" in text for found in found_in(text)
-    }
+    kept = [text for text in robot.mjcf if "<actuator" in text]
+    driven |= {found.attributes.get("joint", "") for text in kept for found in found_in(text)}
     idle = [one for one in joints if one.moves and not (one.mimic or one.actuator or one.name in driven)]
     places = robot.poses_in_root({})
     return [Drive(one.name, _stand_in(robot, one, kind, places), one, True) for one in idle]
@@ -88,10 +93,6 @@ def _stand_in(robot: Robot, joint: Joint, kind: str, places: Mapping[str, Transf
     return Actuator(VELOCITY, kv=float(f"{max(felt * _STIFF, 50 * joint.braking):.2g}"))
 
 
-_STIFF = 100.0
-_LEAST_FELT = 1e-6
-
-
 def aims(drive: Drive) -> tuple[float, float] | None:
     """Return what an actuator can be asked for: of a servo a position (rad or m) or speed; None is anything."""
     actuator, joint = drive.actuator, drive.joint
@@ -118,10 +119,6 @@ def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
     return bool(most) and len(known) == len(most) and math.isclose(sum(known), effort, rel_tol=_ROUNDING)
 
 
-_ROUNDING = 1e-12
-_SHOWN = 4  # names in a message
-
-
 def _strength(actuator: Actuator) -> float | None:
     """Return the largest torque (N*m) or force (N) that an actuator brings to its joint, or None if it is unknown."""
     gear, mjcf = abs(actuator.gear[0]) if actuator.gear else 1.0, actuator.mjcf
@@ -135,11 +132,6 @@ def _strength(actuator: Actuator) -> float | None:
     if not is_plain or not is_limited or not isinstance(gain, (int, float)):
         return None
     return gear * abs(float(gain)) * max(map(abs, actuator.range or ()))
-
-
-# The controls of the kinds that may have several, where none are named.
-_INPUTS = {"pid": "pos vel", "dcmotor": "voltage"}
-_QUATERNION, _TURN = 4, 3
 
 
 def controls_of(drive: Drive, asked: float) -> list[float]:
@@ -159,7 +151,7 @@ def _count(tag: str, attributes: Mapping[str, object]) -> int:
     kind = tag if tag in _INPUTS else str(attributes.get("gaintype", ""))
     words = str(attributes.get("input") or _INPUTS.get(kind, ""))
     if "so3" in kind or tag == "orientation":
-        return _QUATERNION if words == "quat" else _TURN
+        return 4 if words == "quat" else 3
     return (0 if words == "none" else len(words.split())) if kind in _INPUTS else 1
 
 
@@ -189,12 +181,11 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
             related = [case.related("the other one", place_of(names[drive.name]))]
             help = "give one of them another name"
             yield case.problem("mjcf-actuators", message, place_of(drive), help, related=related)
-    seen: set[str] = set()
-    for index, name in enumerate(output.options.get("actuators", ())):
+    ordered = output.options.get("actuators", ())
+    for index, name in enumerate(ordered):
         path = ("outputs", output.name, "actuators", index)
         if name not in names:
             message = f'the robot has no actuator "{name}"'
             yield case.problem("mjcf-actuators", message, path, Suggestion(name, names))
-        elif name in seen:
+        elif name in ordered[:index]:
             yield case.problem("mjcf-actuators", f'the actuator "{name}" is listed twice', path, "remove one")
-        seen.add(name)

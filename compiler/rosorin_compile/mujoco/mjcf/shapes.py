@@ -329,7 +329,6 @@ class Looks:
         return given
 
     def finish(self) -> None:
-        """Set the materials: those of shapes, and those that sites and tendons have, or nothing."""
         reading, used = self.reading, {"ours": set[int](), "own": set[int](), "scene": set[int]()}
         for geom in reading.facts["geoms"]:
             where = "ours" if has_our_look(reading, geom) else "own" if _is_carried(reading, geom) else "scene"

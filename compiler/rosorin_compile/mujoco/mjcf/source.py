@@ -157,7 +157,6 @@ class Markup:
             yield from self.within(child)
 
     def everything(self) -> list[Element]:
-        """Return all elements, those of included files in place of the includes."""
         return [self.root, *self.within(self.root)]
 
     def sections(self, tag: str) -> list[Element]:
@@ -165,11 +164,9 @@ class Markup:
         return [child for child in self.children(self.root) if child.tag == tag]
 
     def first(self, tag: str) -> Element:
-        """Return the first section of a name, or the root."""
         return (self.sections(tag) or [self.root])[0]
 
     def named(self, section: str, name: str) -> Element | None:
-        """Return the element of a name in a section."""
         elements = (element for part in self.sections(section) for element in self.within(part))
         return next((element for element in elements if name and element.get("name") == name), None)
 
@@ -230,11 +227,9 @@ class Places:
                 yield from self._direct(child, tags)
 
     def body(self, index: int) -> Element:
-        """Return the element of a body."""
         return self.bodies.get(index, self.markup.root)
 
     def of(self, kind: str, index: int) -> Element:
-        """Return the element of a joint, geom, site, camera or light (``kind`` is the plural)."""
         return self.parts.get((kind, index), self.markup.root)
 
 

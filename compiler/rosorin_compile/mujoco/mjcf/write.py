@@ -1,31 +1,20 @@
 """MJCF: the robot for MuJoCo 4, and only the robot: no floor, no light, for ``<include>`` or attaching to a scene.
 
-Every link is a body of the whole tree, from its root, and also a site of the same name in the frame of the link: a body
-and a site can be asked for under the name of the frame, whether or not it has mass. Static transforms of other nodes
-whose numbers are known are frames too.
-
-What there is to know about the format (MuJoCo 4.0.0, XMLreference):
+Every link is a body of the whole tree, from its root, and also a site of the same name in the frame of the link. Static
+transforms of other nodes whose numbers are known are frames too. About the format (MuJoCo 4.0.0, XMLreference):
 
 - Sizes of geoms are halves. Rotations are quaternions (w x y z), because what ``euler`` means is a setting.
-- A geom without mass of its own would get the mass of water, so every geom has density 0: the only masses are those of
-  the description. A moving body that has none with what is fixed to it is refused by MuJoCo, and therefore here; if it
-  carries mass by further joints, it has the least that MuJoCo takes.
-- The torque of a joint is clamped once, at the joint (actuatorfrcrange), for actuators of the user's own too.
-- There is no word for a velocity limit. A range whose ends are equal means no range.
+- A geom without mass of its own would get the mass of water, so every geom has density 0. MuJoCo refuses a moving body
+  that has no mass with what is fixed to it; if it carries mass by further joints, it has the least that MuJoCo takes.
+- The torque of a joint is clamped once, at the joint (actuatorfrcrange). There is no word for a velocity limit. A range
+  whose ends are equal means no range.
 - There is a free joint at the top of the tree alone. A floating joint is therefore three slides and a ball on one body,
-  and a planar joint two slides and a hinge (``bodies`` has their names).
+  and a planar joint two slides and a hinge.
 - ``mimic`` is an equality constraint, which is soft: positions that are set by hand have to be set for followers too.
-- MuJoCo lets a link not collide with the link that it is jointed to, along with what is fixed to either; except where
-  one of the two is fixed to the world, as the base of a robot with ``base: fixed`` is. Excluded contacts and pairs say
-  for every joint who may touch whom (``contacts``), so that the base makes no difference.
-- A height map is merged boxes, or what ``height_maps`` asks for; as a height field (``hfield``) it is never smaller
-  than they are, and does not collide with planes.
-- Visual geoms collide with nothing and are in group 2. Collision geoms are in group 3, which viewers hide; in group 0
-  if there is nothing else to look at. A link of a robot without visuals is seen as its collision shapes, in one colour:
-  these are in group 2.
-- What MuJoCo takes an attribute for is not said: a place at zero, a hinge, the axis z, a sphere.
-- The sites of frames are in group 4, which viewers hide.
-- What sensors are made of stands in the bodies of their frames and in the list of sensors (``write_sensors``).
+- MuJoCo filters contacts of neighbours except where one is fixed to the world (see ``contacts``).
+- Visual geoms are in group 2. Collision geoms are in group 3, which viewers hide; in group 0 if there is nothing else
+  to look at, or in group 2 if they are shown for want of visuals. The sites of frames are in group 4, which is hidden.
+- What MuJoCo takes for an attribute that is absent is not written: a place at zero, a hinge, the axis z, a sphere.
 """
 
 from __future__ import annotations
@@ -78,21 +67,24 @@ from .bodies import (
     STIFF,
     VISUAL,
     WHEEL,
+    Field,
     body_name,
+    field_of,
+    form_of,
+    has_volume,
     is_free,
     reference,
     rolling,
+    solids,
 )
 from .classes import Classes, Named, Part
 from .contacts import contacts
-from .height_fields import Field, field_of, form_of, solids
 from .omissions import (
     LEAST,
     LEAST_EIGENVALUE,
     along_link_of,
     has_mass,
     has_products,
-    has_volume,
     is_written,
     mesh_path,
     named,
@@ -119,14 +111,6 @@ def stands(joint: Joint) -> Pose:
     """Return where the body of a joint stands in the one above it."""
     ref = reference(joint)
     return pose_of(joint.transform(ref)) if ref else joint.origin
-
-
-def free_joint(robot: Robot) -> str:
-    """Return a name for the joint of a floating base that no other joint has."""
-    name = f"{robot.root}_free"
-    while name in robot.joint:
-        name += "_"
-    return name
 
 
 def several(joint: Joint, printer: ElementPrinter) -> list[Markup]:
@@ -255,20 +239,6 @@ _NO_DRAG = {"mass": "0", "contype": "0", "conaffinity": "0", "group": "5", "rgba
 _NO_DRAG |= {"fluidshape": "ellipsoid", "fluidcoef": "0 0 0 0 0"}
 
 
-class Body(NamedTuple):
-    """A body as the attributes of its elements, and the indents of the bodies that end after it, innermost first."""
-
-    indent: str
-    names: str
-    inertial: Markup | str
-    joints: Sequence[Markup]
-    geoms: Sequence[Markup]
-    site: str
-    elements: Sequence[Part]
-    kept: Sequence[str]
-    ends: Sequence[str]
-
-
 class Frame(NamedTuple):
     """A node of the tree of frames: a link, or a static transform that another node publishes (``link`` is None)."""
 
@@ -293,11 +263,11 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     usual = "own" if any(link.visual for link in robot.links) else "from_collision"
     shown = colours_of(robot) if output.options.get("visuals", usual) == "from_collision" else {}
     printer = ElementPrinter(robot, number, shown.values())
-    sensors = sensor_elements(robot, templates, printer)
+    parts, sensors, sections, diagnostics = sensor_elements(robot, templates, printer)
     moving = [joint for joint in joints if joint.moves]
     shared = [Named("joint", joint.name, single(joint, printer), joint.name) for joint in moving]
     shared += [printer.actuator(drive) for drive in drives]
-    classes = Classes(robot.name, shared, [*robot.mjcf, *(text for _, text in sensors.sections)])
+    classes = Classes(robot.name, shared, [*robot.mjcf, *(text for _, text in sections)])
     implied = output.options.get("contacts", "implied") == "implied"
     rolls = rolling(robot) if implied else frozenset[str]()
     geoms = _Geoms(robot, output, printer, classes, rolls, frozenset(shown))
@@ -309,7 +279,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
     printed = {joint.name: classes.printed(place) for place, joint in enumerate(moving)}
     framed = attributes(**{"class": classes.named(FRAME)})
-    bodies: list[tuple[list[Markup], Body]] = []
+    bodies: list[tuple[object, ...]] = []  # as the template takes them; the last are indents of bodies that end here
     for frame, after in zip(frames, [*frames[1:], None], strict=True):
         link, joint, indent = frame.link or Link(frame.name), frame.joint, _indent(frame.depth - top)
         made = [*geoms.of(link, COLLISION, link.collision), *geoms.of(link, VISUAL, link.visual)]
@@ -320,18 +290,20 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
             place = place_of(pose.xyz, pose.rpy, number)
             names = attribute("name", body_name(robot, frame.name)) + attributes(**place)
             names += printer.printed({**link.limited_values("mjcf"), **link.mjcf})
-        body = Body(
+        free_joint = [_free_joint(robot, printer)] if free and not bodies else []
+        body = (
+            free_joint,
             indent,
             names,
             _inertial(_LEAST_INERTIAL if link.name in none else link.inertial, number),
             [] if joint is None else [printed[joint.name]] if joint.moves else several(joint, printer),
             made,
             attribute("name", frame.name) + framed,
-            [*sensors.bodies.get(frame.name, ()), *map(printer.mark, link.marked)],
+            [*parts.get(frame.name, ()), *map(printer.mark, link.marked)],
             [indented(text, _indent(frame.depth - top + 1)) for text in link.mjcf_elements],
             [_indent(depth - top) for depth in range(frame.depth, (after.depth if after else top) - 1, -1)],
         )
-        bodies.append(([_free_joint(robot, printer)] if free and not bodies else [], body))
+        bodies.append(body)
     touching = contacts(robot, form_of(output), implied)
     values = {
         "robot": robot,
@@ -344,8 +316,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "followers": followers(robot, joints, number),
         "actuators": [Part(one.actuator.type, classes.printed(at)) for at, one in enumerate(drives, len(moving))],
         "equalities": [printer.constraint(one) for one in robot.constraints],
-        "sensors": sensors.sensors,
-        "sections": sensors.sections,
+        "sensors": sensors,
+        "sections": sections,
         "keys": keys(robot, joints, drives, stands_there if free else None),
         "excludes": touching.excluded,
         "contact_pairs": [[geoms.names[one.link, COLLISION, one.number] for one in pair] for pair in touching.pairs],
@@ -357,7 +329,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "kept": [indented(text, "  ") for text in robot.mjcf],
     }
     text = templates.own("mujoco/robot.xml.jinja", values)
-    told = [*refused(robot, free), *omitted(robot, joints), *unpaired(touching.left), *sensors.diagnostics]
+    told = [*refused(robot, free), *omitted(robot, joints), *unpaired(touching.left), *diagnostics]
     return text, [*told, *(named(text, geoms.left_out) if geoms.left_out else ())]
 
 
@@ -383,7 +355,9 @@ def _walk(robot: Robot) -> Iterator[Frame]:
 
 def _free_joint(robot: Robot, printer: ElementPrinter) -> Markup:
     root = robot.root_in_world
-    name = root.joint or free_joint(robot)
+    name = root.joint or f"{robot.root}_free"
+    while name in robot.joint and not root.joint:
+        name += "_"
     if set(root.values) <= {"group", "align"}:
         return Markup("<freejoint{}/>").format(printer.printed({"name": name, **root.values}))
     return Markup("<joint{}/>").format(printer.printed({"name": name, "type": "free", **root.values}))
@@ -465,7 +439,6 @@ class _Geoms:
         return {**made, **place_of(pose.xyz, pose.rpy, number)}
 
     def printed_meshes(self) -> list[Markup]:
-        """Return the attributes of the meshes."""
         made = []
         for (mesh, *_), name in self.meshes.items():
             values = {"name": name, "file": mesh_path(mesh.file), "scale": numbers(mesh.scale, self.printer.number)}

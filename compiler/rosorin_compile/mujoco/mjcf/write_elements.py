@@ -9,7 +9,7 @@ from __future__ import annotations
 import posixpath
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 from markupsafe import Markup
 
@@ -83,7 +83,6 @@ class ElementPrinter:
         return f"{self.robot.name}_{name}" if has_look else ""
 
     def materials(self) -> Iterator[Values]:
-        """Yield the attributes of each material: those of the robot, then those that are a texture alone."""
         for name, material in self.looks.items():
             called = self.material(name)
             if called:
@@ -131,7 +130,6 @@ class ElementPrinter:
         return Part(entry.tag, self.printed(values))
 
     def mark(self, mark: Marked) -> Part:
-        """Return a site, a camera or a light."""
         place = place_of(mark.pose.xyz, mark.pose.rpy, self.number)
         values = {key: value for key, value in mark.values.items() if value is not None}
         if mark.tag == "light":  # which has no axes but a direction
@@ -151,11 +149,9 @@ class ElementPrinter:
         return self.texts(values | dict(shape.mjcf))
 
     def printed(self, values: Values) -> Markup:
-        """Return attributes as text; what is None is left out."""
         return attributes(**self.texts(values))
 
     def texts(self, values: Values) -> dict[str, str]:
-        """Return attributes printed, by name."""
         texts = {name: self.text(value) for name, value in values.items() if value is not None}
         for name in _NAMING.intersection(texts):
             text = texts[name]
@@ -169,7 +165,6 @@ class ElementPrinter:
         return texts
 
     def text(self, value: Attribute) -> str:
-        """Return the value of an attribute as text."""
         if isinstance(value, tuple):
             return " ".join([self.number(one or 0.0) if type(one) is float else self.text(one) for one in value])
         if isinstance(value, bool):
@@ -183,13 +178,8 @@ def _free(name: str, taken: Collection[str]) -> str:
     return name
 
 
-class SensorElements(NamedTuple):
-    """What sensors are made of: by body, the list of sensors, and text by section of the file."""
-
-    bodies: Mapping[str, Sequence[Part]]
-    sensors: Sequence[Part]
-    sections: Sequence[tuple[str, str]]
-    diagnostics: Sequence[Diagnostic]
+# What sensors are made of: by body, the list of sensors, text by section of the file, and diagnostics.
+SensorElements = tuple[Mapping[str, Sequence[Part]], Sequence[Part], Sequence[tuple[str, str]], Sequence[Diagnostic]]
 
 
 def sensor_elements(robot: Robot, templates: Templates, printer: ElementPrinter) -> SensorElements:
@@ -224,11 +214,12 @@ def sensor_elements(robot: Robot, templates: Templates, printer: ElementPrinter)
         elif part.kind == SENSOR_ELEMENT:
             is_frame = part.element.startswith("frame")
             values |= {"objtype": "site", "objname": part.site} if is_frame else {"site": part.site}
-            sensors.append(Part(part.element, attributes(**{**values, **more})))
+            values = {name: value for name, value in values.items() if part.attributes.get(name, "") is not None}
+            sensors.append(Part(part.element, attributes(**{**values, **more})))  # such as clock without a site
             if part.pose is not None:
                 site = Part("site", attributes(name=part.site, **place), around)
                 bodies.setdefault(part.link, []).append(site)
-    return SensorElements(bodies, sensors, sections, diagnostics)
+    return bodies, sensors, sections, diagnostics
 
 
 def _damaged(sensor: Sensor, part: Simulated, text: str) -> Iterator[Diagnostic]:

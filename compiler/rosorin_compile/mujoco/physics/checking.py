@@ -128,7 +128,7 @@ class OverlapFinder:
         if self.scene is None:
             _, meshes, _ = read_meshes(self.case, self.files)
             self.scene = Scene(self.case.robot, meshes)
-        return [list(pair) for pair in self.scene.overlaps([positions])[0] if self.scene.joint_of(pair) is None]
+        return [list(pair) for pair in next(self.scene.overlaps([positions])) if self.scene.joint_of(pair) is None]
 
 
 def _check_meshes(case: Case, shapes: Sequence[MeshShape], meshes: Meshes) -> Iterator[Diagnostic]:

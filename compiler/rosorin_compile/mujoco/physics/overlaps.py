@@ -98,7 +98,7 @@ def note(case: Case, rule: str, members: Iterable[Member], message: str, key: bo
 def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
     """Yield diagnostics for parts that overlap at rest, and for those that joints drive into each other."""
     poses = [("", nearest_to_zero(case.robot)), *((pose.name, pose.positions) for pose in case.robot.poses)]
-    states = [State(name, positions, scene.overlaps([positions])[0]) for name, positions in poses]
+    states = [State(name, positions, next(scene.overlaps([positions]))) for name, positions in poses]
     always = set.intersection(*(set(state.overlaps) for state in states))
     ranges = {joint: ends for joint in case.robot.joints if (ends := range_of(joint)) and ends[0] < ends[1]}
     counts = {
@@ -114,7 +114,7 @@ def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
         every = [lower + (upper - lower) * index / steps for index in range(steps + 1)]
         # From the start to each end; a start outside the range is left at once.
         positions = [p for p in reversed(every) if p < start] + [p for p in every if p > start]
-        moved = scene.overlaps([{**state.positions, joint.name: position} for position in positions])
+        moved = list(scene.overlaps([{**state.positions, joint.name: position} for position in positions]))
         always = always.intersection(*moved)
         for pair in dict.fromkeys(pair for several in moved for pair in several):
             if driven.get((joint.name, pair)) is None:
@@ -192,7 +192,7 @@ def _driven(
         return {**state.positions, joint.name: position}
 
     def meet(position: float) -> bool:
-        several = overlaps[position] if position in overlaps else scene.overlaps([at(position)])[0]
+        several = overlaps[position] if position in overlaps else next(scene.overlaps([at(position)]))
         return pair in several and (not least or scene.share(moved, still, at(position)) >= least)
 
     if pair in state.overlaps:

@@ -28,7 +28,7 @@ Meshes = Mapping[Mesh, Any]  # readable meshes as ``trimesh.Trimesh`` in metres
 Positions = Mapping[str, Any]  # of joints in rad or m; of a joint with several coordinates, a sequence
 Pair = tuple[str, str]  # two links; in a scene the link nearer to the root is first
 
-LEAST = 5e-4  # m: smaller overlaps come from printed digits and from the search for the depth
+_LEAST = 5e-4  # m: smaller overlaps come from printed digits and from the search for the depth
 _SMALLEST = 1e-6  # m: a smaller shape is a point
 _FILLING, _ON_SURFACE, _TESTED = 600, 4_000, 150  # points: in a link, on a mesh, tested against a mesh
 _MEMORY = 2**28  # bytes for contacts: parts that fill each other have many
@@ -233,15 +233,19 @@ class Bodies:
             if distance <= farthest:
                 yield self.solids[first], self.solids[second], distance
 
-    def overlaps_at(self, row: Floats, farthest: float) -> dict[Pair, Overlap]:
-        """Place all bodies and return the pairs that touch, in the order of the bodies, where they are deepest."""
-        overlaps: dict[Pair, Overlap] = {}
-        for *solids, distance in self.contacts(row, farthest):
-            first, second = sorted(solids, key=lambda solid: self.names.index(solid.link))
-            pair = (first.link, second.link)
-            if pair not in overlaps or overlaps[pair].depth < -distance:
-                overlaps[pair] = Overlap(-distance, (first, second))
-        return overlaps
+    def overlaps(self, states: Sequence[Positions], farthest: float = -_LEAST) -> Iterator[dict[Pair, Overlap]]:
+        """Place all bodies in each of several states of the same joints, and yield the pairs that touch there.
+
+        Pairs are in the order of the bodies; distances (m) go up to ``farthest``, by default inside each other.
+        """
+        for row in self.rows(states):
+            overlaps: dict[Pair, Overlap] = {}
+            for *solids, distance in self.contacts(row, farthest):
+                first, second = sorted(solids, key=lambda solid: self.names.index(solid.link))
+                pair = (first.link, second.link)
+                if pair not in overlaps or overlaps[pair].depth < -distance:
+                    overlaps[pair] = Overlap(-distance, (first, second))
+            yield overlaps
 
     def move(self, points: Floats, source: Solid, target: Solid) -> Floats:
         """Transform points (n, 3) from the link of one solid to that of another."""
@@ -281,10 +285,6 @@ class Scene(Bodies):
         super().__init__(robot, shapes, meshes, [*fixed, *robot.disabled_contacts])
         self.volume = {link: float(sum(one.hull.volume for one in solids)) for link, solids in self.solids_of.items()}
         self._points: dict[str, Floats] = {}
-
-    def overlaps(self, states: Sequence[Positions]) -> list[dict[Pair, Overlap]]:
-        """Return the links that are inside each other, for each of several states of the same joints."""
-        return [self.overlaps_at(row, -LEAST) for row in self.rows(states)]
 
     def joint_of(self, pair: Pair) -> Joint | None:
         """Return the joint between two adjacent links, or None."""

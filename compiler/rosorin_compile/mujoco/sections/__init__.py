@@ -10,13 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from rosorin_compile.language.lower.records import (
-    Problem,
-    actuator_of,
-    entries_of,
-    pose_of_entry,
-    renamed_values,
-)
+from rosorin_compile.language.lower.records import Problem, actuator_of, entries_of, pose_of_entry, renamed_values
 from rosorin_compile.model import Pose
 from rosorin_compile.model.sections import Section
 from rosorin_compile.model.simulation import Actuator, Attribute, Entry

@@ -265,9 +265,8 @@ def tables(result: Simulated) -> str:
         return (name, f"broke {trial.broken.partition(':')[0]}") if trial.broken else (name, *cells)
 
     is_free = result.base == FREE
-    poses: list[tuple[str, ...]] = [
-        ("pose", "largest error", "joint", "touches", *(("drift", "stands on") if is_free else ()))
-    ]
+    on_floor = ("drift", "stands on") if is_free else ()
+    poses: list[tuple[str, ...]] = [("pose", "largest error", "joint", "touches", *on_floor)]
     for held in result.poses:
         error = (f"{held.worst[1]:.4f} {result.units[held.worst[0]]}", held.worst[0]) if held.worst else ("-", "-")
         touches = listed([" - ".join(pair) for pair in held.touches], 2) or "-"

@@ -147,7 +147,7 @@ def look(case: Case, asked: ParameterFiles) -> CheckedParameters:
 def _none(files: Sequence[Sequence[Section]], path: Path) -> Diagnostic:
     help = f"{MANAGER}: {{ros__parameters: {{NAME: {{type: TYPE}}}}}}"
     first = next((section.span for sections in files for section in sections), Span(Source(str(path), ""), 1, 1))
-    return error("controllers-none", "no controller stands here: nothing says the type of one", first, help)
+    return error("controllers-none", "no controller has a type here", first, help)
 
 
 def _of_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:

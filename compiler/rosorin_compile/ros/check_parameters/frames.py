@@ -18,7 +18,7 @@ from .owners import Claim
 RULES = (
     Rule(
         "parameters-frame",
-        "A node names a frame that does not exist, that nobody publishes, or by a name that tf2 refuses.",
+        "A node names a frame that does not exist, that no node publishes, or by a name that tf2 refuses.",
         "Name a frame of the robot.",
         Heading.PARAMETERS,
     ),
@@ -100,13 +100,13 @@ def _frame(
         message = f'{name} is "{value}"{assumed}: there is no such frame'
         yield error("parameters-frame", message, setting.span, Suggestion(value, known, "name a frame of the robot"))
     elif not any(value in part for part in parts) and len(known) > 1:
-        message = f'{name} is "{value}"{assumed}, a frame that nobody publishes'
+        message = f'{name} is "{value}"{assumed}, a frame that no node publishes'
         yield error("parameters-frame", message, setting.span, "say who publishes it", _unpublished(case, value))
 
 
 def _unpublished(case: Case, frame: str) -> list[Related]:
     joint = case.robot.joint_to.get(frame) or next(iter(case.robot.joints_from.get(frame, ())), None)
-    return [case.related(f'nobody publishes joint "{joint.name}"', case.publisher(joint))] if joint else []
+    return [case.related(f'no node publishes joint "{joint.name}"', case.publisher(joint))] if joint else []
 
 
 def _base(

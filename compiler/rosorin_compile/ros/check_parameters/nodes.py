@@ -188,7 +188,7 @@ def _homeless(named: dict[str, list[Section]], types: Mapping[str, _Type]) -> It
         elif name != MANAGER and (meant := nearest(name, bare)) and _fits(named[full], types[bare[meant]].name):
             sections = named.pop(full)
             named[bare[meant]] += sections
-            message = f'no controller is called "{name}": nobody reads these parameters'
+            message = f'no controller is called "{name}": no node reads these parameters'
             yield error("parameters-reach-nobody", message, sections[0].span, f'did you mean "{meant}"?')
 
 

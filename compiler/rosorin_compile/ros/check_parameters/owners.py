@@ -32,7 +32,7 @@ RULES = (
     Rule(
         "parameters-other-edge",
         "A node publishes an edge that the description does not have: it has another parent, or another child. A "
-        "warning where nobody publishes that frame by the description.",
+        "warning where no node of the description publishes that frame.",
         "Correct the frames of the node, or add the edge to `edges`.",
         Heading.PARAMETERS,
     ),
@@ -214,7 +214,7 @@ def check(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
         if could and not speaking and not told:
             why = silent[0].silent or f"it publishes {silent[0].edge}"
             when = f" when {one.when}" if one.when else ""
-            message = f"nobody publishes {one.edge}{when}: {silent[0].node.shown} owns it, and {why}"
+            message = f"no node publishes {one.edge}{when}: {silent[0].node.shown} owns it, and {why}"
             help = silent[0].way_out if silent[0].silent else "correct its frames, or the edge"
             related = [case.related(f"{one.who} owns it here", one.path)]
             yield error("parameters-no-owner", message, silent[0].deciding.span, help, related)

@@ -76,7 +76,7 @@ def _untyped(node: Node) -> Iterator[Diagnostic]:
         names = [one for one in given.value if isinstance(one, str) and one not in by_default]
         untyped = [one for one in names if f"{one}.plugin" not in node.parameters]
         if untyped:
-            message = f'"{key}" of {node.shown} names {quoted(untyped, most=4)}, and nothing says the type'
+            message = f'"{key}" of {node.shown} names {quoted(untyped, most=4)}, and their type is not set'
             help = f"{untyped[0]}: {{plugin: TYPE}}; the node does not start, unless another file says it"
             yield Diagnostic("parameters-wrong-value", WARNING, message, given.span, help=help)
 

@@ -22,7 +22,7 @@ from .types import SHORT
 RULES = (
     Rule(
         "controller-missing",
-        "A controller needs a parameter that nobody gives it.",
+        "A controller lacks a parameter that it needs.",
         "Give it; or say in the description what it follows from: `drive`, `sensors`, `control`.",
         Heading.CONTROL,
     ),

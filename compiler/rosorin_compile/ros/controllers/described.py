@@ -34,7 +34,7 @@ RULES = (
         "controllers-odometry",
         "A note: a controller could publish where the base of the robot is, and no edge says who does. It is told not "
         "to: the description says who publishes what.",
-        "Add the edge with the controller as its publisher; or nothing, if nobody is to publish it.",
+        "Add the edge with the controller as its publisher; or nothing, if no node is to publish it.",
         Heading.CONTROL,
     ),
     Rule(
@@ -131,7 +131,7 @@ def _joint_states(case: Case) -> Iterator[Diagnostic]:
 
 def _motionless(case: Case) -> Iterator[Diagnostic]:
     for joint in case.robot.unmeasured_joints:
-        message = f'nobody publishes the position of joint "{joint.name}", which no hardware block has: '
+        message = f'no node publishes the position of joint "{joint.name}", which no hardware block has: '
         message += f'"{joint.child}" has no transform, and MoveIt waits for a complete state'
         help = (
             f"in control: joints: {{{joint.name}: {{state: [position]}}}}; or let a node publish the joint: publisher"

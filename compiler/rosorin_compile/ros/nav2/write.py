@@ -134,7 +134,7 @@ def _problems(robot: Robot, output: Output, frames: Frames, base: str) -> Iterat
         help = "correct the edge: the step from the odometry to the robot is of another node"
         yield Found("navigation-owner", message, lead.path, help, absolute=True)
     if not frames.map and not wrong:
-        message = f"nobody is said to publish map -> {frames.odom}: what needs the frame of a map is left out"
+        message = f"no publisher is described for map -> {frames.odom}: what needs the frame of a map is left out"
         help = f"add it to edges: {{parent: map, child: {frames.odom}, publisher: NAME}}"
         yield Found("navigation-no-map", message, (), help, WARNING, key=True)
     for driver in drivers(robot) if asked(output) == HUMBLE else ():
@@ -194,7 +194,7 @@ def _unmeasured(robot: Robot, unknown: Sequence[str]) -> Diagnostic:
     shapes = [shape.geometry for name in unknown for shape in robot.link[name].collision]
     reasons = {mesh.file: why_unread(robot, mesh.file) for mesh in shapes if isinstance(mesh, Mesh)}
     files = [file for file, reason in reasons.items() if reason]
-    message = f"nobody knows how large {listed(files, 3)} is ({listed(unknown, 3)}): {left}"
+    message = f"the size of {listed(files, 3)} is unknown ({listed(unknown, 3)}): {left}"
     way_out = f"{reasons[files[0]]}: name an STL or an OBJ that is there, or give the link a box or a cylinder"
     return Diagnostic("nav2-footprint", WARNING, message, help=way_out)
 
@@ -227,7 +227,7 @@ def _sources(robot: Robot, output: Output) -> Iterator[Found]:
             message = f'sensor "{sensor.name}" is {article} {sensor.type}, which sees no obstacles for a costmap'
             yield Found("nav2-source", message, path, "name a lidar or a depth camera")
         elif not topic_of(robot, source):
-            message = f'nobody says which topic sensor "{sensor.name}" is on'
+            message = f'sensor "{sensor.name}" has no topic'
             yield Found("nav2-source", message, path, "add topic: NAME")
 
 

@@ -185,7 +185,7 @@ class Bringup:
         planning = planning_of(self.robot) if MOVEIT in self.starts else None
         limits = list(self._limits(planning)) if planning is not None else []
         names = [one["name"] for one in limits if one["acceleration"] is not None]
-        message = f"nobody says how fast joints may accelerate ({listed(names, 4)}), and MoveIt plans nothing "
+        message = f"joints have no limit of acceleration ({listed(names, 4)}), and MoveIt plans nothing "
         message += "without: config/joint_limits.yaml has a stand-in, 1 rad/s^2 or 1 m/s^2"
         help = "if the maker gives others, load them after that file"
         return [Diagnostic("package-acceleration", NOTE, message, help=help)] if names else []

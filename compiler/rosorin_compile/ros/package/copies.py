@@ -166,7 +166,7 @@ def kept(protected: Iterable[ProtectedFile]) -> Iterator[Diagnostic]:
             message = f"{one.name} was changed since this tool wrote it; as it was, it goes to {one.kept}"
             help = "bring the change into the description, and remove that file"
         else:
-            message = f"nothing says that this tool wrote {one.name}; as it was, it goes to {one.kept}"
-            help = "if nobody needs it, remove that file"
+            message = f"{one.name} has no mark of this tool; as it was, it goes to {one.kept}"
+            help = "remove that file if it is not needed"
         if one.reason != "foreign":
             yield Diagnostic("deploy-kept", WARNING, message, None, (), help)

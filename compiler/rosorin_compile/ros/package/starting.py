@@ -14,14 +14,15 @@ from rosorin_compile.formats.static_tf import (
     Condition,
     StaticTransform,
     condition,
+    free_names,
     if_condition,
     import_substitutions,
     in_frontends,
     in_python,
-    mode_arguments,
     static_transforms,
 )
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
+from rosorin_compile.rules.publishers import modes_in
 
 if TYPE_CHECKING:
     from .carrying import Carried
@@ -106,7 +107,7 @@ def spelt_statics(robot: Robot, taken: Iterable[str]) -> Statics:
     ``taken`` are names of launch arguments that are no modes. Numbers are printed as the outputs of the robot ask for.
     """
     always, in_modes, _ = static_transforms(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
-    modes = mode_arguments(robot, [one.when for one in in_modes], taken)
+    modes = free_names(modes_in(robot, [one.when for one in in_modes]), taken, "mode_")
     nodes = [_static(transform) for transform in always]
     read = {one.when: condition(robot, one.when) for one in in_modes}
     for one in in_modes:

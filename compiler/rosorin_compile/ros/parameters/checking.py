@@ -137,7 +137,7 @@ def _unlisted(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Ite
     many, one = kind.mapped(key)
     given = values.get(many)
     if isinstance(given, (list, tuple)) and one not in given:
-        message = f'"{key}" of {name} is about "{one}", which is not in its {many}: nobody reads it'
+        message = f'"{key}" of {name} is about "{one}", which is not in its {many}: it has no effect'
         yield Finding("parameters-unknown-key", message, key, Suggestion(one, set(map(str, given))), at_key=True)
 
 

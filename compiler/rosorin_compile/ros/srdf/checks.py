@@ -115,7 +115,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         joint = planning.joints.get(name)
         why = "is fixed" if joint is not None and joint.is_fixed else ""
         if joint is not None and not why and joint.mimic is not None:
-            why = f'follows "{joint.mimic.joint}": nobody commands it anyway'
+            why = f'follows "{joint.mimic.joint}": it is not commanded anyway'
         if why:
             message, path = f'joint "{name}" is named as passive, and {why}', (_TOP, "passive_joints", index)
             yield case.problem("moveit-passive-joint", message, path, "remove it", severity=WARNING)

@@ -11,12 +11,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rosorin_compile.formats.format import Joined, Opened, Placed
+from rosorin_compile.formats.format import Opened, Placed
 from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, PLAIN, Reading, numbers
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import DisabledCollision, Output, Robot, Transform
 from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
-from rosorin_compile.source.diagnostics import Span, has_errors, nearest, quoted
+from rosorin_compile.source.diagnostics import Diagnostic, Span, has_errors, nearest, quoted
 from rosorin_compile.source.tree import Map, Text
 from rosorin_compile.source.xml.markup import Element, correction, named
 
@@ -69,7 +69,7 @@ class _State:
         return {name: at.value for name, at in self.positions.items()}
 
 
-def join(opened: Opened, tree: Map) -> Joined:
+def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
     """Return the sections that a file adds to a robot, and the diagnostics about it."""
     robot, root = lower(tree).robot, opened.xml.root
     if robot is None:
@@ -85,7 +85,8 @@ def join(opened: Opened, tree: Map) -> Joined:
     made = _Joining(opened, robot)
     made.read(root)
     poses = made.poses(tree.get("poses") or {})
-    return Joined({"moveit": made.moveit(), **({"poses": poses} if poses else {})}, made.reading.all_diagnostics())
+    sections = {"moveit": made.moveit(), **({"poses": poses} if poses else {})}
+    return sections, made.reading.all_diagnostics()
 
 
 class _Joining:

@@ -23,8 +23,8 @@ from rosorin_compile.source.load import json_of
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import Heading, Rule
 
-from .data import Data, robot_data
-from .images import MESHES, Embedding, tables
+from .data import robot_data
+from .images import MESHES, Data, Embedding, tables
 
 RULES = (
     Rule(

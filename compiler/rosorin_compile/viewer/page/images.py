@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import re
 from base64 import b64encode
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 from urllib.parse import unquote
@@ -100,8 +101,22 @@ class Serving:
 
 
 def tables(robot: Robot, found: Mapping[str, Path], store: Embedding | Serving) -> Data:
-    """Return the tables of meshes and textures of a page by name; ``found`` are the files by name."""
-    names, meshes, textures = list(mesh_names(robot)), Data(), Data()
+    """Return the tables of meshes and textures of a robot by name; ``found`` are the files by name."""
+    meshes, textures = mesh_table([*mesh_names(robot)], found, store), Data()
+    for name in texture_names(robot):
+        image = found.get(name)
+        kind = image_type(image) if image is not None else ""
+        if image is None or not kind:
+            textures[name] = store.missing(name, "no browser reads it" if image else "not found")
+            continue
+        entry = store.put(name, image, kind)
+        textures[name] = entry if "missing" in entry else {"type": kind, **entry}
+    return {"meshes": meshes, **({"textures": textures} if textures else {})}
+
+
+def mesh_table(names: Sequence[str], found: Mapping[str, Path], store: Embedding | Serving) -> Data:
+    """Return the table of meshes of these names; ``found`` are the files by name."""
+    meshes = Data()
     for number, name in enumerate(names):
         Progress.step("reading meshes", number, len(names))
         kind, file = MESHES.get(PurePosixPath(name).suffix.lower()), found.get(name)
@@ -117,15 +132,7 @@ def tables(robot: Robot, found: Mapping[str, Path], store: Embedding | Serving) 
         own = {side.name: {"type": side.type, **store.put(*side)} for side in sides}
         own = {side: placed for side, placed in own.items() if "missing" not in placed}
         meshes[name] = {"format": kind, **entry, **({"files": own} if own else {})}
-    for name in texture_names(robot):
-        image = found.get(name)
-        kind = image_type(image) if image is not None else ""
-        if image is None or not kind:
-            textures[name] = store.missing(name, "no browser reads it" if image else "not found")
-            continue
-        entry = store.put(name, image, kind)
-        textures[name] = entry if "missing" in entry else {"type": kind, **entry}
-    return {"meshes": meshes, **({"textures": textures} if textures else {})}
+    return meshes
 
 
 def texture_names(robot: Robot) -> Iterator[str]:
@@ -167,15 +174,11 @@ def companions(mesh: Path, name: str = "") -> tuple[list[Side], dict[str, str]]:
         content = b""
     for named in dict.fromkeys(found.decode("utf-8", "replace").strip() for found in _LIBRARY.findall(content)):
         file = _relative(mesh, named)
-        if file is None or file.suffix.lower() != ".mtl" or not _is_in(file, homes):
-            continue
-        try:
-            if files.is_file(file) and file.stat().st_size <= _LARGEST:
+        with suppress(OSError):
+            if file and file.suffix.lower() == ".mtl" and _is_in(file, homes) and file.stat().st_size <= _LARGEST:
                 text = files.read_bytes(file).decode("utf-8", "replace")
                 sides.append(Side(named, file, _MATERIALS))
                 names += [_OPTION.sub("", image) for image in _MAP.findall(text)]
-        except OSError:
-            continue
     for named in dict.fromkeys(names):
         file = _relative(mesh, named)
         kind = image_type(file) if file is not None else ""

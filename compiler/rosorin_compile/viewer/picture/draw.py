@@ -134,8 +134,8 @@ def _pixels(
 
     robot, theme = shown.robot, THEMES[look.theme]
     found = pieces(robot, poses, _meshes(shown, diagnostics), robot.has_looks, look.collision or not robot.has_looks)
-    corners = [piece.bounds for piece in found] or [[pose.xyz for pose in poses.values()]]
-    bounds = np.array([np.concatenate(corners).min(axis=0), np.concatenate(corners).max(axis=0)])
+    corners = np.concatenate([piece.bounds for piece in found] or [np.array([pose.xyz for pose in poses.values()])])
+    bounds = np.array([corners.min(axis=0), corners.max(axis=0)])
     camera = Camera.fitted(bounds, direction, *look.size)
     progress = partial(Progress.step, "drawing", counted=False)
     pixels = render(Scene(found, bounds, theme), camera, look.transparent, progress)

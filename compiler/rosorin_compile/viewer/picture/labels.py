@@ -65,20 +65,15 @@ class Label(NamedTuple):
 
 
 def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera, size: float, theme: Theme) -> None:
-    """Draw the axes and names of frames over a picture, which is changed.
+    """Draw the axes and names of frames, by their poses in the root frame, over a picture (rows, columns, 3 or 4).
 
-    Args:
-        pixels: the picture: (rows, columns, 3 or 4).
-        frames: the pose of each frame in the root frame. Frames behind the camera are left out.
-        camera: the camera of the picture.
-        size: the size of the robot (m), from which the length of an axis follows.
-        theme: the colours of the names.
-
+    The length of an axis follows from the ``size`` of the robot (m). Frames behind the camera are left out.
     """
     origins: list[tuple[float, float, str]] = []
-    ends = np.vstack([np.zeros(3), np.eye(3) * (_AXIS_LENGTH * size)])
+    length = _AXIS_LENGTH * size
     for name, pose in frames.items():
-        x, y, depth = camera.project(np.array([pose.apply((a, b, c)) for a, b, c in ends.tolist()]))
+        ends = [pose.apply(end) for end in ((0, 0, 0), (length, 0, 0), (0, length, 0), (0, 0, length))]
+        x, y, depth = camera.project(np.array(ends))
         if (depth > 0).all():
             origin, *tips = zip(x.round(2).tolist(), y.round(2).tolist(), strict=True)
             origins.append((*origin, name))

@@ -84,7 +84,7 @@ _SCREEN = [(i / (_TABLE - 1)) ** 2 for i in range(_TABLE)]  # steps are smaller 
 _SCREEN_TABLE = np.array([12.92 * v if v <= 0.0031308 else 1.055 * v ** (1 / 2.4) - 0.055 for v in _SCREEN])
 
 
-def _dot(vectors: Floats, axis: ArrayLike) -> Floats:
+def _dot(vectors: Floats, axis: Floats) -> Floats:
     product: Floats = (vectors * axis).sum(axis=-1)
     return product
 
@@ -241,7 +241,7 @@ class Shadows:
             blurred = ((sums[:, 2 * _BLUR + 1 :] - sums[:, : -2 * _BLUR - 1]) / (2 * _BLUR + 1)).T
         self.near, self.blurred = np.where(keys < 0, -np.inf, depth), blurred
 
-    def _lookup(self, values: Floats, points: Floats, offset: ArrayLike = 0.0) -> Floats:
+    def _lookup(self, values: Floats, points: Floats, offset: Floats | float = 0.0) -> Floats:
         at = np.stack([_dot(points, axis) - start for axis, start in zip(self.axes, self.corner, strict=True)])
         row, column = np.clip(np.floor(at / self.cell + offset), 0, len(values) - 1).astype(np.int64)
         found: Floats = values[row, column]

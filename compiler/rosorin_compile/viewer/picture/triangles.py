@@ -47,15 +47,10 @@ class Piece(NamedTuple):
 def pieces(
     robot: Robot, poses: Mapping[str, Transform], meshes: Mapping[Mesh, MeshParts], visual: bool, collision: bool
 ) -> list[Piece]:
-    """Return the shapes of a robot.
+    """Return the shapes of a robot whose links have these poses in the root frame, visual and collision shapes visible.
 
-    Args:
-        robot: the robot.
-        poses: the pose of each link in the root frame.
-        meshes: the meshes that could be read. A link whose visual mesh is missing shows its collision shapes.
-        visual: whether visual shapes are visible.
-        collision: whether collision shapes are visible; they are translucent where visual shapes are visible, too.
-
+    A link of which a visual mesh is not in ``meshes``, because it cannot be read, shows its collision shapes. With both
+    kinds visible, collision shapes are translucent.
     """
     made: list[Piece] = []
     colours = own_colours(robot)
@@ -100,11 +95,11 @@ def _solid(geometry: Box | Cylinder | Capsule | Sphere | Ellipsoid | HeightMap) 
     radius = 1.0 if isinstance(geometry, Ellipsoid) else geometry.radius
     h = geometry.length / 2 if isinstance(geometry, Cylinder | Capsule) else 0.0
     if isinstance(geometry, Cylinder):
-        profiles = list(pairwise([(0.0, h), (radius, h), (radius, -h), (0.0, -h)]))
+        profiles = [[*side] for side in pairwise([(0.0, h), (radius, h), (radius, -h), (0.0, -h)])]
     else:
         middle = _SEGMENTS // 4
         turns = [(t, h) for t in half[: middle + 1]] + [(t, -h) for t in half[middle if h else middle + 1 :]]
-        profiles = [tuple((radius * math.sin(t), radius * math.cos(t) + z) for t, z in turns)]
+        profiles = [[(radius * math.sin(t), radius * math.cos(t) + z) for t, z in turns]]
     steps = [2 * math.pi * (step % _SEGMENTS) / _SEGMENTS for step in range(_SEGMENTS + 1)]
     found = []
     for profile in profiles:

@@ -291,7 +291,7 @@ def _nobody(end: _End, sources: Sequence[_End]) -> Iterator[Diagnostic]:
         return  # of somebody else, such as a camera
     source = next((one for one in sources if one.topic == meant), sources[0])
     message = (
-        f'{node.shown} listens to the odometry {heard} ("{end.key}"{setting.how}), and nobody in the files publishes '
+        f'{node.shown} listens to the odometry {heard} ("{end.key}"{setting.how}), and no node in the files publishes '
     )
     message += f"that: {source.node.shown} publishes {source.topic}"
     help = f"{end.key}: {source.topic.strip('/')}" + ("" if meant else "; or say the remap: --remap NODE:FROM:=TO")

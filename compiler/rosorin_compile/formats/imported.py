@@ -28,7 +28,14 @@ if TYPE_CHECKING:
     from rosorin_compile.language.lower import Lowered
     from rosorin_compile.model import Robot
 
-RULES = (Rule("import-cannot-carry", "A warning: something is not carried over.", "`--strict` refuses it.", READING),)
+RULES = (
+    Rule(
+        "import-cannot-carry",
+        "A warning: a description cannot express something of a file.",
+        "`--strict` makes it an error.",
+        READING,
+    ),
+)
 
 MAX_NAME = 60
 BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"

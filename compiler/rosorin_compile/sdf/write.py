@@ -29,7 +29,12 @@ from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, SOLIDS, WORLD, collision_
 
 RULES = (
     Rule("sdf-cannot-say", "A warning: SDF has no word for something in the description.", "See the message.", FORMATS),
-    Rule("sdf-without-mass", "A warning: a moving link has no mass, as SDF wants.", "Give it an `inertial`.", FORMATS),
+    Rule(
+        "sdf-without-mass",
+        "A warning: a moving link has no mass, which SDF cannot express.",
+        "Give it an `inertial`.",
+        FORMATS,
+    ),
 )
 
 MODEL = "__model__"

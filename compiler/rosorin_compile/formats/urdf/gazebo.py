@@ -29,7 +29,14 @@ if TYPE_CHECKING:
 
 _NO_SENSOR = "A warning: Gazebo gets no sensor, or drops its link, which has no mass."
 _GIVE_MASS = "Give the link an `inertial`, and keep it in `elements`; or leave the sensor out: `gazebo: []`."
-RULES = (Rule("gazebo-cannot-see", _NO_SENSOR, _GIVE_MASS, FORMATS),)
+RULES = (
+    Rule(
+        "gazebo-cannot-see",
+        "A warning: a sensor is not written for Gazebo, or is on a link that Gazebo drops, as it has no mass.",
+        "Give the link an `inertial`, and keep it in `elements`; or leave the sensor out: `gazebo: []`.",
+        FORMATS,
+    ),
+)
 _KEEPING = ("preserveFixedJoint", "disableFixedJointLumping")
 
 

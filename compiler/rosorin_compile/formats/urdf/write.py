@@ -43,8 +43,21 @@ _SECOND = "[A second URDF for simulators](artifacts.md#a-urdf-for-simulators), o
 _SERVO = "The damping of a servo belongs to its `actuator`, which no URDF has; else damp less, or correct the mass."
 RULES = (
     Rule("urdf-without-mass", _WITHOUT_MASS, _SECOND, FORMATS),
-    Rule("explicit-damping-unstable", _UNSTABLE, _SERVO, FORMATS, accept="joint", imported="always"),
-    Rule("urdf-cannot-say", "A URDF has no word for something.", '`version: "1.2"`, or `frames: bodies`.', FORMATS),
+    Rule(
+        "explicit-damping-unstable",
+        "A warning: damping * step > 2 * inertia at a joint: simulators with explicit steps of 1/240 s, such as "
+        "PyBullet, diverge.",
+        _SERVO,
+        FORMATS,
+        accept="joint",
+        imported="always",
+    ),
+    Rule(
+        "urdf-cannot-say",
+        "A warning or a note: URDF cannot express a shape, a joint, or a mass that moves.",
+        'Use other shapes; `version: "1.2"` has capsules, `frames: bodies` has what moves.',
+        FORMATS,
+    ),
     Rule("urdf-mass-sum", "Masses that move to one link of the URDF are together no number.", "Correct them.", FORMATS),
 )
 

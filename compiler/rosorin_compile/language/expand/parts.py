@@ -35,7 +35,12 @@ from .scope import Scope, value_place
 RULES = (
     Rule("unknown-part", "There is no such part or file of parts.", "See [the library](parts-library.md).", ARGUMENTS),
     Rule("unknown-sensor-type", "There is no such sensor type.", "See [the library](parts-library.md).", ARGUMENTS),
-    Rule("mirrored-element", "MJCF with a position is in a mirrored part.", "Use keys of the language.", ARGUMENTS),
+    Rule(
+        "mirrored-element",
+        "An element of MJCF with a position or a direction is in a mirrored part.",
+        "Use keys of the language, such as `sites`.",
+        ARGUMENTS,
+    ),
     Rule("part-cycle", "Parts use each other without end, or too deep.", "End a recursion with an `if`.", ARGUMENTS),
 )
 
@@ -342,10 +347,13 @@ def _check_elements(use: str, fragment: Map, scope: Scope) -> None:
     links = fragment.get("links")
     entries = links.values() if isinstance(links, Map) else ()
     listed = [fragment.get("mjcf"), *(entry.get("mjcf_elements") for entry in entries if isinstance(entry, Map))]
+    failed: Failed | None = None
     for texts in (one for one in listed if isinstance(one, Seq)):
         for text, span in zip(texts, texts.value_spans, strict=True):
             for found in found_in(text) if isinstance(text, str) else ():
                 if words := sorted(_SPATIAL.intersection(found.attributes)):
                     message = f'<{found.tags[-1]}> has {words[0]}, which use "{use}" does not mirror'
                     help = "write it with words of the language, such as sites; or make a part for each side"
-                    raise scope.failed("mirrored-element", message, Place(span, scope.via), help)
+                    failed = scope.failed("mirrored-element", message, Place(span, scope.via), help)
+    if failed is not None:
+        raise failed

@@ -14,7 +14,7 @@ TYPE_CHECKING = False  # typing takes milliseconds to import, in which a Ctrl-C 
 if TYPE_CHECKING:
     from rosorin_compile.api import (
         arguments, check, check_deployed, check_parameters, check_physics, collisions, compile, deploy,  # noqa: A004
-        diff, explain, explain_rules, extract_boxes, extract_factory, extract_height_map, frames,
+        diff, explain, explain_rules, extract_boxes, extract_factory, extract_height_map, frames, graph,
         import_robot, init, outputs, package, picture, pulses, read, schema, simulate, sweep, transform,
         verify, view, write, write_sweep,
     )
@@ -31,7 +31,7 @@ __all__ = [
     "Reading", "RequestError", "Robot", "Rules", "Simulated", "Transforms", "UnknownName", "Variant", "Verified",
     "Written", "WrittenVariants", "__version__", "arguments", "check", "check_deployed", "check_parameters",
     "check_physics", "collisions", "compile", "deploy", "diff", "explain", "explain_rules", "extract_boxes",
-    "extract_factory", "extract_height_map", "frames", "import_robot", "init", "outputs", "package", "picture",
+    "extract_factory", "extract_height_map", "frames", "graph", "import_robot", "init", "outputs", "package", "picture",
     "pulses", "read", "schema", "simulate", "sweep", "transform", "verify", "view", "write", "write_sweep",
 ]
 # isort: on

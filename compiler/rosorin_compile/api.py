@@ -76,9 +76,10 @@ if TYPE_CHECKING:
     from rosorin_compile.mujoco.simulate.simulation import Simulated
     from rosorin_compile.recordings.results import Verified
     from rosorin_compile.ros.check_parameters.checking import CheckedParameters
+    from rosorin_compile.ros.graph import RobotGraph
     from rosorin_compile.ros.package.checking import CheckedCopies
     from rosorin_compile.ros.package.deploy import Deployed
-    from rosorin_compile.ros.package.write import WrittenPackage
+    from rosorin_compile.ros.package.package import WrittenPackage
     from rosorin_compile.rules.case import Case
     from rosorin_compile.variants.writing import WrittenVariants
 
@@ -438,6 +439,25 @@ def frames(
     else:
         found = frame_trees.frames(case.robot, chosen, frame, publisher)
     return replace(found, diagnostics=(*diagnostics, *found.diagnostics))
+
+
+def graph(
+    robot: FilePath | Request, arguments: Values = None, packages: Packages = None, *, trust: bool = False
+) -> RobotGraph:
+    """Return the ROS 2 nodes that a package of a robot starts, and the topics between them.
+
+    Topics that a node reads and nothing publishes are diagnostics.
+
+    Example:
+        >>> import rosorin_compile
+        >>> [topic.type for topic in rosorin_compile.graph("rosorin").topics if topic.topic == "/scan"]
+        ['sensor_msgs/msg/LaserScan']
+    """
+    from rosorin_compile.ros.graph import RobotGraph, robot_graph
+
+    compiled = Request.of(robot, arguments, packages, trust=trust).compile()
+    errors = tuple(one for one in compiled.diagnostics if one.severity == ERROR)
+    return RobotGraph(diagnostics=errors) if compiled.robot is None or errors else robot_graph(compiled.robot)
 
 
 def pulses(
@@ -1159,7 +1179,8 @@ def package(
         >>> package("rosorin", "rosorin_description", license="MIT").package  # doctest: +SKIP
         'rosorin_description'
     """
-    from rosorin_compile.ros.package.write import PackageOptions, write_package
+    from rosorin_compile.ros.package.options import PackageOptions
+    from rosorin_compile.ros.package.package import write_package
 
     starts = {"control": control, "moveit": moveit, "nav2": nav2}
     options = PackageOptions(

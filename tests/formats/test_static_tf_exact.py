@@ -27,7 +27,8 @@ from rosorin_compile.model import (
     Robot,
 )
 from rosorin_compile.model.geometry import Transform
-from rosorin_compile.ros.package.package import Options, make
+from rosorin_compile.ros.package.options import Options
+from rosorin_compile.ros.package.package import make
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal
 from support.launch import command_line, read, run
 from support.robots import found as problems

@@ -9,7 +9,8 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Joint, Pose, Publisher, Robot
-from rosorin_compile.ros.package.package import Options, make
+from rosorin_compile.ros.package.options import Options
+from rosorin_compile.ros.package.package import make
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled
 

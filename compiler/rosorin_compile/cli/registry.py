@@ -48,6 +48,7 @@ COMMANDS = {
         "explain": "print the pose of a frame and the lines of YAML that define it",
         "tf": "print the transform between two frames, in the format of tf2_echo",
         "frames": "show the tree of frames with their publishers",
+        "graph": "show the ROS 2 nodes of the robot and the topics between them",
         "view": "show the robot in the browser and update it when files change",
         "picture": "draw the robot to a PNG file, without a browser",
         "simulate": "test the robot in MuJoCo: at rest, in its poses and driving",

@@ -77,7 +77,8 @@ def _frames(robot: Robot) -> list[Edge]:
             continue
         turns = robot.turns.get(joint.name, ())
         if joint.publisher.kind != UNPUBLISHED or not turns:
-            frames.append(Edge(joint.parent, joint.child, joint.publisher, joint.moves_on_tf, pose=joint.origin))
+            publisher = robot.publisher_of(joint)
+            frames.append(Edge(joint.parent, joint.child, publisher, joint.moves_on_tf, pose=joint.origin))
         frames += turns
     return frames + [edge for edge in robot.edges if not edge.joint]
 

@@ -354,6 +354,19 @@ class Robot:
         """Return the joints whose publisher is of a kind, in the order of the description."""
         return tuple(joint for joint in self.joints if joint.publisher.kind == kind)
 
+    @cached_property
+    def unmeasured_joints(self) -> tuple[Joint, ...]:
+        """The moving joints of robot_state_publisher whose position no hardware block has, if blocks have positions."""
+        measured = {one.name for block in self.control for one in block.joints if "position" in one.states}
+        ours = self.published_by(ROBOT_STATE_PUBLISHER) if measured and self.controllers else ()
+        return tuple(one for one in ours if one.moves and one.mimic is None and one.name not in measured)
+
+    def publisher_of(self, joint: Joint) -> Publisher:
+        """Return who puts a joint on tf: nobody if its position is unknown to robot_state_publisher."""
+        if joint in self.unmeasured_joints:
+            return Publisher(UNPUBLISHED, "nobody", about="no hardware block has its position")
+        return joint.publisher
+
     @of_robot
     def in_urdf(self) -> tuple[Joint, ...]:
         """Return the joints of the URDF: those of robot_state_publisher, and for other readers those it cannot move."""

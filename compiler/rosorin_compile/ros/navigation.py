@@ -110,7 +110,6 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Found]]
 
 
 def _to_edges(robot: Robot) -> str:
-    """Return the edge of the odometry as it is to be written, of a node that publishes nothing if there is one."""
     owners = {joint.publisher.name for joint in robot.joints} | {edge.publisher.name for edge in robot.edges}
     free = [node.name for node in robot.publishers if node.name not in owners and kind_of(node) not in (AMCL, SLAM)]
     help = f"add it to edges: {{parent: odom, child: {robot.root}, publisher: {free[0] if len(free) == 1 else 'NAME'}}}"
@@ -120,7 +119,6 @@ def _to_edges(robot: Robot) -> str:
 
 
 def _map(leads: Sequence[Lead], odom: str, asked: str | None) -> tuple[str, list[Found]]:
-    """Return the frame of the map, empty if there is none, and what is wrong with it."""
     maps = list(dict.fromkeys(lead.parent for lead in leads if lead.child == odom))
     if asked is not None and asked not in maps:
         message = f'no edge leads from "{asked}" to "{odom}"'
@@ -132,14 +130,12 @@ def _map(leads: Sequence[Lead], odom: str, asked: str | None) -> tuple[str, list
 
 
 def _leads(robot: Robot) -> Iterator[Lead]:
-    """Yield the transforms that nodes publish, but for what joints hold together."""
     for index, edge in enumerate(robot.edges):
         if edge.publisher.kind != UNPUBLISHED and not edge.joint:
             yield Lead(edge.parent, edge.child, edge.publisher, ("edges", index))
 
 
 def _enters(robot: Robot, lead: Lead) -> bool:
-    """Say whether a transform leads from outside to the robot."""
     return lead.child in robot.link and lead.parent not in robot.link
 
 

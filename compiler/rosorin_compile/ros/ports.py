@@ -44,6 +44,7 @@ class Port:
     when: tuple[tuple[str, Any], ...] = ()
     stamp_parameter: str = ""
     stamped: bool = False
+    optional: bool = False
     group: str = ""
     package: str = ""
 
@@ -64,8 +65,8 @@ class Port:
         return str(parameters.get(self.parameter) or self.topic)
 
     def exists(self, parameters: Mapping[str, Any]) -> bool:
-        """Return True if a node with these parameters has the port; a parameter that is not given holds."""
-        return all(parameters.get(key, value) == value for key, value in self.when)
+        """Return True if a node with these parameters has the port; ``optional`` says that it has none by default."""
+        return all(parameters[key] == value if key in parameters else not self.optional for key, value in self.when)
 
 
 @cache

@@ -20,7 +20,8 @@ from rosorin_compile.model import (
 )
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.output.ros_packages import is_launch_file
-from rosorin_compile.ros.package.launch_files import Call, Unreadable, calls, check, understood
+from rosorin_compile.ros.launch_reader import LaunchError
+from rosorin_compile.ros.package.launch_files import Call, calls, check, understood
 from rosorin_compile.source.diagnostics import Source
 
 LASER = Pose((0.048156, 7.5552e-05, 0.106748), (0.0, 0.0, math.pi))
@@ -125,7 +126,7 @@ def test_xml_and_yaml(name: str, text: str) -> None:
     ],
 )
 def test_launch_files_that_cannot_be_read(name: str, text: str, message: str) -> None:
-    with pytest.raises(Unreadable, match=message):
+    with pytest.raises(LaunchError, match=message):
         calls(name, text)
 
 
@@ -276,7 +277,7 @@ def test_any_text_is_read_or_refused(pieces: list[str], name: str) -> None:
     text = "static_transform_publisher\n" + "\n".join(pieces)
     try:
         found = calls(name, text)
-    except Unreadable:
+    except LaunchError:
         return
     source = Source(name, text)
     for call in found:

@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
 from rosorin_compile.model import Controller
 from rosorin_compile.model.joint import NODE
@@ -33,9 +32,10 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.checking import against_robot, missing
 from ..controllers.derived import derived
-from ..controllers.topics import is_of_nobody, odometry_of
+from ..controllers.filled import is_of_nobody
 from ..controllers.types import full, of_type
 from ..parameters.tables import MANAGER
+from ..ports import IMU, ODOMETRY, OUT, VELOCITY, Port, controller_ports, ports, short_type
 from . import frames, owners, values
 from .files import NoParameters, Section, read_file
 from .nodes import Files, Node, Setting, found
@@ -49,11 +49,16 @@ RULES = (
         "Name the topic that is published; or say by `--remap` or `--launch` which remap there is.",
         Heading.PARAMETERS,
     ),
+    Rule(
+        "parameters-topic",
+        "A warning: two nodes of one topic have other messages, Twist and TwistStamped. A note: a filter listens to "
+        "another IMU than the broadcaster in the files publishes.",
+        "As the message says; or say by `--remap` or `--launch` which remap there is.",
+        Heading.PARAMETERS,
+    ),
 )
 
-_FILTER, _FILTERED = "ekf", "odometry/filtered"
-_INPUT = re.compile(r"odom\d+")
-_KEY, _USUAL = "odom_topic", "odom"
+_USUAL = "odom"
 _OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # as controllers of a drive are called
 
 
@@ -133,21 +138,19 @@ def look(case: Case, asked: ParameterFiles) -> CheckedParameters:
     claims = owners.claims(nodes, remaps, told)
     told += owners.check(case, claims)
     told += frames.check(case, nodes, claims)
-    told += _unheard(nodes, remaps)
+    told += _unheard(nodes, remaps, distribution)
     judged, absent = _judged(case, nodes)
     unknown = [node.shown for node in nodes if node.kind is None and _could_publish(case, node)]
     return CheckedParameters(case.robot.name, judged, tuple(absent), tuple(unknown), tuple(arrange(told)))
 
 
 def _none(files: Sequence[Sequence[Section]], path: Path) -> Diagnostic:
-    """Return that files have no controllers."""
     help = f"{MANAGER}: {{ros__parameters: {{NAME: {{type: TYPE}}}}}}"
     first = next((section.span for sections in files for section in sections), Span(Source(str(path), ""), 1, 1))
     return error("controllers-none", "no controller has a type here", first, help)
 
 
 def _of_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the keys and values of a node, and with those of a controller for this robot."""
     wrong = of_type(node.shown, node.type, distribution) if node.type else None
     if wrong is not None:
         yield wrong.at(node.said)
@@ -172,12 +175,10 @@ def _of_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
 
 
 def _drive(case: Case, rule: str) -> list[Related]:
-    """Return where the robot says of its drive what a file says otherwise."""
     return [case.related("the drive of the robot", ("drive",), key=True)] if rule == "controller-differs" else []
 
 
 def _distribution(case: Case) -> str:
-    """Return the distribution that the outputs of a robot are for, if they agree on one; else none."""
     said = {str(one.options["distribution"]) for one in case.robot.outputs if "distribution" in one.options}
     return said.pop() if len(said) == 1 else ""
 
@@ -196,7 +197,6 @@ def _read(paths: Iterable[Path], told: list[Diagnostic]) -> list[list[Section]]:
 
 
 def _judged(case: Case, nodes: Sequence[Node]) -> tuple[int, list[str]]:
-    """Return how many edges of nodes were judged, and the names of the publishers that are in no file."""
     publishers = case.robot.publishers
     judged, absent = 0, []
     for edge in case.robot.edges:
@@ -224,49 +224,76 @@ def summary(looked: CheckedParameters) -> str:
     return line
 
 
-class Driven(NamedTuple):
-    """A controller of a drive: its node, and the topic of its odometry after remaps."""
+@dataclass(frozen=True)
+class _End:
+    """An end of a topic of a node in the files: its port, the full topic, the type of messages, and what names it."""
 
     node: Node
+    port: Port
     topic: str
+    message: str
+    key: str = ""
+
+    @property
+    def setting(self) -> Setting:
+        return self.node.setting(self.key)
 
 
-def _unheard(nodes: Sequence[Node], remaps: Sequence[Remap]) -> Iterator[Diagnostic]:
-    """Yield the odometry that nodes listen to and nobody publishes; nothing where no controller drives."""
-    sources = [
-        Driven(node, topic(odometry, node.namespace, node.name, remaps))
-        for node in nodes
-        if (odometry := odometry_of(full(node.type)))
-    ]
-    filters = [node for node in nodes if node.kind is not None and node.kind.name == _FILTER]
-    published = {source.topic for source in sources}
-    published |= {topic(_FILTERED, node.namespace, node.name, remaps) for node in filters}
-    for node in nodes if sources else ():
-        for key, setting in _heard(node):
-            heard = topic(str(setting.value), node.namespace, node.name, remaps)
-            if heard not in published:
-                yield from _nobody(node, key, setting, heard, sources)
+def _ends(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) -> Iterator[_End]:
+    """Yield the ends of the topics of all nodes that are in the table of ports."""
+    for node in nodes:
+        kind = node.kind.name if node.kind is not None else ""
+        known = ports(distribution, node=kind) if kind and not node.type else ()
+        values = {key: one.value for key, one in node.parameters.items() if not one.substituted}
+        for port in (*known, *controller_ports(full(node.type), distribution)):
+            if "<n>" in port.parameter:
+                pattern = re.compile(port.parameter.replace("<n>", r"\d+"))
+                keys = [key for key in node.parameters if pattern.fullmatch(key)]
+            else:
+                keys = [] if port.each else [port.parameter]
+            for key in keys:
+                name = node.setting(key).value if "<n>" in key or key in node.parameters else port.name(values)
+                if isinstance(name, str) and name:
+                    where = topic(name, node.namespace, node.name, remaps)
+                    yield _End(node, port, where, port.message(values), key)
 
 
-def _heard(node: Node) -> Iterator[tuple[str, Setting]]:
-    """Yield the keys of a node that say which odometry it listens to."""
-    keys = [key for key in node.parameters if _INPUT.fullmatch(key)]
-    if node.kind is not None and _KEY in node.kind.keys:
-        keys.append(_KEY)
-    for key in keys:
-        setting = node.setting(key)
-        if isinstance(setting.value, str) and setting.value:
-            yield key, setting
+def _unheard(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) -> Iterator[Diagnostic]:
+    """Yield topics that nodes read and nobody publishes, where a controller publishes the like, and other messages."""
+    ends = list(_ends(nodes, remaps, distribution))
+    published = [one for one in ends if one.port.direction == OUT]
+    for end in ends:
+        sources = [one for one in published if one.port.role == end.port.role and one.port.group == "control"]
+        there = [one for one in published if one.topic == end.topic]
+        if end.port.direction == OUT or any(one.message == end.message for one in there):
+            continue
+        if there and distribution and end.port.role == VELOCITY:
+            message = (
+                f"{end.node.shown} takes {short_type(end.message)} on {end.topic}, and {there[0].node.shown} sends "
+            )
+            message += f"{short_type(there[0].message)}: {end.port.missing}"
+            help = "give both the same value of enable_stamped_cmd_vel"
+            yield Diagnostic("parameters-topic", WARNING, message, end.node.span, help=help)
+        elif end.port.role == ODOMETRY and sources:
+            yield from _nobody(end, sources)
+        elif end.port.role == IMU and sources and not there:
+            message = f"{end.node.shown} listens to the IMU {end.topic}, and in the files {sources[0].node.shown} "
+            message += f"publishes {sources[0].topic}"
+            help = f"{end.key}: {sources[0].topic.strip('/')}; or say the remap: --remap NODE:FROM:=TO"
+            yield Diagnostic("parameters-topic", NOTE, message, end.setting.span, help=help)
 
 
-def _nobody(node: Node, key: str, setting: Setting, heard: str, sources: Sequence[Driven]) -> Iterator[Diagnostic]:
+def _nobody(end: _End, sources: Sequence[_End]) -> Iterator[Diagnostic]:
+    node, heard, setting = end.node, end.topic, end.setting
     meant = is_of_nobody(heard, {source.node.full.strip("/"): source.topic for source in sources})
     of_drive = heard in (full_name(_USUAL, node.namespace, ""), f"/{_USUAL}") or _OF_CONTROLLER.search(heard)
     if not meant and not of_drive:
         return  # of somebody else, such as a camera
     source = next((one for one in sources if one.topic == meant), sources[0])
-    message = f'{node.shown} listens to the odometry {heard} ("{key}"{setting.how}), and no node in the files '
-    message += f"publishes that: {source.node.shown} publishes {source.topic}"
-    help = f"{key}: {source.topic.strip('/')}" + ("" if meant else "; or say the remap: --remap NODE:FROM:=TO")
+    message = (
+        f'{node.shown} listens to the odometry {heard} ("{end.key}"{setting.how}), and no node in the files publishes '
+    )
+    message += f"that: {source.node.shown} publishes {source.topic}"
+    help = f"{end.key}: {source.topic.strip('/')}" + ("" if meant else "; or say the remap: --remap NODE:FROM:=TO")
     related = (Related(f"{source.node.shown} is here", source.node.span),)
     yield Diagnostic("parameters-odometry", WARNING if meant else NOTE, message, setting.span, related, help)

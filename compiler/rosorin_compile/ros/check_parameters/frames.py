@@ -52,7 +52,6 @@ def check(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> Iterator
 
 
 def _prefixed(node: Node) -> Iterator[Diagnostic]:
-    """Yield that robot_state_publisher calls all frames otherwise; nothing else knows its prefix."""
     prefix = node.setting("frame_prefix") if node.kind and node.kind.name == ROBOT_STATE_PUBLISHER else None
     if prefix is not None and prefix.value and isinstance(prefix.value, str):
         message = f'"frame_prefix" of {node.shown} is "{prefix.value}": it writes that before every frame of the robot'
@@ -61,7 +60,6 @@ def _prefixed(node: Node) -> Iterator[Diagnostic]:
 
 
 def _is_end(node: Node, key: Key, found: Sequence[Claim]) -> bool:
-    """Say whether a key names an end of a transform that a node publishes."""
     return any(claim.node is node and not claim.silent for claim in found) and key.frame != SENSOR
 
 
@@ -85,15 +83,8 @@ def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
 
 
 def _frame(
-    case: Case,
-    node: Node,
-    key: Key,
-    full: str,
-    setting: Setting,
-    known: set[str],
-    parts: Sequence[set[str]],
+    case: Case, node: Node, key: Key, full: str, setting: Setting, known: set[str], parts: Sequence[set[str]]
 ) -> Iterator[Diagnostic]:
-    """Yield what is wrong with one name of a frame."""
     if not setting.value and key.frame == SENSOR:
         return
     name = f'"{full}" of {node.shown}'
@@ -121,7 +112,6 @@ def _unpublished(case: Case, frame: str) -> list[Related]:
 def _base(
     case: Case, node: Node, key: Key, setting: Setting, value: str, parts: Sequence[set[str]]
 ) -> Iterator[Diagnostic]:
-    """Yield that a base frame is not moved by the odometry."""
     name = f'"{key.name}" of {node.shown}'
     assumed = f" {DEFAULT}" if not setting.given else ""
     odom = _odometry(case, node)

@@ -127,7 +127,6 @@ def found(files: Files) -> tuple[list[Node], list[Diagnostic]]:
 
 
 def _full(section: Section, namespace: str) -> str:
-    """Return the full name of the node that a section names: in its own namespace, or that of the run."""
     words = section.name.strip("/").split("/")
     own = [word for word in words if word not in ("*", "**")]
     if own != words or (len(words) == 1 and namespace.strip("/")):
@@ -142,7 +141,6 @@ def _reaches_nobody(section: Section, full: str) -> Diagnostic:
 
 
 def _merged(sections: Sequence[Section]) -> dict[str, Parameter]:
-    """Return the parameters of sections; the later ones win."""
     return {name: value for section in sections for name, value in section.parameters.items()}
 
 
@@ -180,7 +178,6 @@ def _is_type(text: str) -> bool:
 
 
 def _homeless(named: dict[str, list[Section]], types: Mapping[str, _Type]) -> Iterator[Diagnostic]:
-    """Yield that no controller gets parameters that seem to be for one; those of another namespace go to it."""
     bare = {full.rpartition("/")[2]: full for full in types if not any(not one.of_any for one in named[full])}
     for full in [one for one in named if one not in types]:
         name = full.rpartition("/")[2]
@@ -196,7 +193,6 @@ def _homeless(named: dict[str, list[Section]], types: Mapping[str, _Type]) -> It
 
 
 def _fits(sections: Sequence[Section], of_type: str) -> bool:
-    """Say whether parameters are those of a type of controllers, most of them."""
     kind, keys = controller(of_type, ""), _merged(sections)
     return kind is not None and 2 * sum(key in kind for key in keys) > len(keys)
 

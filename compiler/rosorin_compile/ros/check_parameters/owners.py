@@ -1,10 +1,9 @@
-"""Who publishes which edge: what the nodes of the files publish, held against the publishers of the description."""
+"""Who publishes which edge: what the nodes of the files publish, compared with the publishers of the description."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 from rosorin_compile.model import Publisher
 from rosorin_compile.model.joint import NODE
@@ -42,10 +41,10 @@ RULES = (
 
 @dataclass(frozen=True)
 class Claim:
-    """A transform that a node publishes, or would: ``silent`` says why it does not reach tf, empty if it does.
+    """A transform that a node publishes, or would: ``silent`` is why it does not reach tf, empty if it does.
 
-    ``deciding`` is what decides it, ``way_out`` how it would be published, ``off`` how it would not be; ``aside`` how
-    the node would publish the edge above it instead.
+    ``deciding`` is the parameter that decides, ``because`` its value in words, ``way_out`` how the transform would be
+    published, ``off`` how it would not be, ``aside`` how the node would publish the edge above it instead.
     """
 
     node: Node
@@ -63,9 +62,14 @@ class Claim:
         """The edge in words."""
         return f"{self.parent.value} -> {self.child.value}"
 
+    def related(self) -> Related:
+        """Return the place that makes the node publish it."""
+        return Related(f"{self.node.shown} publishes it here: {self.because}", self.deciding.span)
 
-class Declared(NamedTuple):
-    """A transform of the description: its ends, who publishes it, where that is said, and in which modes."""
+
+@dataclass(frozen=True)
+class Declared:
+    """A transform of the description: its ends, its publisher with its name in messages, its place and mode."""
 
     parent: str
     child: str
@@ -74,43 +78,42 @@ class Declared(NamedTuple):
     when: str
     who: str
 
+    @property
+    def edge(self) -> str:
+        """The edge in words."""
+        return f"{self.parent} -> {self.child}"
+
 
 def claims(nodes: Iterable[Node], remaps: Sequence[Remap], told: list[Diagnostic]) -> list[Claim]:
     """Return what the nodes publish; what keeps one of them from it altogether is added to ``told``."""
     found: list[Claim] = []
     for node in nodes:
-        if node.kind is None:
-            continue
-        claim = _of_filter(node, told) if node.kind.name == "ekf" else _of_keys(node)
-        if claim is not None:
-            found.append(_on_topic(claim, remaps))
+        if node.kind is not None:
+            claim = _of_filter(node, told) if node.kind.name == "ekf" else _of_keys(node)
+            found += [_on_topic(claim, remaps)] if claim is not None else []
     return found
 
 
 def _of_keys(node: Node) -> Claim | None:
-    """Return the transform that a node publishes whose keys name its ends and its switch."""
+    """Return the transform of a node whose parameters name its ends and its switch."""
     names = node.kind.transform if node.kind else {}
     if not names:
         return None
     parent, child = _frame(node, names["parent"]), _frame(node, names["child"])
     if child.value == "" and "else" in names:
         child = _frame(node, names["else"])
-    switch = node.setting(names["switch"])
+    key = names["switch"]
+    switch = node.setting(key)
     if not parent.value or not child.value or switch.value is None:
         return None
-    key = names["switch"]
-    on = "0.05" if isinstance(switch.value, float) else "true"
-    off = "0.0" if isinstance(switch.value, float) else "false"
-    shown = str(switch.value).lower()
-    silent = "" if switch.value else f'"{key}" is {shown}{switch.how}'
-    return Claim(
-        *(node, parent, child, switch, f'"{key}" is {shown}{switch.how}', silent),
-        *(f"{key}: {on}", f"{key}: {off}"),
-    )
+    on, off = ("0.05", "0.0") if isinstance(switch.value, float) else ("true", "false")
+    because = f'"{key}" is {str(switch.value).lower()}{switch.how}'
+    silent = "" if switch.value else because
+    return Claim(node, parent, child, switch, because, silent, f"{key}: {on}", f"{key}: {off}")
 
 
 def _frame(node: Node, key: str) -> Setting:
-    """Return the name of a frame as a node writes it to tf: with its prefix, without what it strips."""
+    """Return the name of a frame as a node writes it to tf: with its prefix, without a leading slash."""
     setting = node.setting(key)
     if not isinstance(setting.value, str):
         return setting._replace(value=None)
@@ -127,193 +130,138 @@ def prefix(node: Node) -> str:
 
 def _of_filter(node: Node, told: list[Diagnostic]) -> Claim | None:
     """Return the transform of a filter of robot_localization: which one depends on ``world_frame``."""
-    odom, map_ = _frame(node, "odom_frame"), _frame(node, "map_frame")
-    base = _frame(node, "base_link_frame")
-    output = _frame(node, "base_link_frame_output")
+    keys = ("odom_frame", "map_frame", "base_link_frame", "base_link_frame_output")
+    odom, map_, base, output = (_frame(node, key) for key in keys)
     base = base if output.value is None else output
-    world = node.setting("world_frame", odom.value)
+    world, tf = node.setting("world_frame", odom.value), node.setting("publish_tf")
     if None in (odom.value, map_.value, base.value, world.value) or (output.given and output.value is None):
-        return None  # a launch file says it
+        return None  # a launch file sets it
     wrong = world_problem(node, (str(odom.value), str(map_.value)))
-    if wrong is not None:
-        told.append(wrong)
-        return None
-    tf = node.setting("publish_tf")
-    if tf.value is None:
+    if wrong is not None or tf.value is None:
+        told += [wrong] if wrong is not None else []
         return None
     silent = "" if tf.value else f'"publish_tf" is false{tf.how}'
     in_map = world.value == map_.value and map_.value != odom.value
     ends = (map_, odom) if in_map else (odom, base)
     because = f'"publish_tf" is {str(tf.value).lower()}{tf.how}, "world_frame" is "{world.value}"{world.how}'
-    aside = "" if in_map else f"world_frame: {map_.value}"
-    deciding = tf if tf.given else world
+    aside, deciding = "" if in_map else f"world_frame: {map_.value}", tf if tf.given else world
     return Claim(node, *ends, deciding, because, silent, "publish_tf: true", "publish_tf: false", aside)
 
 
 def _on_topic(claim: Claim, remaps: Sequence[Remap]) -> Claim:
-    """Return a claim with why it does not reach tf, if its topic is another one."""
     node = claim.node
     name = node.kind.odometry if node.kind and node.kind.odometry else "/tf"
     full = topic(name, node.namespace, node.name, remaps)
     if claim.silent or is_tf(full, node.namespace):
         return claim
-    way_out = f"remap {full} to /tf: --remap {node.name}:{name}:=/tf, if the launch file does"
     if name == "/tf":
         return replace(claim, silent=f"its /tf is remapped to {full}", way_out="remove that remap")
+    way_out = f"remap {full} to /tf: --remap {node.name}:{name}:=/tf, if the launch file does"
     return replace(claim, silent=f"publishes on {full}, which nothing remaps to /tf", way_out=way_out)
 
 
-def declared(case: Case) -> list[Declared]:
-    """Return the transforms of the description that somebody publishes, joints first."""
+def _declared(case: Case) -> list[Declared]:
+    """Return the transforms of the description that are published, joints first."""
     found = []
     for joint in case.robot.joints:
-        if joint.publisher.publishes:
-            who = f'{joint.publisher.name} (joint "{joint.name}")'
-            path = case.end(joint, "child")
-            found.append(Declared(joint.parent, joint.child, joint.publisher, path, "", who))
+        who = f'{joint.publisher.name} (joint "{joint.name}")'
+        found.append(Declared(joint.parent, joint.child, joint.publisher, case.end(joint, "child"), "", who))
     for index, edge in enumerate(case.robot.edges):
-        if edge.publisher.publishes:
-            path = case.edge(index, "child")
-            found.append(Declared(edge.parent, edge.child, edge.publisher, path, edge.when, edge.publisher.name))
-    return found
+        path, who = case.edge(index, "child"), edge.publisher.name
+        found.append(Declared(edge.parent, edge.child, edge.publisher, path, edge.when, who))
+    return [one for one in found if one.publisher.publishes]
 
 
 def check(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
     """Yield where what nodes publish is not what the description says."""
-    every = declared(case)
-    publishers = case.robot.publishers
+    every, publishers = _declared(case), case.robot.publishers
     explained: set[str] = set()
-    for claim in found:
+    for index, claim in enumerate(found):
         if claim.silent:
             continue
         into = [one for one in every if one.child == claim.child.value]
         mine = [one for one in into if claim.node.is_of(one.publisher, publishers)]
-        if mine and any(one.parent == claim.parent.value for one in mine):
-            yield from _twice(case, claim, found, mine)
-        elif mine:
-            explained.add(claim.node.full)
-            yield _other_parent(case, claim, mine)
-        elif into and _meant(claim, every, publishers):
-            explained.add(claim.node.full)
-            yield from _other_child(case, claim, every)
-        elif into:
-            yield _not_its_own(case, claim, into, found, publishers)
+        same_child = [one for one in found[:index] if not one.silent and one.child.value == claim.child.value]
+        if any(one.parent == claim.parent.value for one in mine):
+            for other in same_child:
+                theirs = [one for one in mine if other.node.is_of(one.publisher, publishers)]
+                if theirs:
+                    place = case.related(f"one publisher by the description, {theirs[0].who}", theirs[0].path)
+                    yield _both(claim, other, f"{claim.off} in one of them", place)
+            continue
+        owns_parent = any(
+            one.parent == claim.parent.value and claim.node.is_of(one.publisher, publishers) for one in every
+        )
+        if into and not mine and not owns_parent:
+            yield _not_its_own(case, claim, into, found, every)
+            continue
+        explained.add(claim.node.full)
+        if mine:
+            message = f"{claim.node.shown} publishes {claim.edge}, and by the description it is {mine[0].edge}"
+            help = f'name the frame "{mine[0].parent}", or correct the edge'
+            related = [case.related(f"described here, of {mine[0].who}", mine[0].path)]
+            yield error("parameters-other-edge", message, claim.parent.span, help, related)
         else:
-            explained.add(claim.node.full)
-            yield from _other_child(case, claim, every)
-            yield from _both(claim, found)
+            yield _other_child(case, claim, every)
+            if not into and same_child:
+                yield _both(claim, same_child[0], f"{same_child[0].off} in the one, or {claim.off} in the other")
     for one in every:
         silent = [claim for claim in found if claim.node.is_of(one.publisher, publishers)]
         told = any(claim.node.full in explained for claim in silent)
-        speaking = [claim for claim in silent if not claim.silent and claim.child.value == one.child]
-        if silent and not speaking and not told and _could_be(one, silent):
-            yield _nobody(case, one, silent[0])
+        speaking = any(not claim.silent and claim.child.value == one.child for claim in silent)
+        # A node that owns other edges, too, is not expected to publish all of them.
+        could = any(claim.child.value == one.child or claim.parent.value == one.parent for claim in silent)
+        if could and not speaking and not told:
+            why = silent[0].silent or f"it publishes {silent[0].edge}"
+            when = f" when {one.when}" if one.when else ""
+            message = f"no node publishes {one.edge}{when}: {silent[0].node.shown} owns it, and {why}"
+            help = silent[0].way_out if silent[0].silent else "correct its frames, or the edge"
+            related = [case.related(f"{one.who} owns it here", one.path)]
+            yield error("parameters-no-owner", message, silent[0].deciding.span, help, related)
 
 
-def _meant(claim: Claim, every: Sequence[Declared], publishers: Sequence[Publisher]) -> bool:
-    """Say whether a node owns an edge that begins where the one does that it publishes."""
-    return any(one.parent == claim.parent.value and claim.node.is_of(one.publisher, publishers) for one in every)
-
-
-def _both(claim: Claim, found: Sequence[Claim]) -> Iterator[Diagnostic]:
-    """Yield that another node publishes a frame too that the description knows nobody for."""
-    before = found[: [one is claim for one in found].index(True)]
-    other = next((one for one in before if not one.silent and one.child.value == claim.child.value), None)
-    if other is not None:
-        message = f"{other.node.shown} and {claim.node.shown} both publish {claim.edge}: {claim.because}"
-        related = [Related(f"{other.node.shown} publishes it here: {other.because}", other.deciding.span)]
-        help = f"an edge has one publisher: {other.off} in the one, or {claim.off} in the other"
-        yield error("parameters-two-owners", message, claim.deciding.span, help, related)
-
-
-def _could_be(one: Declared, silent: Sequence[Claim]) -> bool:
-    """Say whether an edge is one that a node would publish: a node that owns others too is not asked for all."""
-    return any(claim.child.value == one.child or claim.parent.value == one.parent for claim in silent)
-
-
-def _twice(case: Case, claim: Claim, found: Sequence[Claim], mine: Sequence[Declared]) -> Iterator[Diagnostic]:
-    """Yield that another node is the same publisher, and publishes the same."""
-    before = found[: [one is claim for one in found].index(True)]
-    for other in before:
-        if other.silent or other.child.value != claim.child.value:
-            continue
-        theirs = [one for one in mine if other.node.is_of(one.publisher, case.robot.publishers)]
-        if theirs:
-            message = f"{other.node.shown} and {claim.node.shown} both publish {claim.edge}: {claim.because}"
-            related = [
-                Related(f"{other.node.shown} publishes it here: {other.because}", other.deciding.span),
-                case.related(f"one publisher by the description, {theirs[0].who}", theirs[0].path),
-            ]
-            help = f"an edge has one publisher: {claim.off} in one of them"
-            yield error("parameters-two-owners", message, claim.deciding.span, help, related)
-
-
-def _other_parent(case: Case, claim: Claim, mine: Sequence[Declared]) -> Diagnostic:
-    one = mine[0]
-    message = f"{claim.node.shown} publishes {claim.edge}, and by the description it is {one.parent} -> {one.child}"
-    related = [case.related(f"described here, of {one.who}", one.path)]
-    help = f'name the frame "{one.parent}", or correct the edge'
-    return error("parameters-other-edge", message, claim.parent.span, help, related)
+def _both(claim: Claim, other: Claim, way_out: str, *related: Related) -> Diagnostic:
+    message = f"{other.node.shown} and {claim.node.shown} both publish {claim.edge}: {claim.because}"
+    help = f"an edge has one publisher: {way_out}"
+    return error("parameters-two-owners", message, claim.deciding.span, help, [other.related(), *related])
 
 
 def _not_its_own(
-    case: Case, claim: Claim, into: Sequence[Declared], found: Sequence[Claim], publishers: Sequence[Publisher]
+    case: Case, claim: Claim, into: Sequence[Declared], found: Sequence[Claim], every: Sequence[Declared]
 ) -> Diagnostic:
     """Return that a node publishes an edge of another one."""
-    one = into[0]
-    message = (
-        f"{claim.node.shown} publishes {claim.edge} ({claim.because}),"
-        f" and by the description {one.parent} -> {one.child} is of {one.who}"
-    )
-    related = [case.related(f"{other.parent} -> {other.child} is of {other.who} here", other.path) for other in into]
+    one, publishers = into[0], case.robot.publishers
+    message = f"{claim.node.shown} publishes {claim.edge} ({claim.because}), and by the description {one.edge} is of "
+    related = [case.related(f"{other.edge} is of {other.who} here", other.path) for other in into]
     for other in found:
-        if other.node is not claim.node and any(other.node.is_of(o.publisher, publishers) for o in into):
-            says = f"{other.silent}" if other.silent else other.because
-            related.append(Related(f"{other.node.shown}: {says}", other.deciding.span))
+        if other.node is not claim.node and any(other.node.is_of(those.publisher, publishers) for those in into):
+            related.append(Related(f"{other.node.shown}: {other.silent or other.because}", other.deciding.span))
+    above = [other for other in every if other.child == claim.parent.value]
     help = claim.off
-    above = [other for other in declared(case) if other.child == claim.parent.value]
     if claim.aside and any(claim.node.is_of(other.publisher, publishers) for other in above):
         help = claim.aside
     elif one.publisher.kind == NODE and claim.node.name != one.publisher.name:
         help += f"; if it is to own the edge, name it in the description: publisher: {claim.node.name}"
-    return error("parameters-two-owners", message, claim.deciding.span, help, related)
+    return error("parameters-two-owners", message + one.who, claim.deciding.span, help, related)
 
 
-def _other_child(case: Case, claim: Claim, every: Sequence[Declared]) -> Iterator[Diagnostic]:
-    """Yield a problem where a node publishes a frame that the description gives to no publisher."""
-    publishers = case.robot.publishers
-    mine = [one for one in every if claim.node.is_of(one.publisher, publishers)]
-    near = [one for one in mine if one.parent == claim.parent.value] or mine
-    if near:
-        one = near[0]
-        said = f"{claim.edge}{claim.child.how}"
-        message = f"{claim.node.shown} publishes {said}, and by the description it is {one.parent} -> {one.child}"
-        related = [case.related(f"described here, of {one.who}", one.path)]
-        help = _prefixed(claim) or f'name the frame "{one.child}", or correct the edge'
-        yield error("parameters-other-edge", message, claim.child.span, help, related)
-        return
+def _other_child(case: Case, claim: Claim, every: Sequence[Declared]) -> Diagnostic:
+    """Return that a node publishes a frame that the description gives to no publisher."""
+    mine = [one for one in every if claim.node.is_of(one.publisher, case.robot.publishers)]
+    near = next((one for one in mine if one.parent == claim.parent.value), mine[0] if mine else None)
+    help = ""
+    if prefix(claim.node):
+        whose = "tf_frame_prefix" if claim.node.setting("tf_frame_prefix").value else "namespace"
+        help = f"the controller writes its {whose} before its frames; "
+        help += "tf_frame_prefix_enable: false leaves them as they are"
+    if near is not None:
+        message = (
+            f"{claim.node.shown} publishes {claim.edge}{claim.child.how}, and by the description it is {near.edge}"
+        )
+        related = [case.related(f"described here, of {near.who}", near.path)]
+        help = help or f'name the frame "{near.child}", or correct the edge'
+        return error("parameters-other-edge", message, claim.child.span, help, related)
     message = f"{claim.node.shown} publishes {claim.edge}, an edge that the description does not have"
-    help = _prefixed(claim) or (
-        f"{claim.off}, or add it to edges:"
-        f" {{parent: {claim.parent.value}, child: {claim.child.value}, publisher: {claim.node.name}}}"
-    )
-    yield Diagnostic("parameters-other-edge", WARNING, message, claim.deciding.span, help=help)
-
-
-def _prefixed(claim: Claim) -> str:
-    """Return the fix for a controller that writes its namespace before its frames."""
-    own = prefix(claim.node)
-    if not own:
-        return ""
-    whose = "tf_frame_prefix" if claim.node.setting("tf_frame_prefix").value else "namespace"
-    return f"the controller writes its {whose} before its frames; tf_frame_prefix_enable: false leaves them as they are"
-
-
-def _nobody(case: Case, one: Declared, claim: Claim) -> Diagnostic:
-    """Return that the node that owns an edge does not publish it."""
-    why = claim.silent or f"it publishes {claim.edge}"
-    when = f" when {one.when}" if one.when else ""
-    message = f"no node publishes {one.parent} -> {one.child}{when}: {claim.node.shown} owns it, and {why}"
-    related = [case.related(f"{one.who} owns it here", one.path)]
-    help = claim.way_out if claim.silent else "correct its frames, or the edge"
-    return error("parameters-no-owner", message, claim.deciding.span, help, related)
+    ends = f"parent: {claim.parent.value}, child: {claim.child.value}, publisher: {claim.node.name}"
+    help = help or f"{claim.off}, or add it to edges: {{{ends}}}"
+    return Diagnostic("parameters-other-edge", WARNING, message, claim.deciding.span, help=help)

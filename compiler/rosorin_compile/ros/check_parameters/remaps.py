@@ -6,18 +6,17 @@ A launch file is read and never run. Of one in Python, what is no plain value is
 from __future__ import annotations
 
 import ast
-import re
 import shlex
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.ros.python_values import Unknown, constants, value
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, error
-from rosorin_compile.source.load import python_of
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.xml.markup import parse
+
+from ..launch_reader import LaunchError, Unknown, constants, entries_of, python_tree, value
 
 RULES = (
     Rule(
@@ -81,23 +80,16 @@ def of_launch(path: Path) -> tuple[list[Remap], list[Diagnostic]]:
         source = read_utf8(path, str(path))
     except LoadError as problem:
         return [], [problem.diagnostic]
-    reader = _python if path.suffix == ".py" else _yaml if path.suffix in (".yaml", ".yml") else _xml
     try:
-        return reader(source)
-    except _Unreadable as problem:
+        if path.suffix == ".py":
+            return _python(source)
+        return _frontend(source, path.suffix in (".yaml", ".yml"))
+    except LaunchError as problem:
         return [], [error("parameters-launch", f"{path} is no launch file: {problem}", None, "name a launch file")]
 
 
-class _Unreadable(Exception):
-    """A file that cannot be parsed; the message says why."""
-
-
 def _python(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
-
-    try:
-        tree = python_of(source.text)
-    except (SyntaxError, ValueError) as problem:
-        raise _Unreadable(f"not a Python file: {problem}") from None
+    tree = python_tree(source.text)
     names = constants(tree)
     found: list[Remap] = []
     told: list[Diagnostic] = []
@@ -107,14 +99,17 @@ def _python(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
                 found += _of_call(call, names)
             except Unknown:
                 span = Span(source, call.lineno, call.col_offset + 1)
-                message = "which remaps this node has is known only when the launch file runs"
-                help = "say them: --remap NODE:FROM:=TO"
-                told.append(Diagnostic("parameters-launch", WARNING, message, span, help=help))
+                told.append(_unknown("which remaps this node has is", span))
     return found, told
 
 
+def _unknown(what: str, span: Span) -> Diagnostic:
+    help = "say it: --remap NODE:FROM:=TO" if what.startswith("which topic") else "say them: --remap NODE:FROM:=TO"
+    message = f"{what} known only when the launch file runs"
+    return Diagnostic("parameters-launch", WARNING, message, span, help=help)
+
+
 def _of_call(call: ast.Call, names: Mapping[str, Any]) -> Iterator[Remap]:
-    """Yield the remaps of a node that Python starts. Raises Unknown."""
     given = {word.arg: word.value for word in call.keywords if word.arg}
     node = ""
     for key in ("name", "executable"):
@@ -129,7 +124,9 @@ def _of_call(call: ast.Call, names: Mapping[str, Any]) -> Iterator[Remap]:
             raise Unknown
         yield Remap(node, *pair)
     for key in ("arguments", "ros_arguments"):
-        yield from _of_arguments(_words(given.get(key), names), node)
+        words = given.get(key)
+        items = words.elts if isinstance(words, (ast.List, ast.Tuple)) else ()
+        yield from _of_arguments([_text(item, names) for item in items], node)
 
 
 def _text(node: ast.expr, names: Mapping[str, Any]) -> str:
@@ -139,13 +136,7 @@ def _text(node: ast.expr, names: Mapping[str, Any]) -> str:
         return ""
 
 
-def _words(node: ast.expr | None, names: Mapping[str, Any]) -> list[str]:
-    """Return the texts of a list of arguments, those that are plain."""
-    return [_text(item, names) for item in node.elts] if isinstance(node, (ast.List, ast.Tuple)) else []
-
-
 def _of_arguments(words: list[str], node: str) -> Iterator[Remap]:
-    """Yield the remaps of a command line: -r FROM:=TO, also within the text behind --controller-ros-args."""
     for flag, word in pairwise(words):
         if flag in _FLAGS and (remap := of_word(word)) is not None:
             yield remap if remap.node else remap._replace(node=node)
@@ -154,68 +145,16 @@ def _of_arguments(words: list[str], node: str) -> Iterator[Remap]:
             yield from _of_arguments(word.split(), spawned)
 
 
-def _xml(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
-    from rosorin_compile.source.xml.markup import MarkupError
-
-    try:
-        root = parse(source).root
-    except MarkupError as problem:
-        raise _Unreadable(problem.diagnostic.message) from None
+def _frontend(source: Source, is_yaml: bool) -> tuple[list[Remap], list[Diagnostic]]:
     found: list[Remap] = []
     told: list[Diagnostic] = []
-    for element in root.iter():
-        if element.tag == "set_remap":
-            found.append(Remap("", element.get("from"), element.get("to")))
-        if element.tag != "node":
-            continue
-        rows = [(one.get("from"), one.get("to"), one.span) for one in element.iter() if one.tag == "remap"]
-        _take(element.get("name") or element.get("exec"), rows, element.get("args"), found, told)
+    for one in entries_of(source, is_yaml)[0]:
+        node = "" if one.name in _HOSTS else one.name
+        for old, new, span in one.remaps:
+            if "$(" in old + new:
+                told.append(_unknown("which topic is remapped is", span))
+            else:
+                found.append(Remap(node, old, new))
+        with suppress(ValueError):
+            found += _of_arguments(shlex.split(one.arguments or ""), node)
     return found, told
-
-
-def _yaml(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
-    from rosorin_compile.source.load import LoadError, parse_yaml
-    from rosorin_compile.source.tree import Map
-
-    try:
-        tree = parse_yaml(source)
-    except LoadError as problem:
-        raise _Unreadable(problem.diagnostic.message) from None
-    found: list[Remap] = []
-    told: list[Diagnostic] = []
-    for entry in _maps(tree):
-        node = entry.get("node")
-        if not isinstance(node, dict):
-            continue
-        remaps = node.get("remap")
-        pairs = [one for one in remaps if isinstance(one, Map)] if isinstance(remaps, list) else []
-        rows = [(str(one.get("from", "")), str(one.get("to", "")), one.locate(()).span) for one in pairs]
-        _take(str(node.get("name") or node.get("exec", "")), rows, str(node.get("args", "")), found, told)
-    return found, told
-
-
-def _take(
-    name: str, rows: Iterable[tuple[str, str, Span]], args: str, found: list[Remap], told: list[Diagnostic]
-) -> None:
-    """Take the remaps of a node of a launch file in XML or YAML."""
-    node = "" if name in _HOSTS else name
-    for source, to, span in rows:
-        if re.search(r"\$\(", source + to):
-            message = "which topic is remapped is known only when the launch file runs"
-            help = "say it: --remap NODE:FROM:=TO"
-            told.append(Diagnostic("parameters-launch", WARNING, message, span, help=help))
-        else:
-            found.append(Remap(node, source, to))
-    try:
-        words = shlex.split(args or "")
-    except ValueError:
-        words = []
-    found += _of_arguments(words, node)
-
-
-def _maps(tree: Any) -> Iterator[Any]:
-    """Yield every mapping of a tree."""
-    if isinstance(tree, dict):
-        yield tree
-    for child in tree.values() if isinstance(tree, dict) else tree if isinstance(tree, list) else ():
-        yield from _maps(child)

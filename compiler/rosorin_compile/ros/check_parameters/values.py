@@ -69,7 +69,6 @@ def check(node: Node) -> Iterator[Diagnostic]:
 
 
 def _untyped(node: Node) -> Iterator[Diagnostic]:
-    """Yield the plugins of Nav2 that a list names and of which nothing says the type: the node does not start."""
     for key, by_default in _PLUGINS.get(node.name, {}).items():
         given = node.parameters.get(key)
         if given is None or given.substituted or not isinstance(given.value, list):
@@ -86,7 +85,6 @@ _POINT = re.compile(r"\[\s*([^\[\],\s]+)[\s,]+([^\[\],\s]+)\s*\]")
 
 
 def _footprint(node: Node, parameter: Parameter) -> Iterator[Diagnostic]:
-    """Yield that a footprint is none: the costmap goes on with a circle of robot_radius then."""
     text = str(parameter.value)
     rest = _POINT.sub("", text.strip()[1:-1]).replace(",", "").strip()
     points = _POINT.findall(text)
@@ -97,7 +95,6 @@ def _footprint(node: Node, parameter: Parameter) -> Iterator[Diagnostic]:
 
 
 def _inputs(node: Node) -> Iterator[Diagnostic]:
-    """Yield gaps in the inputs of the EKF, and inputs of which nothing is used."""
     numbers: dict[str, set[int]] = {kind: set() for kind in INPUTS}
     for name in node.parameters:
         if match := _INPUT.match(name):
@@ -125,7 +122,6 @@ def _unused(node: Node, name: str, parameter: Parameter) -> Iterator[Diagnostic]
 
 
 def _frames_differ(node: Node) -> Iterator[Diagnostic]:
-    """Yield frames of the EKF that are the same, though it wants them to differ; it says so and goes on."""
     seen: dict[str, str] = {}
     for key in ("map_frame", "odom_frame", "base_link_frame"):
         setting = node.setting(key)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from rosorin_compile.formats.format import Format, Unsupported
 
-from ..parameters import DISTRIBUTION, read, syntax
+from ..parameters import options_of, read, syntax
 from .described import check
 from .filled import view, write
 
@@ -25,23 +25,7 @@ FORMAT = Format(
     rank=61,
     covers=("robot", "controllers", "drive"),
     unsupported=_UNSUPPORTED,
-    options={
-        "distribution": DISTRIBUTION,
-        "update_rate": {
-            "type": "integer",
-            "x-unit": "Hz",
-            "minimum": 1,
-            "description": "How often the controller_manager updates its controllers, in Hz; default 100.",
-        },
-        "manager": {
-            "type": "object",
-            "description": "Other parameters of the controller_manager, in its words.",
-        },
-        "namespace": {
-            "type": "string",
-            "description": "Namespace of the controller_manager and its controllers; default: none.",
-        },
-    },
+    options=options_of("controllers"),
     file="controllers.yaml",
     check=check,
     write=write,

@@ -103,13 +103,11 @@ def frames_of(name: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Fi
 
 
 def _texts(value: Any) -> list[str]:
-    """Return a text, or the texts of a list; those that are empty left out."""
     values = value if isinstance(value, (list, tuple)) else [value]
     return [one for one in values if isinstance(one, str) and one]
 
 
 def _joints_of(name: str, key: str, value: Any, robot: Robot) -> Iterator[Finding]:
-    """Yield the joints in a parameter that the robot does not have, or that do not move."""
     if "." in key or not _JOINTS.fullmatch(key) or key in _NOT_OF_URDF:
         return
     moving = {joint.name for joint in robot.joints if not joint.is_fixed}
@@ -125,7 +123,6 @@ def _joints_of(name: str, key: str, value: Any, robot: Robot) -> Iterator[Findin
 
 
 def _same(name: str, key: str, value: Any, wanted: Any, severity: str) -> Iterator[Finding]:
-    """Yield what a parameter says otherwise than the robot: a size, or which joint it is."""
     if _JOINTS.fullmatch(key):
         if (sorted(value) if isinstance(value, (list, tuple)) else value) == (
             sorted(wanted) if isinstance(wanted, list) else wanted
@@ -165,7 +162,6 @@ def claims(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str
 
 
 def _commanded(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Finding]:
-    """Yield the commands that a controller wants and that no hardware block has, where there are any blocks."""
     if not robot.control:
         return
     there = {(one.name, word) for block in robot.control for one in block.joints for word in one.commands}
@@ -192,7 +188,6 @@ def _commanded(name: str, kind: str, values: Mapping[str, Any], robot: Robot) ->
 
 
 def _states(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    """Yield the states that a controller reads: the key that says so, the joint, and the name of the state."""
     if kind in _OF_INTERFACES:
         words = _texts(values.get("state_interfaces"))
         yield from (("state_interfaces", joint, word) for joint in _texts(values.get("joints")) for word in words)
@@ -209,7 +204,6 @@ def _drives(kind: str) -> bool:
 
 
 def _wanted(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, list[str], list[str]]]:
-    """Yield keys that name joints, with the joints, and the commands that a controller wants of each."""
     driving = _drives(kind)
     for key, value in values.items():
         if not _JOINTS.fullmatch(key) or key in _NOT_OF_URDF:

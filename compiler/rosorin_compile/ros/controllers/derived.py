@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from itertools import takewhile
 from typing import Any, NamedTuple
 
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Controller, Edge, Joint, Robot
+from rosorin_compile.model import Controller, Edge, Robot
 from rosorin_compile.model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, OMNI, TRICYCLE, Driving, Wheel, driving_of
 from rosorin_compile.ros.sections.control.hardware import EFFORT, JOINT_WORDS, POSITION, VELOCITY
 
@@ -75,20 +75,11 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> Derived:
 
 
 def _has_positions(robot: Robot, wheels: list[str]) -> bool:
-    """Return False if hardware blocks have the velocities of all wheels and the position of none."""
     states = [one.states for block in robot.control for one in block.joints if one.name in wheels]
     return not states or any(POSITION in words for words in states) or not all(VELOCITY in words for words in states)
 
 
-def unmeasured_joints(robot: Robot) -> list[Joint]:
-    """Return the moving joints of robot_state_publisher that no hardware block has the position of, if any has one."""
-    measured = {one.name for block in robot.control for one in block.joints if POSITION in one.states}
-    joints = robot.published_by(ROBOT_STATE_PUBLISHER) if measured else []
-    return [one for one in joints if one.moves and one.mimic is None and one.name not in measured]
-
-
 def _short(value: Any) -> Any:
-    """Return a number in nine digits: what places and shapes make of 50 mm is 0.05 again."""
     return float(f"{value:.9g}") if isinstance(value, float) else value
 
 
@@ -121,7 +112,6 @@ def _navigates(robot: Robot) -> bool:
 
 
 def _base(robot: Robot, frame: str) -> str:
-    """Return the frame that the odometry moves: that of the drive, or one on the ground below it."""
     base = frame
     while not any(edge.child == base for edge in robot.edges):
         joint = robot.joint_to.get(base)
@@ -207,7 +197,6 @@ def _spread(numbers: list[float]) -> float:
 
 
 def _radius(driving: Driving) -> float:
-    """Return the radius of the wheels (m): controllers have one for all, so of several the middle."""
     radii = [wheel.radius for wheel in driving.wheels]
     return radii[0] if _spread(radii) < _EVEN else sum(radii) / len(radii)
 
@@ -258,7 +247,6 @@ _GRIPPERS = tuple(SHORT[word] for word in ("position_gripper", "effort_gripper",
 
 
 def _of_joints(robot: Robot, controller: Controller, kind: str) -> dict[str, Any]:
-    """Return the joints of a controller, out of its hardware block, and what those say of its interfaces."""
     wanted = COMMANDS.get(kind, "")
     block = next((one for one in robot.control if one.name == controller.hardware), None)
     moved = [one for one in block.joints if one.command and (not wanted or wanted in one.commands)] if block else []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
@@ -18,9 +18,9 @@ from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
 from ..parameters.tables import MANAGER, manager
 from .checking import against_robot, claims, frames_of, missing
-from .derived import owned, unmeasured_joints
+from .derived import owned
 from .filled import Filled, filled, managed
-from .types import of_type
+from .types import full, of_type
 
 RULES = (
     Rule(
@@ -54,13 +54,17 @@ RULES = (
 
 
 _BLOCKS = "control"  # the option of a URDF that asks for hardware blocks
-_BROADCASTER = "/JointStateBroadcaster"
+_BROADCASTER = "joint_state_broadcaster/JointStateBroadcaster"
 _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Find what is wrong with the controllers of a description in the distribution that an output is for."""
-    distribution = described_by(asked(output))
+    """Find what is wrong with the controllers of a description in the distribution that an output is for.
+
+    What is wrong in every distribution is reported for the first output alone.
+    """
+    distribution = asked(output)
+    is_first = output.name == next(one for one in case.robot.outputs if one.backend == output.backend).name
     if not case.robot.controllers:
         message = f'output "{output.name}" is for controllers, and the description has none'
         help = "name them: controllers: {NAME: {type: diff_drive}}"
@@ -68,70 +72,65 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     values = managed(output, distribution)
     for found in against_kind(f"the {MANAGER}", manager(distribution), values):
         yield _placed(case, found, ("outputs", output.name), ("manager",))
-    yield from _joint_states(case, output)
-    yield from _apart(case, output, distribution)
+    if is_first:
+        yield from _joint_states(case)
+    yield from _apart(case, output)
     drive = case.robot.drive
     if not case.robot.is_tree or not all(name in case.robot.joint for name in _of_drive(case.robot)):
         return  # which has rules of its own
     if drive is not None and drive.frame and drive.frame not in case.robot.link:
         return  # and so has that
-    for one in filled(case.robot, distribution):
+    every = filled(case.robot, distribution)
+    for one in every:
         findings = list(_findings(case, one, distribution))
         for found in findings:
             yield _placed(case, found, ("controllers", one.controller.name), ("params",))
         wrong = {found.key for found in findings}
         if one.kind is not None and one.kind.odometry and not wrong & {key for key, _ in _ENDS}:
             yield from _odometry(case, one)
-    yield from _claimed(case, output, distribution)
+    if is_first:
+        yield from _claimed(case, every)
 
 
-def _claimed(case: Case, output: Output, distribution: str) -> Iterator[Diagnostic]:
-    """Yield the commands that two active controllers claim; said once, of the first output for controllers."""
-    if output.name != next(one for one in case.robot.outputs if one.backend == output.backend).name:
-        return
+def _claimed(case: Case, every: Iterable[Filled]) -> Iterator[Diagnostic]:
+    """Yield the commands that two active controllers claim, once for each controller."""
     owners: dict[tuple[str, str], str] = {}
-    for one in filled(case.robot, distribution):
+    for one in every:
         name, taken = one.controller.name, []
         for joint, word, key in () if one.controller.inactive else claims(one.type, one.values):
             owner = owners.setdefault((joint, word), name)
             if owner != name and joint in case.robot.joint:
                 taken.append((owner, joint, word, key))
-        if taken:
-            yield _second_claim(case, name, taken)
+        if not taken:
+            continue
+        owner, _, word, key = taken[0]
+        joints = quoted(dict.fromkeys(joint for of, joint, what, _ in taken if (of, what) == (owner, word)), most=4)
+        message = f'controllers "{owner}" and "{name}" both claim the {word} of {joints}: the second one does not start'
+        help = f"start one of them later: {name}: {{inactive: true}}; or give them other joints"
+        path = _path(case, ("controllers", name, "params"), key)
+        path = path if exists(case.tree, path) and path[-1] != "params" else ("controllers", name)
+        related = [case.related("the first claim", ("controllers", owner), key=True)]
+        yield case.problem("controller-interface", message, path, help, related=related, key=True)
 
 
-def _second_claim(case: Case, name: str, taken: list[tuple[str, str, str, str]]) -> Diagnostic:
-    owner, _, word, key = taken[0]
-    joints = quoted(dict.fromkeys(joint for of, joint, what, _ in taken if (of, what) == (owner, word)), most=4)
-    message = f'controllers "{owner}" and "{name}" both claim the {word} of {joints}: the second one does not start'
-    help = f"start one of them later: {name}: {{inactive: true}}; or give them other joints"
-    path = _path(case, ("controllers", name, "params"), key)
-    path = path if exists(case.tree, path) and path[-1] != "params" else ("controllers", name)
-    related = [case.related("the first claim", ("controllers", owner), key=True)]
-    return case.problem("controller-interface", message, path, help, related=related, key=True)
-
-
-def _joint_states(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield that nobody publishes the states that the hardware has; said once, of the first output for controllers."""
-    robot, types = case.robot, [one.type for one in case.robot.controllers]
-    first = next(one for one in robot.outputs if one.backend == output.backend)
+def _joint_states(case: Case) -> Iterator[Diagnostic]:
+    """Yield that no controller publishes the states of the hardware, or that moving joints have none."""
+    robot, types = case.robot, [full(one.type) for one in case.robot.controllers]
     states = [(block, joint) for block in robot.control for joint in block.joints if joint.state]
-    if not types or not states or first.name != output.name:
+    if not types or not states:
         return
-    if any("joint_state_broadcaster" in one or one.endswith(_BROADCASTER) for one in types):
+    if any(one == _BROADCASTER or one.endswith("/JointStateBroadcaster") for one in types):
         yield from _motionless(case)
         return
     block, joint = states[0]
-    message = (
-        f'no controller publishes the states that hardware block "{block.name}" has, such as that of "{joint.name}"'
-    )
+    message = f'no controller publishes the states that hardware block "{block.name}" has, such as that of '
     help = "controllers: {joint_state_broadcaster: {type: joint_state_broadcaster}}"
-    yield case.problem("controllers-joint-states", message, ("controllers",), help, severity=WARNING, key=True)
+    place = ("controllers",)
+    yield case.problem("controllers-joint-states", f'{message}"{joint.name}"', place, help, severity=WARNING, key=True)
 
 
 def _motionless(case: Case) -> Iterator[Diagnostic]:
-    """Yield the moving joints of the URDF that no hardware block has the position of."""
-    for joint in unmeasured_joints(case.robot):
+    for joint in case.robot.unmeasured_joints:
         message = f'no node publishes the position of joint "{joint.name}", which no hardware block has: '
         message += f'"{joint.child}" has no transform, and MoveIt waits for a complete state'
         help = (
@@ -140,19 +139,19 @@ def _motionless(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("controllers-joint-states", message, case.joint(joint), help, severity=WARNING, key=True)
 
 
-def _apart(case: Case, output: Output, distribution: str) -> Iterator[Diagnostic]:
-    """Yield that the hardware blocks are all written for another distribution."""
-    blocks = {one.name: str(said) for one in case.robot.outputs if (said := one.options.get(_BLOCKS))}
-    if not case.robot.control or not blocks or distribution in map(described_by, blocks.values()):
+def _apart(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Yield that all hardware blocks are written for another distribution."""
+    blocks = {one.name: str(option) for one in case.robot.outputs if (option := one.options.get(_BLOCKS))}
+    if not case.robot.control or not blocks or described_by(asked(output)) in map(described_by, blocks.values()):
         return
-    name, said = next(iter(blocks.items()))
+    name, option = next(iter(blocks.items()))
     message = (
         f'output "{output.name}" is for {asked(output).capitalize()}, and the hardware blocks of output "{name}" are'
     )
-    message += f" for {said.capitalize()}"
-    help = f'distribution: {said} here, or control: {asked(output)} in output "{name}"'
-    path = ("outputs", output.name, "distribution")
+    help = f'distribution: {option} here, or control: {asked(output)} in output "{name}"'
+    path: Path = ("outputs", output.name, "distribution")
     place = path if exists(case.tree, path) else path[:2]
+    message += f" for {option.capitalize()}"
     yield case.problem("controllers-distribution", message, place, help, severity=WARNING, within=True)
 
 
@@ -193,7 +192,6 @@ _SHOWN = 4
 
 
 def _to_give(robot: Robot, one: Filled, needed: list[str]) -> str:
-    """Return the fix where a controller lacks parameters: what is to be written, or why nobody knows it."""
     if one.known.why_not:
         return f"{one.known.why_not}; give it in params"
     blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
@@ -208,7 +206,6 @@ def _to_give(robot: Robot, one: Filled, needed: list[str]) -> str:
 
 
 def _odometry(case: Case, one: Filled) -> Iterator[Diagnostic]:
-    """Yield that a controller would publish another edge than the description says, or none where it owns one."""
     controller, entry = one.controller, ("controllers", one.controller.name)
     given = {key: (*entry, "params", key) for key in ("enable_odom_tf", "odom_frame_id", "base_frame_id")}
     given = {key: path for key, path in given.items() if key in controller.params}
@@ -248,12 +245,10 @@ def _of_edge(case: Case, rule: str, message: str, path: Path, edge: Edge, help: 
 
 
 def _lists(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parameters that are lists of names: keys of others follow from them."""
     return {key: value for key, value in values.items() if isinstance(value, list)}
 
 
 def _placed(case: Case, found: Finding, entry: Path, within: Path) -> Diagnostic:
-    """Return a finding at its place: a key of the entry, or a parameter, nested or with dots."""
     path = (
         (*entry, found.key) if found.key in (at(case.tree, entry) or {}) else _path(case, (*entry, *within), found.key)
     )
@@ -270,7 +265,6 @@ def _placed(case: Case, found: Finding, entry: Path, within: Path) -> Diagnostic
 
 
 def _path(case: Case, path: Path, key: str) -> Path:
-    """Return the path of a parameter by its full key; the longest one that there is."""
     here = at(case.tree, path)
     if not isinstance(here, Mapping):
         return path

@@ -9,6 +9,7 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.checking import Finding
 from ..parameters.tables import DISTRIBUTIONS, plugins
+from ..ports import facts
 
 RULES = (
     Rule(
@@ -20,34 +21,8 @@ RULES = (
     ),
 )
 
-_BROADCASTER = "{0}_broadcaster/{1}Broadcaster"
 # Short words for types; each means the same in every distribution that has it.
-SHORT: Mapping[str, str] = {
-    "diff_drive": "diff_drive_controller/DiffDriveController",
-    "mecanum_drive": "mecanum_drive_controller/MecanumDriveController",
-    "omni_wheel_drive": "omni_wheel_drive_controller/OmniWheelDriveController",
-    "tricycle": "tricycle_controller/TricycleController",
-    "tricycle_steering": "tricycle_steering_controller/TricycleSteeringController",
-    "bicycle_steering": "bicycle_steering_controller/BicycleSteeringController",
-    "ackermann_steering": "ackermann_steering_controller/AckermannSteeringController",
-    "joint_trajectory": "joint_trajectory_controller/JointTrajectoryController",
-    "forward_command": "forward_command_controller/ForwardCommandController",
-    "position_group": "position_controllers/JointGroupPositionController",
-    "velocity_group": "velocity_controllers/JointGroupVelocityController",
-    "effort_group": "effort_controllers/JointGroupEffortController",
-    "position_gripper": "position_controllers/GripperActionController",
-    "effort_gripper": "effort_controllers/GripperActionController",
-    "parallel_gripper": "parallel_gripper_action_controller/GripperActionController",
-    "pid": "pid_controller/PidController",
-    "admittance": "admittance_controller/AdmittanceController",
-    "gpio": "gpio_controllers/GpioCommandController",
-    "joint_state_broadcaster": _BROADCASTER.format("joint_state", "JointState"),
-    "imu_sensor_broadcaster": _BROADCASTER.format("imu_sensor", "IMUSensor"),
-    "range_sensor_broadcaster": _BROADCASTER.format("range_sensor", "RangeSensor"),
-    "force_torque_sensor_broadcaster": _BROADCASTER.format("force_torque_sensor", "ForceTorqueSensor"),
-    "gps_sensor_broadcaster": _BROADCASTER.format("gps_sensor", "GPSSensor"),
-    "pose_broadcaster": _BROADCASTER.format("pose", "Pose"),
-}
+SHORT: Mapping[str, str] = facts("ros2_ports")["controllers"]["short"]
 
 
 def full(kind: str) -> str:
@@ -81,7 +56,6 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
 
 
 def _packages() -> set[str]:
-    """Return the packages whose types are all known, by their own names and as types begin."""
     every = plugins("")
     return {*every.values(), *(plugin.partition("/")[0] for plugin in every)}
 

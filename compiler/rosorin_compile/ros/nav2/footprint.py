@@ -98,7 +98,6 @@ def solids(
 
 
 def _outermost(points: Sequence[Vector]) -> tuple[Vector, ...]:
-    """Return the points on the hull seen from above, the lowest and the highest."""
     by_place = {point[:2]: point for point in points}
     ends = (min(points, key=lambda point: point[2]), max(points, key=lambda point: point[2]))
     return (*(by_place[corner] for corner in _hull(list(by_place))), *ends)
@@ -201,7 +200,6 @@ def left_out(robot: Robot, base: str, positions: Mapping[str, float], clouds: Cl
 
 
 def _sides(ring: Sequence[Point]) -> Iterator[Side]:
-    """Yield the sides of a counter-clockwise polygon."""
     for (ax, ay), (bx, by) in zip(ring, [*ring[1:], *ring[:1]], strict=True):
         length = math.hypot(bx - ax, by - ay)
         normal = ((by - ay) / length, (ax - bx) / length)
@@ -209,7 +207,6 @@ def _sides(ring: Sequence[Point]) -> Iterator[Side]:
 
 
 def _normals(placed: Sequence[Placed], most: int) -> list[Point]:
-    """Return the directions of the sides, by angle. A robot that is round alone has ``most`` of them."""
     cornered = [solid for solid in placed if solid.corners]
     ring = _hull([corner[:2] for solid in cornered for corner in solid.corners])
     sides = list(zip(ring, [*ring[1:], *ring[:1]], strict=True)) if len(ring) > 2 else []
@@ -230,7 +227,6 @@ def _normals(placed: Sequence[Placed], most: int) -> list[Point]:
 
 
 def _hull(points: Sequence[Point]) -> list[Point]:
-    """Return the counter-clockwise convex hull of points (A. M. Andrew, 1979)."""
     ordered = sorted(set(points))
     if len(ordered) < 3:
         return ordered
@@ -254,7 +250,6 @@ def _turn(a: Point, b: Point, c: Point) -> float:
 
 
 def _meet(first: Side, second: Side) -> Point:
-    """Return the intersection of two sides."""
     ((a, b), p), ((c, d), q) = first, second
     under = a * d - b * c
     return ((p * d - q * b) / under, (a * q - c * p) / under)
@@ -265,7 +260,6 @@ def _polygon(sides: Sequence[Side]) -> list[Point]:
 
 
 def _fewer(sides: list[Side], most: int) -> list[Side]:
-    """Return at most so many sides, by angle: those whose removal would add the most area."""
 
     def added(index: int) -> float:
         """Return the area that removing a side adds (m^2); infinite if its neighbours would not meet."""
@@ -287,7 +281,6 @@ def _fewer(sides: list[Side], most: int) -> list[Side]:
 
 
 def _rounded(placed: Sequence[Placed], sides: Sequence[Side], margin: float) -> list[Point]:
-    """Return the corners with few decimals, as near as possible without a shape and its margin reaching out."""
     for tried in count():
         more = _STEP / 2 * (tried if tried < _SMALL_STEPS else 2 ** (tried - _SMALL_STEPS / 2))
         corners = _polygon([(normal, at + more) for normal, at in sides])

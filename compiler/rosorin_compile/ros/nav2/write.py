@@ -18,7 +18,7 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, 
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.derived import owned
-from ..controllers.topics import Driver, drivers
+from ..controllers.filled import Driver, drivers
 from ..navigation import AMCL, FILTER, SLAM, Found, Frames, diagnose, frames_of, kind_of, stated_topic
 from ..parameters.files import Node, Parameters, asked, parameters_of, text
 from ..ports import IN, OBSTACLES, ODOMETRY, VELOCITY, message_of_sensor, ports, short_type
@@ -112,54 +112,46 @@ def basics(robot: Robot, output: Output) -> tuple[Basics | None, list[Found]]:
     if frames is None:
         return None, wrong
     base = str(output.options.get("base_frame", frames.moved))
-    of_base = list(_base(robot, base, frames))
-    wrong += [*of_base, *_owners(robot, frames)]
-    if pose in poses and not of_base and robot.is_tree and robot.mimics_resolve:
-        wrong += _left_out(robot, base, str(pose), poses[str(pose)])
-    if not frames.map and not any(one.rule == "navigation-owner" for one in wrong):
-        message = f"no publisher is described for map -> {frames.odom}: what needs the frame of a map is left out"
-        way_out = f"add it to edges: {{parent: map, child: {frames.odom}, publisher: NAME}}"
-        wrong.append(Found("navigation-no-map", message, (), way_out, WARNING, key=True))
-    wrong += _unheard(robot, output)
+    wrong += _problems(robot, output, frames, base)
     return Basics(frames, base, poses.get(pose, {}) if pose is not None else {}), wrong
 
 
-def _left_out(robot: Robot, base: str, pose: str, positions: Mapping[str, float]) -> Iterator[Found]:
-    for one in left_out(robot, base, positions, clouds_of(robot)):
-        reaches = f'"{one.link}" reaches {one.reach:.3g} m from "{base}", as far as it can: {one.least:.3g} m elsewhere'
-        message = f'pose "{pose}" does not name joint "{one.joint}", which stays at zero, where {reaches}'
-        yield Found("nav2-pose-left-out", message, ("pose",), "name it in the pose", WARNING)
-
-
-def _base(robot: Robot, base: str, frames: Frames) -> Iterator[Found]:
-    path = ("base_frame",)
+def _problems(robot: Robot, output: Output, frames: Frames, base: str) -> Iterator[Found]:
+    """Yield what is wrong with the base frame, with who publishes map -> odom, and with who takes velocities."""
     if base not in robot.link:
-        yield Found("nav2-base", f'there is no frame "{base}" on the robot', path, Suggestion(base, robot.frames))
+        suggestion = Suggestion(base, robot.frames)
+        yield Found("nav2-base", f'there is no frame "{base}" on the robot', ("base_frame",), suggestion)
     elif robot.moves_between(base, frames.moved):
         message = f'"{base}" moves against "{frames.moved}", which the odometry moves'
-        yield Found("nav2-base", message, path, "name a frame that is fixed to it")
-
-
-def _owners(robot: Robot, frames: Frames) -> Iterator[Found]:
-    """Yield edges of AMCL and slam_toolbox that these do not publish."""
-    for publisher in robot.publishers:
-        if kind_of(publisher) in (AMCL, SLAM):
-            for lead in frames.owned(publisher):
-                if lead.child != frames.odom or lead.parent != frames.map:
-                    step = f"{frames.map or 'map'} -> {frames.odom if frames.map else 'odom'}"
-                    message = f'"{publisher.name}" is to publish {lead}, and it publishes {step} alone'
-                    way_out = "correct the edge: the step from the odometry to the robot is of another node"
-                    yield Found("navigation-owner", message, lead.path, way_out, absolute=True)
-
-
-def _unheard(robot: Robot, output: Output) -> Iterator[Found]:
-    """Yield the controllers of the drive that do not understand Nav2 of Humble, which sends Twist alone."""
+        yield Found("nav2-base", message, ("base_frame",), "name a frame that is fixed to it")
+    else:
+        yield from _left_out(robot, output, base)
+    step = f"{frames.map or 'map'} -> {frames.odom if frames.map else 'odom'}"
+    leads = [(one, lead) for one in robot.publishers if kind_of(one) in (AMCL, SLAM) for lead in frames.owned(one)]
+    wrong = [(one, lead) for one, lead in leads if (lead.parent, lead.child) != (frames.map, frames.odom)]
+    for publisher, lead in wrong:
+        message = f'"{publisher.name}" is to publish {lead}, and it publishes {step} alone'
+        help = "correct the edge: the step from the odometry to the robot is of another node"
+        yield Found("navigation-owner", message, lead.path, help, absolute=True)
+    if not frames.map and not wrong:
+        message = f"no publisher is described for map -> {frames.odom}: what needs the frame of a map is left out"
+        help = f"add it to edges: {{parent: map, child: {frames.odom}, publisher: NAME}}"
+        yield Found("navigation-no-map", message, (), help, WARNING, key=True)
     for driver in drivers(robot) if asked(output) == HUMBLE else ():
         if driver.stamped:
             message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {HUMBLE.capitalize()} sends Twist'
-            way_out = "give it use_stamped_vel: false, where its output is for Humble, too"
-            path = ("controllers", driver.name)
-            yield Found("nav2-command", message, path, way_out, WARNING, absolute=True, key=True)
+            help = "give it use_stamped_vel: false, where its output is for Humble, too"
+            yield Found("nav2-command", message, ("controllers", driver.name), help, WARNING, absolute=True, key=True)
+
+
+def _left_out(robot: Robot, output: Output, base: str) -> Iterator[Found]:
+    pose, poses = output.options.get("pose"), {one.name: one.positions for one in robot.poses}
+    if pose not in poses or not robot.is_tree or not robot.mimics_resolve:
+        return
+    for one in left_out(robot, base, poses[pose], clouds_of(robot)):
+        reaches = f'"{one.link}" reaches {one.reach:.3g} m from "{base}", as far as it can: {one.least:.3g} m elsewhere'
+        message = f'pose "{pose}" does not name joint "{one.joint}", which stays at zero, where {reaches}'
+        yield Found("nav2-pose-left-out", message, ("pose",), "name it in the pose", WARNING)
 
 
 def measured(robot: Robot, output: Output, made: Basics) -> tuple[Measured | None, list[Diagnostic]]:
@@ -179,12 +171,12 @@ def measured(robot: Robot, output: Output, made: Basics) -> tuple[Measured | Non
         message = f'the base frame "{made.base}" is not within the footprint, which Nav2 takes for granted'
         said.append(Diagnostic("nav2-footprint", WARNING, message, help="name a frame in the middle: base_frame"))
     heights = _heights(robot, output, made, outline)
-    for name in _lidars(robot, output):
-        at = _above(robot, made, name)
-        if at > heights[0]:
-            continue
-        message = f'lidar "{name}" sees nothing: it is at {at:.3g} m, and what is below {heights[0]:g} m is no obstacle'
-        said.append(error("nav2-source", message, None, "make clearance less"))
+    sources = {source["sensor"] for source in sources_of(robot, output).values()}
+    for sensor in robot.sensors:
+        at = _above(robot, made, sensor)
+        if sensor.type == PLANAR and sensor.name in sources and at <= heights[0]:
+            message = f'lidar "{sensor.name}" sees nothing: it is at {at:.3g} m, and what is below {heights[0]:g} m is '
+            said.append(error("nav2-source", f"{message}no obstacle", None, "make clearance less"))
     padding = output.options.get("padding")
     free = float(_PADDING if padding is None else padding)
     if circle or outline.holds(padded(outline.corners, free)):
@@ -195,7 +187,6 @@ def measured(robot: Robot, output: Output, made: Basics) -> tuple[Measured | Non
 
 
 def _unmeasured(robot: Robot, unknown: Sequence[str]) -> Diagnostic:
-    """Return that nobody knows how large a robot is: it has no collision shapes, or links with meshes unread."""
     left = "footprint and heights are left out"
     if not unknown:
         message = f"no link of the robot has a collision shape: {left}"
@@ -214,26 +205,17 @@ def _heights(robot: Robot, output: Output, made: Basics, outline: Footprint) -> 
     A lidar of one plane sees at its own height: that is within, also where nothing of the robot is as high.
     """
     up = robot.transform(made.frames.moved, made.base, made.positions).xyz[2]
-    planes = [_above(robot, made, sensor.name) for sensor in robot.sensors if sensor.type == PLANAR]
+    planes = [_above(robot, made, sensor) for sensor in robot.sensors if sensor.type == PLANAR]
     low = min(0.0, outline.lowest + up) + float(output.options.get("clearance", 0.0))
     high = max([outline.highest + up, *planes]) + float(output.options.get("headroom", _HEADROOM))
     return math.floor(low * _MILLIMETRES + 0.5) / _MILLIMETRES + 0.0, math.ceil(high * _MILLIMETRES) / _MILLIMETRES
 
 
-def _above(robot: Robot, made: Basics, name: str) -> float:
-    """Return how high a sensor is over the frame that the odometry moves (m)."""
-    frame = next(sensor.frame for sensor in robot.sensors if sensor.name == name)
-    return robot.transform(made.frames.moved, frame, made.positions).xyz[2]
-
-
-def _lidars(robot: Robot, output: Output) -> list[str]:
-    """Return the lidars of one plane among the observation sources."""
-    named = {source["sensor"] for source in sources_of(robot, output).values()}
-    return [sensor.name for sensor in robot.sensors if sensor.type == PLANAR and sensor.name in named]
+def _above(robot: Robot, made: Basics, sensor: Sensor) -> float:
+    return robot.transform(made.frames.moved, sensor.frame, made.positions).xyz[2]
 
 
 def _sources(robot: Robot, output: Output) -> Iterator[Found]:
-    """Yield what is wrong with the observation sources."""
     sensors = {sensor.name: sensor for sensor in robot.sensors}
     for name, source in (output.options.get("sources") or {}).items():
         sensor, path = sensors.get(source["sensor"]), ("sources", name, "sensor")
@@ -241,15 +223,12 @@ def _sources(robot: Robot, output: Output) -> Iterator[Found]:
             way_out = Suggestion(source["sensor"], sensors, none="the robot has no sensors")
             yield Found("nav2-source", f'there is no sensor "{source["sensor"]}"', path, way_out)
         elif sensor.type not in SEEING:
-            message = f'sensor "{sensor.name}" is {_article(sensor.type)}, which sees no obstacles for a costmap'
+            article = "an" if sensor.type[0] in "aeiou" else "a"
+            message = f'sensor "{sensor.name}" is {article} {sensor.type}, which sees no obstacles for a costmap'
             yield Found("nav2-source", message, path, "name a lidar or a depth camera")
         elif not topic_of(robot, source):
             message = f'sensor "{sensor.name}" has no topic'
             yield Found("nav2-source", message, path, "add topic: NAME")
-
-
-def _article(word: str) -> str:
-    return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -287,7 +266,6 @@ def view(robot: Robot, output: Output) -> Parameters:
 
 
 def _nodes(robot: Robot, output: Output, made: Basics, size: Measured | None) -> Iterator[Node]:
-    """Yield the nodes of Nav2, by the names that nav2_bringup gives them."""
     frames, base = made.frames, {"robot_base_frame": made.base}
     costmaps = {LOCAL: frames.odom, **({GLOBAL: frames.map} if frames.map else {})}
     for name, frame in costmaps.items():
@@ -305,7 +283,6 @@ def _nodes(robot: Robot, output: Output, made: Basics, size: Measured | None) ->
 
 
 def _servers(output: Output, made: Basics) -> dict[str, dict[str, Any]]:
-    """Return the frames of the servers of Nav2, as many as a distribution has of them."""
     frames, base = made.frames, {"robot_base_frame": made.base}
     found: dict[str, dict[str, Any]] = {}
     if frames.map:
@@ -325,7 +302,6 @@ def _servers(output: Output, made: Basics) -> dict[str, dict[str, Any]]:
 
 
 def _way_of_velocities(robot: Robot, output: Output, frames: Frames) -> dict[str, dict[str, Any]]:
-    """Return the topic of the odometry, and the messages and limits of velocities, by the servers that have them."""
     distribution, driving, odometry = asked(output), drivers(robot), _odometry(robot, frames)
     found: dict[str, dict[str, Any]] = {}
     for port in ports(distribution, role=ODOMETRY, direction=IN, group="nav2") if odometry else ():
@@ -340,7 +316,6 @@ def _way_of_velocities(robot: Robot, output: Output, frames: Frames) -> dict[str
 
 
 def _sideways(distribution: str) -> dict[str, dict[str, Any]]:
-    """Return the limits with which Nav2 lets a base go sideways as fast as forwards."""
     (ahead, turning), (push, twist) = _SPEEDS.get(distribution, _SPEEDS[JAZZY]), _ACCELERATIONS
     smoother = {"max_velocity": [ahead, ahead, turning], "min_velocity": [-ahead, -ahead, -turning]}
     smoother |= {"max_accel": [push, push, twist], "max_decel": [-push, -push, -twist]}
@@ -352,7 +327,6 @@ def _sideways(distribution: str) -> dict[str, dict[str, Any]]:
 
 
 def _odometry(robot: Robot, frames: Frames) -> str:
-    """Return the topic of the odometry: that of the filter or the controller which moves the base; else nothing."""
 
     def topics(publisher: Publisher) -> Iterator[str]:
         if kind_of(publisher) == FILTER:
@@ -370,7 +344,6 @@ def _owns(robot: Robot, driver: Driver, publisher: Publisher) -> bool:
 
 
 def _outline(output: Output, size: Measured | None) -> dict[str, Any]:
-    """Return the keys of the footprint. A footprint wins over a radius, which is for where it cannot be read."""
     if size is None:
         return {}
     around = size.outline.circumscribed / math.cos(math.pi / _CORNERS_OF_CIRCLE)
@@ -381,7 +354,6 @@ def _outline(output: Output, size: Measured | None) -> dict[str, Any]:
 
 
 def _band(place: str, size: Measured | None, clearance: float = 0.0) -> dict[str, float]:
-    """Return the keys of the heights of a layer, or of a source of one that sees nothing up to a clearance (m)."""
     if size is None:
         return {}
     heights = {"min_obstacle_height": _round(size.heights[0] + clearance), "max_obstacle_height": size.heights[1]}
@@ -390,9 +362,11 @@ def _band(place: str, size: Measured | None, clearance: float = 0.0) -> dict[str
 
 def sources_of(robot: Robot, output: Output) -> dict[str, Mapping[str, Any]]:
     """Return the observation sources by name: those of the output, else all sensors with a topic that see obstacles."""
+    seeing = [one for one in robot.sensors if one.type in SEEING]
     if given := output.options.get("sources"):
-        return dict(given)
-    seeing = [one for one in robot.sensors if one.type in SEEING and stated_topic(robot, one.name)]
+        names = [one.name for one in seeing]
+        return {name: one for name, one in given.items() if one["sensor"] in names}
+    seeing = [one for one in seeing if stated_topic(robot, one.name)]
     return {_SOURCE if len(seeing) == 1 else one.name: {"sensor": one.name} for one in seeing}
 
 
@@ -421,12 +395,10 @@ def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
 
 
 def _stands_in(output: Output, sensor: Sensor) -> bool:
-    """Return True if a sensor sees the floor as points, and nothing gives the height up to which it is free."""
     return short_type(message_of_sensor(sensor.type)) == "PointCloud2" and "clearance" not in output.options
 
 
 def _seen(robot: Robot, output: Output, layer: str, size: Measured | None) -> Iterator[tuple[str, Any]]:
-    """Yield the keys of the observation sources of a layer."""
     sources = sources_of(robot, output)
     sensors: dict[str, Sensor] = {sensor.name: sensor for sensor in robot.sensors}
     if sources:
@@ -442,7 +414,6 @@ def _seen(robot: Robot, output: Output, layer: str, size: Measured | None) -> It
 
 
 def _monitored(robot: Robot, output: Output, made: Basics, size: Measured | None) -> dict[str, Any]:
-    """Return the sources of the collision_monitor: it stops the robot while one of them is silent."""
     sources, sensors = sources_of(robot, output), {sensor.name: sensor for sensor in robot.sensors}
     values: dict[str, Any] = {}
     for port in ports(asked(output), node="collision_monitor", role=OBSTACLES) if sources else ():

@@ -1,19 +1,27 @@
-"""Bringing up: the launch files of a package that start controllers, MoveIt and navigation, each where it is asked for.
+"""Bringing up: the launch files of a package that start controllers, MoveIt and navigation.
 
 The parameters of the nodes are artifacts: controllers.yaml, the SRDF, those of Nav2 and of robot_localization. What
-MoveIt wants besides follows from the robot and is made here: solvers, limits of velocity, and who moves the joints.
+MoveIt needs besides follows from the robot and is made here: solvers, limits, and which controllers move the joints.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.model import Robot
+from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, listed
 from rosorin_compile.source.rule_registry import Heading, Rule
 
-from .naming import CONTROL, MOVEIT, NAV2, STARTS
+from ..controllers.filled import COMMAND, TF, Filled, distribution_of, drivers, filled, remaps
+from ..graph import DRIVER, Graph, graph_of, open_ends
+from ..parameters.files import nodes_of
+from ..parameters.tables import plugins
+from ..parameters.values import written
+from ..ports import short_type
+from .options import CONTROL, MOVEIT, NAV2, STARTS
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.format import Artifact
@@ -21,42 +29,46 @@ if TYPE_CHECKING:
     from ..srdf.planning import Planning
 
 RULES = (
+    Rule("package-start", "A package starts what no output is for, or what its nodes cannot load.",
+         "Add the output that the message names, or follow its advice.", Heading.PACKAGES),
     Rule(
-        "package-start",
-        "A package is to start what no output is for.",
-        "Add the output that the message names.",
+        "package-gazebo",
+        "A note: Nav2 is started, and an SDF gives sensors no frames: what Gazebo publishes is in no frame of tf.",
+        "`gazebo: harmonic` in the output; nothing, where the SDF is for other readers.",
         Heading.PACKAGES,
     ),
     Rule(
         "package-acceleration",
-        "A note: MoveIt of Jazzy and later plans nothing for a joint without a limit of acceleration, and a "
-        "description says none: `joint_limits.yaml` has a stand-in, 1 rad/s^2 or 1 m/s^2, what MoveIt of Humble takes.",
+        "A note: MoveIt of Jazzy and later plans nothing for a joint without a limit of acceleration, which a "
+        "description does not have: `joint_limits.yaml` has a stand-in, 1 rad/s^2 or 1 m/s^2, as MoveIt of Humble.",
         "Nothing, if that is what you want; else give MoveIt the limits of the maker.",
         Heading.PACKAGES,
     ),
-)
+)  # fmt: skip
 
 BRINGUP = "bringup.launch.py"
 _URDF, _CONTROLLERS, _SRDF, _NAV2, _EKF = "urdf", "controllers", "srdf", "nav2", "robot_localization"
-
 _LAUNCH = {CONTROL: "control.launch.py", MOVEIT: "moveit.launch.py", NAV2: "navigation.launch.py"}
 _ABOUT = {
     CONTROL: "the controller_manager with its controllers",
     MOVEIT: "MoveIt's move_group",
     NAV2: "Nav2, localisation and the filter of odometry",
 }
-_NEEDS = {
-    CONTROL: ("controller_manager",),
-    MOVEIT: (
-        "moveit_configs_utils",
-        "moveit_kinematics",
-        "moveit_planners_ompl",
-        "moveit_ros_move_group",
-        "moveit_simple_controller_manager",
-    ),
-    NAV2: (),
+_HELP = {
+    CONTROL: "add under outputs: a URDF with `control: jazzy` or `humble`, and `controllers: {}`",
+    MOVEIT: "add `srdf: {}` under outputs",
+    NAV2: "add `nav2: {}` or `robot_localization: {}` under outputs",
 }
-_MADE = ("joint_limits.yaml", "kinematics.yaml", "moveit_controllers.yaml")
+_MOVEIT_PACKAGES = (
+    *("moveit_configs_utils", "moveit_kinematics", "moveit_planners_ompl", "moveit_ros_move_group"),
+    "moveit_simple_controller_manager",
+)
+_MADE = {
+    "config/joint_limits.yaml": "joint_limits.yaml",
+    "config/kinematics.yaml": "kinematics.yaml",
+    "config/moveit_controllers.yaml": "moveit_controllers.yaml",
+    "rviz/moveit.rviz": "moveit.rviz",
+}
 # The action that MoveIt has for a type of controller.
 _ACTIONS = {
     "joint_trajectory_controller/JointTrajectoryController": ("FollowJointTrajectory", "follow_joint_trajectory"),
@@ -65,32 +77,18 @@ _ACTIONS = {
     "parallel_gripper_action_controller/GripperActionController": ("ParallelGripperCommand", "gripper_cmd"),
 }
 _HUMBLE = "humble"
-_OF_ONE_AXIS = ("revolute", "continuous", "prismatic")  # of others MoveIt limits each axis by a name of its own
+_ONE_AXIS = ("revolute", "continuous", "prismatic")  # MoveIt limits each axis of other joints by a name of its own
 _STAND_IN = 1.0  # rad/s^2 or m/s^2: the default of MoveIt's time parameterization until Iron (moveit2#1794)
 _FIRST = "joint_state_broadcaster/JointStateBroadcaster"
+_OF_GAZEBO = ("gz_ros2_control", "ign_ros2_control", "gazebo_ros2_control")
 
 
-class Spawned(NamedTuple):
-    """A controller that is started: its name, the remaps of its topics, from and to, and whether it is active."""
+@dataclass(frozen=True)
+class Bringup:
+    """What a package starts besides the publishers.
 
-    name: str
-    remaps: tuple[tuple[str, str], ...]
-    inactive: bool
-
-
-class Limited(NamedTuple):
-    """Limits of a joint for MoveIt: velocity (rad/s or m/s) and acceleration (per second), None where there is none."""
-
-    name: str
-    velocity: float | None
-    acceleration: float | None
-
-
-class Bringup(NamedTuple):
-    """What a package starts besides the publishers: names of ``STARTS``, and the places of artifacts by their format.
-
-    ``places`` are those in the package; ``outputs`` the names of the outputs; ``ekf`` is the node of the
-    filter.
+    ``starts`` are names of ``STARTS``; ``places`` are those of artifacts by their format, ``outputs`` the names of
+    their outputs; ``ekf`` is the node of the filter.
     """
 
     robot: Robot
@@ -99,42 +97,65 @@ class Bringup(NamedTuple):
     outputs: Mapping[str, str]
     ekf: str = ""
 
-    def packages(self) -> Iterator[str]:
-        """Yield the packages of the nodes that are started."""
-        from ..parameters.tables import plugins
+    @cached_property
+    def _distribution(self) -> str:
+        return distribution_of(self.robot, self.outputs.get(_CONTROLLERS, ""))
 
-        for word in self.starts:
-            yield from _NEEDS[word]
+    @cached_property
+    def _filled(self) -> list[Filled]:
+        return filled(self.robot, self._distribution)
+
+    def _output(self, backend: str) -> Output:
+        return next(one for one in self.robot.outputs if one.name == self.outputs[backend])
+
+    def _graph(self, topics: Mapping[str, str]) -> Graph:
+        return graph_of(self.robot, self.starts, topics)
+
+    def packages(self) -> Iterator[str]:
+        """Yield the packages of the nodes and plug-ins that are started."""
+        if MOVEIT in self.starts:
+            yield from _MOVEIT_PACKAGES
         if CONTROL in self.starts:
-            known_plugins = plugins(self._distribution())
-            yield from sorted({known_plugins[one.type] for one in self._filled() if one.type in known_plugins})
+            yield "controller_manager"
+            for block in self.robot.control:
+                package = block.plugin.partition("/")[0]
+                yield "hardware_interface" if package == "mock_components" else package
+            known = plugins(self._distribution)
+            yield from sorted({known[one.type] for one in self._filled if one.type in known})
         if NAV2 in self.starts:
-            wanted = (("nav2_bringup", _NAV2), ("python3-yaml", _NAV2), (_EKF, _EKF))
-            yield from (name for name, there in wanted if there in self.places)
+            needed = (("nav2_bringup", _NAV2), ("python3-yaml", _NAV2), (_EKF, _EKF))
+            yield from (name for name, backend in needed if backend in self.places)
 
     def templates(self) -> dict[str, str]:
-        """Return the templates of what is made, by the places of the files."""
-        if not self.starts:
-            return {}
-        found = {f"launch/{_LAUNCH[word]}": _LAUNCH[word] for word in self.starts}
-        made = {f"config/{name}": name for name in _MADE if MOVEIT in self.starts}
-        return {**found, **made, f"launch/{BRINGUP}": BRINGUP}
+        """Return the templates of the files that are made, by their places."""
+        launch = {f"launch/{_LAUNCH[word]}": _LAUNCH[word] for word in self.starts}
+        made = _MADE if MOVEIT in self.starts else {}
+        return {**launch, **made, **({f"launch/{BRINGUP}": BRINGUP} if self.starts else {})}
 
     def contents(self) -> list[tuple[str, str]]:
         """Return the files that are made with what each is."""
         rows = [(f"launch/{_LAUNCH[word]}", _ABOUT[word]) for word in self.starts]
         rows += [(f"launch/{BRINGUP}", "all of it")] if self.starts else []
-        return rows + ([("config/*.yaml", "what MoveIt wants besides the SRDF")] if MOVEIT in self.starts else [])
+        if MOVEIT in self.starts:
+            rows += [("config/*.yaml", "what MoveIt wants besides the SRDF"), ("rviz/moveit.rviz", "RViz for MoveIt")]
+        return rows
 
-    def values(self, main: str) -> dict[str, Any]:
-        """Return what the templates need to know; ``main`` is the place of what robot_state_publisher reads."""
-        from ..parameters.values import written
-
-        values: dict[str, Any] = {"starts": [(word, _LAUNCH[word], _ABOUT[word]) for word in self.starts]}
-        values |= {"places": self.places, "ekf_name": self.ekf, "written": written}
-        values["control_namespace"] = self._namespace()
-        values |= {"navigates": NAV2 in self.starts, "drives": False}
-        if _NAV2 in self.places:
+    def values(self, main: str, topics: Mapping[str, str]) -> dict[str, Any]:
+        """Return what the templates need; ``main`` is the place of what robot_state_publisher reads."""
+        made = self._graph(topics)
+        outside = [one for one in made.published if made.nodes[one.node] == DRIVER and made.readers(one)]
+        values: dict[str, Any] = {
+            "starts": [(word, _LAUNCH[word], _ABOUT[word]) for word in self.starts],
+            "places": self.places,
+            "ekf_name": self.ekf,
+            "written": written,
+            "control_namespace": self._namespace(),
+            "navigates": NAV2 in self.starts,
+            "drives": False,
+            "outside": [(one.node, short_type(one.type), one.topic) for one in outside] if self.starts else [],
+            "teleop": self._teleop() if CONTROL in self.starts else None,
+        }
+        if NAV2 in self.starts and _NAV2 in self.places:
             values |= self._localisation()
         if CONTROL in self.starts:
             values |= self._control(main)
@@ -142,52 +163,58 @@ class Bringup(NamedTuple):
             values |= self._moveit()
         return values
 
+    def open_ends(self, topics: Mapping[str, str]) -> list[Diagnostic]:
+        """Return what keeps the nodes that are started from working; ``topics`` are those of sensors by name."""
+        found = list(open_ends(self.robot, self._graph(topics))) if self.starts else []
+        for block in self.robot.control if CONTROL in self.starts else ():
+            if block.plugin.partition("/")[0] in _OF_GAZEBO:
+                message = f'hardware block "{block.name}" has the plugin {block.plugin}, which Gazebo loads and '
+                message += "ros2_control_node does not know: control.launch.py would end with an error"
+                help = "write the package without --control and load the URDF into Gazebo, or name another plugin,"
+                help += " such as mock_components/GenericSystem, by an argument of the description"
+                found.append(error("package-start", message, None, help))
+        plain = [one for one in self.robot.outputs if one.backend == "sdf" and not one.options.get("gazebo")]
+        if NAV2 in self.starts and self.robot.sensors and plain:
+            message = f"in {plain[0].file} no sensor has a frame: Gazebo stamps its messages with names of its own"
+            message += ", and slam_toolbox and AMCL drop scans in a frame that tf does not have"
+            found.append(Diagnostic("package-gazebo", NOTE, message, help="gazebo: harmonic in this output"))
+        return found
+
     def remarks(self) -> list[Diagnostic]:
-        """Return what is to be said of what is made."""
+        """Return notes about the files that are made."""
         planning = planning_of(self.robot) if MOVEIT in self.starts else None
-        names = [one.name for one in self._limits(planning) if one.acceleration is not None] if planning else []
-        if not names:
-            return []
-        message = f"joints have no limit of acceleration ({listed(names, 4)}), and MoveIt plans nothing without: "
-        message += "config/joint_limits.yaml has a stand-in, 1 rad/s^2 or 1 m/s^2"
-        help = "if the maker says other ones, load them after that file"
-        return [Diagnostic("package-acceleration", NOTE, message, help=help)]
-
-    def _distribution(self) -> str:
-        from ..controllers.filled import distribution_of
-
-        return distribution_of(self.robot, self.outputs.get(_CONTROLLERS, ""))
+        limits = list(self._limits(planning)) if planning is not None else []
+        names = [one["name"] for one in limits if one["acceleration"] is not None]
+        message = f"joints have no limit of acceleration ({listed(names, 4)}), and MoveIt plans nothing "
+        message += "without: config/joint_limits.yaml has a stand-in, 1 rad/s^2 or 1 m/s^2"
+        help = "if the maker gives others, load them after that file"
+        return [Diagnostic("package-acceleration", NOTE, message, help=help)] if names else []
 
     def _namespace(self) -> str:
-        """Return the namespace of the controllers that are started, empty for none."""
         if CONTROL not in self.starts:
             return ""
-        output = next(one for one in self.robot.outputs if one.name == self.outputs[_CONTROLLERS])
-        return str(output.options.get("namespace", "")).strip("/")
+        return str(self._output(_CONTROLLERS).options.get("namespace", "")).strip("/")
 
-    def _filled(self) -> list[Any]:
-        from ..controllers.filled import filled
-
-        return filled(self.robot, self._distribution())
+    def _teleop(self) -> dict[str, Any] | None:
+        for driver in drivers(self.robot):
+            topic = COMMAND if NAV2 in self.starts and _NAV2 in self.places else f"/{driver.topic(driver.command)}"
+            return {"topic": f"/{topic.lstrip('/')}", "stamped": driver.stamped}
+        return None
 
     def _control(self, main: str) -> dict[str, Any]:
-        from ..controllers.filled import remaps
-        from ..controllers.topics import COMMAND, TF, drivers
-
-        output = next(one for one in self.robot.outputs if one.name == self.outputs[_CONTROLLERS])
-        every = sorted(self._filled(), key=lambda one: one.type != _FIRST)
-        found = remaps(self.robot, output)
-        drives = drivers(self.robot)
+        every = sorted(self._filled, key=lambda one: one.type != _FIRST)
+        found, driving = remaps(self.robot, self._output(_CONTROLLERS)), drivers(self.robot)
         if NAV2 in self.starts and _NAV2 in self.places:
-            for driver in drives:
+            for driver in driving:
                 found.setdefault(driver.name, []).append((driver.command, COMMAND))
+        spawned = [
+            {"name": one.name, "remaps": found.get(one.name, []), "inactive": one.inactive}
+            for one in (filled_one.controller for filled_one in every)
+        ]
         return {
-            "humble": self._distribution() == _HUMBLE,
-            "drives": bool(drives),
-            "spawned": [
-                Spawned(one.controller.name, tuple(found.get(one.controller.name, ())), one.controller.inactive)
-                for one in every
-            ],
+            "humble": self._distribution == _HUMBLE,
+            "drives": bool(driving),
+            "spawned": spawned,
             "own_description": self.places[_URDF] != main,
             "why": {TF: "it publishes there what it owns", COMMAND: "Nav2 sends velocities there"},
         }
@@ -195,66 +222,49 @@ class Bringup(NamedTuple):
     def _localisation(self) -> dict[str, Any]:
         """Return whether slam_toolbox publishes map -> odom, and not AMCL, while no mode is on.
 
-        What it has to know comes from here where it is started by hand alone: the artifact has no section for it then.
+        Its parameters are here where it is started by hand alone: the artifact has no section for it then.
         """
         from ..nav2.write import seen_by_slam
         from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
 
-        output = next(one for one in self.robot.outputs if one.name == self.outputs[_NAV2])
+        output = self._output(_NAV2)
         frames, _ = frames_of(self.robot, output)
         if frames is None or not frames.map:
             return {"slam": "False"}
         kinds = owners_of_odom(self.robot, frames)
-        written = any(kind_of(one) == SLAM for one in self.robot.publishers)
-        seen = {} if written else seen_by_slam(self.robot, output, frames)
+        has_section = any(kind_of(one) == SLAM for one in self.robot.publishers)
+        seen = {} if has_section else seen_by_slam(self.robot, output, frames)
         return {"slam": str(SLAM in kinds and AMCL not in kinds), "seen_by_slam": seen}
 
     def _moveit(self) -> dict[str, Any]:
         planning = planning_of(self.robot)
         if planning is None:  # then there is no SRDF either
             return {"solved": [], "limited": [], "moved": []}
-        return {
-            "solved": [group.name for group in planning.groups.values() if _is_chain(planning, group.name)],
-            "limited": list(self._limits(planning)),
-            "moved": list(self._moved(planning)),
-        }
-
-    def _limits(self, planning: Planning) -> Iterator[Limited]:
-        """Yield the limits of the joints that groups move, where there are any.
-
-        Each has one of acceleration: else MoveIt plans nothing, but for that of Humble, which has a default.
-        """
-        acceleration = None if self._distribution() == _HUMBLE else _STAND_IN
-        names = {name for group in planning.groups.values() for name in planning.active(group)}
-        for name, joint in planning.joints.items():
-            if name in names and joint.type in _OF_ONE_AXIS:
-                velocity = (joint.limit.known("velocity") if joint.limit is not None else None) or None
-                if velocity or acceleration:
-                    yield Limited(name, velocity, acceleration)
-
-    def _moved(self, planning: Planning) -> Iterator[tuple[str, str, str, list[str]]]:
-        """Yield the controllers that MoveIt may ask: name, type and name of the action, joints."""
-        if _CONTROLLERS not in self.outputs:
-            return
-        for one in self._filled():
+        moved = []
+        for one in self._filled if _CONTROLLERS in self.outputs else ():
             joints = one.values.get("joints") or [one.values.get("joint", "")]
             if one.type in _ACTIONS and all(name in planning.joints for name in joints):
-                yield one.controller.name, *_ACTIONS[one.type], list(joints)
+                moved.append((one.controller.name, *_ACTIONS[one.type], list(joints)))
+        solved = [group.name for group in planning.groups.values() if _is_chain(planning, group.name)]
+        return {"solved": solved, "limited": list(self._limits(planning)), "moved": moved}
+
+    def _limits(self, planning: Planning) -> Iterator[dict[str, Any]]:
+        acceleration = None if self._distribution == _HUMBLE else _STAND_IN
+        names = {name for group in planning.groups.values() for name in planning.active(group)}
+        for name, joint in planning.joints.items():
+            if name in names and joint.type in _ONE_AXIS:
+                velocity = (joint.limit.known("velocity") if joint.limit is not None else None) or None
+                if velocity or acceleration:
+                    yield {"name": name, "velocity": velocity, "acceleration": acceleration}
 
 
 def _is_chain(planning: Planning, name: str) -> bool:
-    """Say whether the joints that move in a group are one behind the other: what a solver of positions wants."""
     names = planning.active(planning.groups[name])
-    if not names:
-        return False
-    last = planning.joints[names[-1]].child
-    return {*names} <= {joint.name for joint in planning.chain(last)}
+    return bool(names) and {*names} <= {one.name for one in planning.chain(planning.joints[names[-1]].child)}
 
 
 def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str]) -> tuple[Bringup, Diagnostic | None]:
-    """Return what a package starts, and what is wrong where no output is for it; ``placed`` are artifacts by place."""
-    from ..parameters.files import nodes_of
-
+    """Return what a package starts, and an error where no output is for it; ``placed`` are artifacts by place."""
     places: dict[str, str] = {}
     outputs: dict[str, str] = {}
     control = {output.name for output in robot.outputs if output.options.get(CONTROL)}
@@ -262,45 +272,28 @@ def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str])
         if artifact.backend != _URDF or artifact.output in control:
             places.setdefault(artifact.backend, place)
             outputs.setdefault(artifact.backend, artifact.output)
-    if MOVEIT in starts and _SRDF in outputs:
-        places["moveit_urdf"] = _urdf_of_moveit(robot, placed)
+    planning = planning_of(robot) if MOVEIT in starts and _SRDF in outputs else None
+    if planning is not None:
+        places["moveit_urdf"] = next((at for at, one in placed.items() if one.output == planning.urdf.name), "")
     ekf = next(iter(nodes_of(placed[places[_EKF]].text))).rpartition("/")[2] if _EKF in places else ""
     made = Bringup(robot, tuple(word for word in STARTS if word in starts), places, outputs, ekf)
+    hardware = [
+        what for key, what in ((_URDF, "the hardware"), (_CONTROLLERS, "the controllers")) if key not in outputs
+    ]
+    missing = {
+        CONTROL: " and ".join(hardware),
+        MOVEIT: "" if _SRDF in outputs else "an SRDF",
+        NAV2: "" if outputs.keys() & {_NAV2, _EKF} else "their parameters",
+    }
     for word in made.starts:
-        missing = _missing(word, outputs)
-        if missing:
-            message = f"--{word} is for {_ABOUT[word]}: no output has {missing}"
+        if missing[word]:
+            message = f"--{word} is for {_ABOUT[word]}: no output has {missing[word]}"
             return made, error("package-start", message, None, _HELP[word])
     return made, None
 
 
-_HELP = {
-    CONTROL: "add under outputs: a URDF with `control: jazzy` or `humble`, and `controllers: {}`",
-    MOVEIT: "add `srdf: {}` under outputs",
-    NAV2: "add `nav2: {}` or `robot_localization: {}` under outputs",
-}
-
-
-def _missing(word: str, outputs: Mapping[str, str]) -> str:
-    if word == CONTROL:
-        missing = [
-            what for key, what in ((_URDF, "the hardware"), (_CONTROLLERS, "the controllers")) if key not in outputs
-        ]
-        return " and ".join(missing)
-    if word == MOVEIT:
-        return "" if _SRDF in outputs else "an SRDF"
-    return "" if outputs.keys() & {_NAV2, _EKF} else "their parameters"
-
-
 def planning_of(robot: Robot) -> Planning | None:
-    """Return a robot as MoveIt has it; None if it has no URDF that an SRDF could belong to."""
+    """Return a robot as MoveIt has it, or None if it has no URDF that an SRDF could belong to."""
     from ..srdf import planning
 
     return planning.planning_of(robot)
-
-
-def _urdf_of_moveit(robot: Robot, placed: Mapping[str, Artifact]) -> str:
-    """Return the place of the URDF that the SRDF belongs to."""
-    planning = planning_of(robot)
-    found = (place for place, one in placed.items() if planning is not None and one.output == planning.urdf.name)
-    return next(found, "")

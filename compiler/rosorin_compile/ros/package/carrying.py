@@ -24,7 +24,7 @@ from rosorin_compile.source.project import Description, tool_folders
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .meshes import named
-from .naming import is_legal
+from .options import is_legal
 from .starting import ARGUMENTS, WORDS, LaunchArgument, spelt_statics
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from rosorin_compile.language.arguments import Argument
     from rosorin_compile.request import Request
 
-    from .package import Options
+    from .options import Options
 
 RULES = (
     Rule(
@@ -131,7 +131,6 @@ def _spelled(path: Path) -> Path:
 
 
 def _places(compiled: Compiled, path: Path, packages: Mapping[str, Path]) -> tuple[dict[Path, str], list[Diagnostic]]:
-    """Return where in a package the files of a description stand, and what cannot stand in one."""
     python = compiled.python_packages
     elsewhere = [tool_folders()["parts_library"], *python, *map(_spelled, packages.values())]
     inputs = [_spelled(one) for one in compiled.files_read]
@@ -163,7 +162,6 @@ def _top(first: Path, files: Sequence[Path]) -> tuple[Path, str]:
 
 
 def _named_in(name: str, files: Iterable[Path]) -> Span | None:
-    """Return where one of the YAML files names something; None if none does in so many words."""
     for file in files:
         if file.suffix in Description.ENDINGS:
             source = Source(str(file), read_bytes(file).decode("utf-8", "replace"))
@@ -174,7 +172,6 @@ def _named_in(name: str, files: Iterable[Path]) -> Span | None:
 
 
 def _unfindable(main: Artifact, package: str, places: Iterable[Path]) -> Iterator[Diagnostic]:
-    """Yield the meshes of a URDF that it names by a path: compiled at launch, it is a file nowhere."""
     files = list(places)
     for name in named(main.text):
         if "://" not in name and not name.startswith("/"):
@@ -202,14 +199,12 @@ def _passed(found: Sequence[Argument], values: Mapping[str, Any], taken: Iterabl
 
 
 def _is_simple(argument: Argument) -> bool:
-    """Say whether the default of an argument is the same where it is passed on the command line."""
     written = argument.default
     quoted = written[:1] in ("'", '"') and argument.type == "text"
     return argument.required or bool(_SIMPLE.fullmatch(_plain(written) if quoted else written))
 
 
 def _plain(written: str) -> str:
-    """Return what is written in YAML as the text that an argument on the command line would be."""
     if written[:1] not in ("'", '"'):
         return written
     try:
@@ -220,7 +215,6 @@ def _plain(written: str) -> str:
 
 
 def _text_of(argument: Argument, value: Any) -> str:
-    """Return the value of this run as a text."""
     return value if isinstance(value, str) else _plain(argument.value)
 
 
@@ -253,7 +247,6 @@ def proven(carried: Carried, compiled: Compiled, request: Request, there: Path, 
 
 
 def _moved(span: Span | None, carried: Carried, compiled: Compiled, there: Path) -> Span | None:
-    """Return a place in a copy as the place in the file that it is a copy of."""
     if span is None:
         return None
     name = os.path.relpath(resolve(span.source.path), resolve(there))

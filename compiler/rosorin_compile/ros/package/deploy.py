@@ -2,34 +2,99 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.formats.format import Artifact
-from rosorin_compile.model import Robot
-from rosorin_compile.output import OutputError, PackageFolder, digest, open_package_folder
-from rosorin_compile.output.ros_packages import files_below
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
+from rosorin_compile.output import (
+    MANIFEST,
+    OutputError,
+    PackageFolder,
+    digest,
+    open_package_folder,
+)
+from rosorin_compile.output.ros_packages import (
+    files_below,
+    install_space,
+    missing,
+    package_of,
+    share_folder,
+    undeclared,
+)
 from rosorin_compile.request import Request
-from rosorin_compile.source.diagnostics import Diagnostic, RequestError, has_errors
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, RequestError, error, has_errors
+from rosorin_compile.source.files import is_file, read_bytes, read_text, resolve
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.rule_registry import Heading, Rule
 
-from . import naming
+from . import options as mapping
 from .checking import launch_files, unreadable
-from .deploy_plan import Plan, ProtectedFile, afterwards, change_lines, not_ours, plan, protected_files
-
-RULES = (
-    Rule(
-        "deploy-unreadable",
-        "The folder cannot be read, or holds more than 50,000 files.",
-        "Name the folder of the package.",
-        Heading.PACKAGES,
-    ),
-    Rule("deploy-changes", "A note: what was changed (in the forms for programs).", topic=Heading.PACKAGES),
+from .copies import (
+    Difference,
+    ProtectedFile,
+    copies,
+    difference,
+    forms,
+    kept,
+    other_robot,
+    placed,
+    protected_files,
 )
+from .meshes import named_files, not_placed, settle
+from .options import NOWHERE
+from .package import folder_of
+
+_TOPIC, _ELSEWHERE = Heading.PACKAGES, "`--map OUTPUT=PLACE`"
+RULES = (
+    Rule("deploy-unreadable", "The folder is unreadable, or has over 50,000 files.", "Name the package.", _TOPIC),
+    Rule("deploy-changes", "A note: what was changed (in the forms for programs).", topic=_TOPIC),
+    Rule("deploy-other-robot", "Where an artifact would go is that of another robot.", _ELSEWHERE, _TOPIC),
+    Rule("deploy-ambiguous", "An artifact has several copies, or two outputs one place.", _ELSEWHERE, _TOPIC),
+    Rule(
+        "deploy-not-ours",
+        "Where an artifact would go is a file that the tool did not write, or one of the package itself.",
+        "Move it away, or `--map OUTPUT=PLACE` (`none`: nowhere).",
+        _TOPIC,
+    ),
+    Rule(
+        "deploy-kept",
+        "A warning: a file was changed after the tool wrote it, or nothing records who wrote it. It is replaced, and"
+        " its old text is stored next to it.",
+        "Bring the change into the description, and remove the old text.",
+        _TOPIC,
+    ),
+    Rule("deploy-nowhere", "A note: the folder has no copy of these outputs yet.", "`--map OUTPUT=PLACE|none`", _TOPIC),
+    Rule("deploy-no-package", "A note: the folder is in no ROS package.", topic=_TOPIC),
+    Rule(
+        "deploy-not-installed",
+        "A warning: `setup.py` or `CMakeLists.txt` does not install a file.",
+        "Add the line that is given.",
+        _TOPIC,
+    ),
+    Rule(
+        "deploy-not-depended",
+        "A warning: `package.xml` does not name a package whose nodes the launch files start.",
+        "Add the line that is given.",
+        _TOPIC,
+    ),
+    Rule("deploy-not-built", "A warning: the install space has older copies, or none.", "`colcon build`", _TOPIC),
+    Rule("deploy-no-install", "The folder of `--install` lacks the package.", "Name the install folder.", _TOPIC),
+    Rule(
+        "deploy-install-space",
+        "A warning: the folder is an install space, which the next build overwrites.",
+        "Deploy into the sources.",
+        _TOPIC,
+    ),
+)
+
+# Files that make a folder a package, or are stored there by the tool: no artifact replaces them.
+_OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", mapping.FILE, MANIFEST)
 
 
 @dataclass(frozen=True)
@@ -54,6 +119,16 @@ class Deployed:
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
 
+@dataclass(frozen=True)
+class Copy:
+    """An artifact and its place in the folder; the bytes there now, and how they differ."""
+
+    place: str
+    artifact: Artifact
+    old: bytes | None
+    difference: Difference | None
+
+
 def deploy(
     request: Request,
     folder: Path,
@@ -72,10 +147,11 @@ def deploy(
     result = Deployed("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
     diagnostics = [*compiled.diagnostics]
     if compiled.robot is not None and not has_errors(diagnostics):
+        mapped = _mapped(places, compiled.artifacts)
         try:
             with open_package_folder(folder, dry_run) as target:
-                deployment = _Deployment(compiled.robot, compiled.artifacts, folder, target, diagnostics)
-                result = deployment.run(result, _mapped(places, compiled.artifacts), install, dry_run, full)
+                found = _deployed(compiled, compiled.robot, folder, target, mapped, install, dry_run, full, diagnostics)
+                result = result if found is None else replace(found, inputs=result.inputs)
         except (LoadError, OutputError) as problem:
             diagnostics.append(problem.diagnostic)
         except OSError as problem:
@@ -84,68 +160,182 @@ def deploy(
 
 
 def _mapped(places: Mapping[str, str], artifacts: Sequence[Artifact]) -> dict[str, str]:
-    """Return the places of outputs; a folder gets the name of the file. Raises RequestError."""
     names = {artifact.output: artifact.file.rpartition("/")[2] for artifact in artifacts}
-    found = {}
-    for output, place in places.items():
+    for output in places:
         if output not in names:
             raise RequestError(f'the robot has no output "{output}"; it has {", ".join(names)}')
-        found[output] = place + names[output] if place.endswith("/") else place
-    return found
+    return {output: place + names[output] if place.endswith("/") else place for output, place in places.items()}
 
 
-@dataclass(frozen=True)
-class _Deployment:
-    """Artifacts of a robot and the folder that they go into, which is locked."""
+def _deployed(
+    compiled: Compiled,
+    robot: Robot,
+    folder: Path,
+    target: PackageFolder,
+    mapped: Mapping[str, str],
+    install: Path | None,
+    dry_run: bool,
+    full: bool,
+    diagnostics: list[Diagnostic],
+) -> Deployed | None:
+    files = files_below(folder, skip_built=True)
+    places = {**mapping.read(folder, robot.name), **mapped}
+    planned = plan(robot, compiled.artifacts, folder, files, places, diagnostics)
+    if has_errors(diagnostics):
+        return None
+    for copy in planned:
+        target.check_name(copy.place)
+    data = {copy.place: copy.artifact.text.encode() for copy in planned}
+    readers = {copy.place: FORMATS[copy.artifact.backend].robot_of for copy in planned if copy.old is not None}
+    # A file of a format without a mark that names this robot is taken to be as it was written.
+    ours = {place: [digest(read_bytes(folder / place))] for place, read in readers.items()
+            if read is not None and read(folder / place) == robot.name}  # fmt: skip
+    protected = protected_files(folder, data, {**ours, **target.digests()})
+    diagnostics += _in_the_way(planned, protected)
+    if has_errors(diagnostics):
+        return None
+    if not dry_run:
+        unlisted = {file.kept: file.data for file in protected}
+        if mapped:
+            unlisted[mapping.FILE] = mapping.text(folder, robot.name, places).encode()
+        target.write(data, unlisted)
+    located = [copy.place for copy in planned if FORMATS[copy.artifact.backend].located]
+    diagnostics += launch_files(robot, folder, files, located)
+    diagnostics += _afterwards(robot, planned, folder, install)
+    changes: list[str] = []
+    for copy in planned:
+        changes += [f"{copy.place}: new"] if copy.old is None else []
+        changes += copy.difference.lines(copy.place, full) if copy.difference is not None else []
+    written = (
+        DeployedCopy(one.place, one.artifact.output, one.old is not None and one.difference is None) for one in planned
+    )
+    return Deployed(robot.name, str(folder), not dry_run, tuple(written), tuple(changes))
 
-    robot: Robot
-    artifacts: tuple[Artifact, ...]
-    folder: Path
-    target: PackageFolder
-    diagnostics: list[Diagnostic]
 
-    def run(
-        self, result: Deployed, mapped: Mapping[str, str], install: Path | None, dry_run: bool, full: bool
-    ) -> Deployed:
-        """Write the artifacts. Raises LoadError, OutputError, OSError."""
-        robot, folder = self.robot, self.folder
-        files = files_below(folder, skip_built=True)
-        places = {**naming.read(folder, robot.name), **mapped}
-        planned = plan(robot, self.artifacts, folder, files, places)
-        self.diagnostics.extend(planned.diagnostics)
-        if has_errors(planned.diagnostics):
-            return result
-        for copy in planned.copies:
-            self.target.check_name(copy.place)
-        data = {copy.place: copy.artifact.text.encode() for copy in planned.copies}
-        there = protected_files(folder, data, self._digests(planned))
-        found = list(not_ours(planned, there))
-        self.diagnostics.extend(found)
-        if has_errors(found):
-            return result
-        if not dry_run:
-            self._write(data, there, places if mapped else None)
-        ours = [copy.place for copy in planned.copies if FORMATS[copy.artifact.backend].located]
-        self.diagnostics.extend(launch_files(robot, folder, files, ours))
-        self.diagnostics.extend(afterwards(robot, planned, folder, install))
-        copies = tuple(DeployedCopy(copy.place, copy.artifact.output, copy.is_same) for copy in planned.copies)
-        changes = tuple(change_lines(planned.copies, full))
-        return replace(result, robot=robot.name, written=not dry_run, copies=copies, changes=changes)
+def plan(
+    robot: Robot,
+    artifacts: Sequence[Artifact],
+    folder: Path,
+    files: Sequence[str],
+    places: Mapping[str, str],
+    diagnostics: list[Diagnostic],
+) -> list[Copy]:
+    """Return where each artifact goes: by ``places`` (by output), else where a copy is, else by its kind.
 
-    def _digests(self, planned: Plan) -> dict[str, list[str]]:
-        """Return the digests of files written before; one of a format without a mark is as it was written."""
-        ours = {}
-        for copy in planned.copies:
-            robot_of = FORMATS[copy.artifact.backend].robot_of
-            if copy.old is not None and robot_of is not None and robot_of(self.folder / copy.place) == self.robot.name:
-                ours[copy.place] = [digest(copy.old)]
-        return {**ours, **self.target.digests()}
+    Adds to the diagnostics; with an error among them nothing is returned.
+    """
+    chosen: dict[str, str] = {}
+    for artifact in artifacts:
+        place = places.get(artifact.output)
+        if place is None:
+            place = _place(artifact, copies(folder, files, robot.name, artifact, artifacts), diagnostics)
+            other = other_robot(folder / place, robot.name) if place != NOWHERE else ""
+            if other:
+                message = f"{place} is there for the robot {other}, not for {robot.name}"
+                help = f"say another place with --map {artifact.output}=PLACE, or this one to write over it"
+                diagnostics.append(error("deploy-other-robot", message, None, help))
+        if place != NOWHERE:
+            first = next((output for output, taken in chosen.items() if taken == place), None)
+            chosen[artifact.output] = place
+            if first is not None:
+                message = f"the outputs {first} and {artifact.output} would both go to {place}"
+                diagnostics.append(error("deploy-ambiguous", message, None, f"say --map {artifact.output}=PLACE"))
+    if has_errors(diagnostics):
+        return []
+    going = [one for one in artifacts if one.output in chosen]
+    urdf = next((chosen[one.output] for one in going if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), "")
+    moved = [placed(robot, artifact, chosen[artifact.output], urdf) for artifact in going]
+    package = package_of(folder)
+    if package is not None and package[0] == resolve(folder):
+        moved = [_with_meshes(artifact, package[1], folder, diagnostics) for artifact in moved]
+    for artifact in moved:
+        beside = FORMATS[artifact.backend].beside
+        needed = not_placed(artifact.file, beside(artifact.text), {one.file for one in moved}) if beside else ()
+        diagnostics += named_files(artifact.file, needed, folder)
+    left = [one.output for one in artifacts if one.output not in chosen and places.get(one.output) != NOWHERE]
+    if left:
+        message = f"no copy of {', '.join(left)} is in {folder}, and none is put there"
+        help = f"--map OUTPUT=PLACE puts one there; --map OUTPUT={NOWHERE} keeps it quiet"
+        diagnostics.append(Diagnostic("deploy-nowhere", NOTE, message, None, (), help))
+    made = []
+    for artifact in moved:
+        path = folder / artifact.file
+        old = read_bytes(path) if is_file(path) else None
+        made.append(Copy(artifact.file, artifact, old, None if old is None else difference(robot, artifact, old)))
+    return made
 
-    def _write(
-        self, data: Mapping[str, bytes], there: Sequence[ProtectedFile], places: Mapping[str, str] | None
-    ) -> None:
-        """Write files, and the places of outputs if they are new. Raises LoadError, OutputError."""
-        unlisted = {file.kept: file.data for file in there}
-        if places is not None:
-            unlisted[naming.FILE] = naming.text(self.folder, self.robot.name, places).encode()
-        self.target.write(data, unlisted)
+
+def _place(artifact: Artifact, places: Sequence[str], diagnostics: list[Diagnostic]) -> str:
+    name = artifact.file.rpartition("/")[2]
+    if not places:
+        deploys = FORMATS[artifact.backend].deploys and not artifact.withheld
+        return f"{folder_of(artifact)}/{name}" if deploys else NOWHERE
+    if len(places) > 1:
+        message = f"the folder has several copies of {name}: {', '.join(places[:5])}"
+        help = f"say which with --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"
+        diagnostics.append(error("deploy-ambiguous", message, None, help))
+    return places[0]
+
+
+def _with_meshes(artifact: Artifact, package: str, folder: Path, diagnostics: list[Diagnostic]) -> Artifact:
+    if not FORMATS.names_meshes(artifact):
+        return artifact
+    settled = settle(artifact.text, package, (), folder)
+    diagnostics += settled.diagnostics
+    return artifact if settled.diagnostics else dataclasses.replace(artifact, text=settled.text)
+
+
+def _in_the_way(planned: Sequence[Copy], protected: Sequence[ProtectedFile]) -> Iterator[Diagnostic]:
+    outputs = {copy.place: copy.artifact.output for copy in planned}
+    of_package = [place for place in outputs if place.rpartition("/")[2] in _OF_PACKAGES]
+    for place in of_package:
+        message = f"{place} is a file of the package itself: no artifact goes there"
+        yield error("deploy-not-ours", message, None, f"say another place with --map {outputs[place]}=PLACE")
+    for one in protected:
+        if one.reason == "foreign" and one.name not in of_package:
+            message = f"this tool did not write {one.name}: it is not replaced"
+            help = f"move it away, or say another place with --map {outputs[one.name]}=PLACE ({NOWHERE} for nowhere)"
+            yield error("deploy-not-ours", message, None, help)
+    yield from kept(protected)
+
+
+def _afterwards(robot: Robot, planned: Sequence[Copy], folder: Path, install: Path | None) -> Iterator[Diagnostic]:
+    package = package_of(folder)
+    if package is None:
+        message = f"{folder} is in no ROS package: nothing here installs the files on the robot"
+        yield Diagnostic("deploy-no-package", NOTE, message, None, (), "rosorin-compile package writes a package")
+        return
+    root, name = package
+    inside = resolve(folder).relative_to(root).as_posix()
+    names = [copy.place if inside == "." else f"{inside}/{copy.place}" for copy in planned]
+    if root.parent.name == "share":
+        message = f"{folder} is an install space: the next colcon build overwrites what is deployed here"
+        yield Diagnostic("deploy-install-space", WARNING, message, None, (), "deploy into the sources, and build")
+        return
+    for file, build in missing(root, name, names):
+        message = f"{build.decided_by} of {name} does not install {file}"
+        yield Diagnostic("deploy-not-installed", WARNING, message, None, (), f"add: {build.line}")
+    texts = [read_text(path, errors="replace") for path in sorted(root.glob("launch/*")) if is_file(path)]
+    texts += [copy.artifact.text for copy in planned if FORMATS[copy.artifact.backend].located]
+    for needed in undeclared(root, texts):
+        message, help = f"package.xml of {name} does not name {needed}, which its launch files start", "add: "
+        help += f"<exec_depend>{needed}</exec_depend>"
+        yield Diagnostic("deploy-not-depended", WARNING, message, None, (), help)
+    share = install_space(root, name) if install is None else share_folder(install, name)
+    if share is None:
+        if install is not None:
+            message = f"there is no package {name} in {install}"
+            yield error("deploy-no-install", message, None, "name the install folder of the workspace")
+        return
+    urdfs = [copy.place for copy in planned if FORMATS.names_meshes(copy.artifact)]
+    stale = []
+    for copy, file in zip(planned, names, strict=True):
+        texts_now = [form.text.encode() for form in forms(robot, copy.artifact, copy.place, urdfs, name)]
+        if not is_file(share / file):
+            stale.append(f"{file} (missing)")
+        elif read_bytes(share / file) not in texts_now:
+            stale.append(f"{file} (older)")
+    if stale:
+        message = f"{share} is what runs, and it is not what was deployed: {', '.join(stale)}"
+        help = f"colcon build --packages-select {name}; without --symlink-install, build after every deploy"
+        yield Diagnostic("deploy-not-built", WARNING, message, None, (), help)

@@ -9,11 +9,12 @@ from __future__ import annotations
 import ast
 import math
 import re
-import shlex
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from itertools import islice
-from typing import Any, NamedTuple
+from typing import Any
 
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
@@ -24,11 +25,11 @@ from rosorin_compile.model import (
     Robot,
     Transform,
 )
-from rosorin_compile.ros.python_values import Unknown, constants, value
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Source, Span
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, fixed
 from rosorin_compile.source.rule_registry import Heading, Rule
-from rosorin_compile.source.xml.markup import parse
+
+from ..launch_reader import LaunchError, Unknown, constants, entries_of, python_tree, split, value
 
 RULES = (
     Rule(
@@ -68,7 +69,8 @@ _OLD_EULER = (*_XYZ, "--yaw", "--pitch", "--roll", *_FRAMES)
 _OLD_QUATERNION = (*_XYZ, *_QUATERNION, *_FRAMES)
 
 
-class Understood(NamedTuple):
+@dataclass(frozen=True)
+class Understood:
     """What one static_transform_publisher is told: its frames, and the texts of its numbers by flag."""
 
     parent: str
@@ -114,147 +116,116 @@ def _transform(numbers: dict[str, float]) -> Transform:
 
 
 def check(robot: Robot, source: Source, call: Call) -> Iterator[Diagnostic]:
-    """Yield what is to say about one static transform of a launch file."""
-    span = _beginning(source, call.line)
+    """Yield what is wrong with one static transform of a launch file."""
+    word = re.match(r"\s*(<?[\w.]*)", source.line(call.line))
+    start, end = word.span(1) if word else (0, 1)
+    span = Span(source, call.line, start + 1, max(1, end - start))
     if call.arguments is None:
         message = "the arguments of this static_transform_publisher are known only when the launch file runs"
         yield Diagnostic("deployed-launch-unread", NOTE, message, span, (), "compare them with frames.md yourself")
         return
     static = understood(call.arguments)
     if static is None:
+        help = "--x --y --z, --roll --pitch --yaw or --qx --qy --qz --qw, --frame-id, --child-frame-id, "
         message = "static_transform_publisher refuses these arguments"
-        help = (
-            "--x --y --z, --roll --pitch --yaw or --qx --qy --qz --qw, --frame-id, --child-frame-id, each with a value"
-        )
-        yield Diagnostic("deployed-launch-refused", ERROR, message, span, (), help)
+        yield Diagnostic("deployed-launch-refused", ERROR, message, span, (), f"{help}each with a value")
         return
-    joint = robot.joint_to.get(static.child)
-    if joint is None:
-        yield from _not_a_link(robot, static, span)
-    elif any(owner.kind == STATIC_TRANSFORM_PUBLISHER for owner in _owners(robot, joint)):
-        yield from _compared(joint, static, span)
-    else:
-        yield _owned(_owners(robot, joint), static, span)
-
-
-def _owners(robot: Robot, joint: Joint) -> tuple[Publisher, ...]:
-    """Return who publishes a joint: one, or those who take turns by mode."""
-    return tuple(edge.publisher for edge in robot.turns.get(joint.name, ())) or (joint.publisher,)
-
-
-def _beginning(source: Source, line: int) -> Span:
-    """Return the first word of a line as a place."""
-    text = source.line(line)
-    word = re.match(r"\s*(<?[\w.]*)", text)
-    start, end = word.span(1) if word else (0, 1)
-    return Span(source, line, start + 1, max(1, end - start))
-
-
-def _not_a_link(robot: Robot, static: Understood, span: Span) -> Iterator[Diagnostic]:
-    edges = [edge for edge in robot.edges if edge.child == static.child]
-    if edges:
-        names = " or ".join(dict.fromkeys(edge.publisher.name for edge in edges))
-        message = f"{static.parent} -> {static.child} is published here, but the description gives it to {names}"
-        yield Diagnostic("deployed-launch-owner", ERROR, message, span, (), "publish it once")
-    else:
-        message = f"{static.parent} -> {static.child} is no frame of the description"
+    joint, edge = robot.joint_to.get(static.child), f"{static.parent} -> {static.child}"
+    owners = [one.publisher for one in robot.edges if one.child == static.child]
+    names = [owner.name for owner in owners]
+    if joint is not None:
+        owners = [one.publisher for one in robot.turns.get(joint.name, ())] or [joint.publisher]
+        names = [_name(owner) for owner in owners]
+    if joint is None and not owners:
         help = "a sensor or an edge of the description makes it known to all artifacts"
+        message = f"{edge} is no frame of the description"
         yield Diagnostic("deployed-launch-unknown", WARNING, message, span, (), help)
+    elif joint is not None and any(owner.kind == STATIC_TRANSFORM_PUBLISHER for owner in owners):
+        if parts := list(_differences(joint, static)):
+            message = f"{edge} is not as described: {', '.join(parts)}"
+            help = "write these values into the launch file, or read them from static_tf.json"
+            yield Diagnostic("deployed-launch-differs", ERROR, message, span, (), help)
+    else:
+        message = f"{edge} is published here, but the description gives it to {' or '.join(dict.fromkeys(names))}"
+        yield Diagnostic("deployed-launch-owner", ERROR, message, span, (), "publish it once")
 
 
-def _owned(owners: Sequence[Publisher], static: Understood, span: Span) -> Diagnostic:
-    who = " or ".join(dict.fromkeys(_named(owner) for owner in owners))
-    message = f"{static.parent} -> {static.child} is published here, but the description gives it to {who}"
-    return Diagnostic("deployed-launch-owner", ERROR, message, span, (), "publish it once")
-
-
-def _named(owner: Publisher) -> str:
+def _name(owner: Publisher) -> str:
     if not owner.publishes:
         return "nobody"
     return f"{owner.name}, from the URDF" if owner.kind == ROBOT_STATE_PUBLISHER else owner.name
 
 
-def _compared(joint: Joint, static: Understood, span: Span) -> Iterator[Diagnostic]:
-    """Yield one diagnostic for all that differs between a launch file and a joint."""
-    parts = [f"parent {static.parent} -> {joint.parent}"] if static.parent != joint.parent else []
-    meant = joint.origin.transform()
-    for flag, here, there in zip(_XYZ, static.transform.xyz, meant.xyz, strict=True):
+def _differences(joint: Joint, static: Understood) -> Iterator[str]:
+    described = joint.origin.transform()
+    if static.parent != joint.parent:
+        yield f"parent {static.parent} -> {joint.parent}"
+    for flag, here, there in zip(_XYZ, static.transform.xyz, described.xyz, strict=True):
         if abs(here - there) > METRES:
-            parts.append(f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, METRE_DIGITS)}")
-    off = static.transform.angle_to(meant)
-    if off > RADIANS:
-        parts += _angles(static, joint, off)
-    if parts:
-        message = f"{static.parent} -> {static.child} is not as described: {', '.join(parts)}"
-        help = "write these values into the launch file, or read them from static_tf.json"
-        yield Diagnostic("deployed-launch-differs", ERROR, message, span, (), help)
-
-
-def _angles(static: Understood, joint: Joint, off: float) -> list[str]:
-    degrees = f"{math.degrees(off):.3g} deg off"
-    if static.texts.keys() & {*_QUATERNION}:
-        w, x, y, z = joint.origin.transform().quaternion()
+            yield f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, METRE_DIGITS)}"
+    off = static.transform.angle_to(described)
+    degrees = f"rotation {math.degrees(off):.3g} deg off"
+    if off > RADIANS and static.texts.keys() & {*_QUATERNION}:
+        w, x, y, z = described.quaternion()
         values = zip(_QUATERNION, (x, y, z, w), strict=True)
-        described = " ".join(f"{flag} {fixed(value, 9)}" for flag, value in values)
-        return [f"rotation {degrees}, described: {described}"]
-    pairs = [
-        f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, RADIAN_DIGITS)}"
-        for flag, there in zip(_RPY, joint.origin.rpy, strict=True)
-        if abs(float(static.texts.get(flag, "0")) - there) > RADIANS
-    ]
-    return [*pairs, f"rotation {degrees}"]
+        yield f"{degrees}, described: {' '.join(f'{flag} {fixed(value, 9)}' for flag, value in values)}"
+    elif off > RADIANS:
+        for flag, there in zip(_RPY, joint.origin.rpy, strict=True):
+            if abs(float(static.texts.get(flag, "0")) - there) > RADIANS:
+                yield f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, RADIAN_DIGITS)}"
+        yield degrees
 
 
 PUBLISHER = "static_transform_publisher"
-_VARIABLE = re.compile(r"\$\((?:var|arg) ([^\s()$]+)\)")
 _MOST = 500  # static transforms in one file
 
 
-class Call(NamedTuple):
+@dataclass(frozen=True)
+class Call:
     """A static_transform_publisher of a launch file: its line, and its arguments, None if they are not plain."""
 
     line: int
     arguments: tuple[str, ...] | None
 
 
-class Unreadable(Exception):
-    """A launch file that cannot be parsed; the message says why."""
-
-
 def calls(name: str, text: str) -> list[Call]:
-    """Return the static transforms that a launch file starts, in its order. Raises Unreadable."""
+    """Return the static transforms that a launch file starts, in its order. Raises LaunchError."""
     if PUBLISHER not in text:
         return []
-    reader = _python if name.endswith(".py") else _yaml if name.endswith((".yaml", ".yml")) else _xml
     try:
-        return list(islice(reader(name, text), _MOST))
+        if name.endswith(".py"):
+            return list(islice(_python(text), _MOST))
+        found, variables = entries_of(Source(name, text), name.endswith((".yaml", ".yml")))
+        ours = (one for one in found if PUBLISHER in one.executables)
+        return [Call(one.line, split(one.arguments, variables)) for one in islice(ours, _MOST)]
     except RecursionError:
-        raise Unreadable("nested too deep") from None
+        raise LaunchError("nested too deep") from None
 
 
-def _python(_: str, text: str) -> Iterator[Call]:
-    try:
-        tree = ast.parse(text)
-    except (SyntaxError, ValueError, MemoryError, RecursionError) as problem:
-        raise Unreadable(f"not a Python file: {problem}") from None
+def _python(text: str) -> Iterator[Call]:
+    tree = python_tree(text)
     names = constants(tree)
-    for node, function in _nodes(tree):
+    for node, function in _calls_in(tree):
         given = {keyword.arg: keyword.value for keyword in node.keywords if keyword.arg}
-        if not _starts_publisher(given, names):
+        executable = given.get("executable") or given.get("node_executable")
+        if executable is None or _plain(executable, names) != PUBLISHER:
             continue
         arguments = given.get("arguments", ast.List([], ast.Load()))
-        plain = _arguments(arguments, names if function is None else _inside(function, names))
-        if plain is not None or function is None:
-            yield Call(node.lineno, plain)
+        inside = names if function is None else constants(function, _without(names, _parameters(function)))
+        words = _words(arguments, inside)
+        if words is not None or function is None:
+            yield Call(node.lineno, words)
             continue
-        called = list(_calls_of(function.name, tree))
-        for call in called:
-            yield Call(call.lineno, _arguments(arguments, constants(function, _bound(function, call, names))))
-        if not called:
+        # A helper: its parameters have the values of each call.
+        uses = [one for one in ast.walk(tree) if isinstance(one, ast.Call) and isinstance(one.func, ast.Name)]
+        uses = sorted((one for one in uses if ast.unparse(one.func) == function.name), key=lambda one: one.lineno)
+        for use in uses:
+            yield Call(use.lineno, _words(arguments, constants(function, _bound(function, use, names))))
+        if not uses:
             yield Call(node.lineno, None)
 
 
-def _nodes(tree: ast.Module) -> Iterator[tuple[ast.Call, ast.FunctionDef | None]]:
+def _calls_in(tree: ast.AST) -> Iterator[tuple[ast.Call, ast.FunctionDef | None]]:
     """Yield every call of a program with the function around it."""
     waiting: deque[tuple[ast.AST, ast.FunctionDef | None]] = deque([(tree, None)])
     while waiting:
@@ -265,31 +236,21 @@ def _nodes(tree: ast.Module) -> Iterator[tuple[ast.Call, ast.FunctionDef | None]
         waiting += [(child, inner) for child in ast.iter_child_nodes(node)]
 
 
-def _starts_publisher(given: Mapping[str, ast.expr], names: Mapping[str, Any]) -> bool:
-    executable = given.get("executable") or given.get("node_executable")
+def _plain(node: ast.expr, names: Mapping[str, Any]) -> Any:
     try:
-        return executable is not None and value(executable, names) == PUBLISHER
-    except Unknown:
-        return False
-
-
-def _arguments(node: ast.expr, names: Mapping[str, Any]) -> tuple[str, ...] | None:
-    try:
-        arguments = value(node, names)
+        return value(node, names)
     except Unknown:
         return None
-    if not isinstance(arguments, list):
-        return None
-    # Launch takes an argument that is a list of pieces for one text.
+
+
+def _words(node: ast.expr, names: Mapping[str, Any]) -> tuple[str, ...] | None:
+    """Return a list of arguments as words; launch joins an argument that is a list of pieces."""
+    found = _plain(node, names)
     words = [
-        "".join(one) if isinstance(one, list) and all(isinstance(p, str) for p in one) else one for one in arguments
+        "".join(one) if isinstance(one, list) and all(isinstance(piece, str) for piece in one) else one
+        for one in (found if isinstance(found, list) else [None])
     ]
-    return tuple(words) if all(isinstance(word, str) for word in words) else None
-
-
-def _calls_of(function: str, tree: ast.Module) -> Iterator[ast.Call]:
-    calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name))
-    yield from sorted((call for call in calls if ast.unparse(call.func) == function), key=lambda call: call.lineno)
+    return tuple(map(str, words)) if all(isinstance(word, str) for word in words) else None
 
 
 def _parameters(function: ast.FunctionDef) -> set[str]:
@@ -298,86 +259,23 @@ def _parameters(function: ast.FunctionDef) -> set[str]:
     return {argument.arg for argument in (*every.posonlyargs, *every.args, *every.kwonlyargs, *more)}
 
 
-def _inside(function: ast.FunctionDef, names: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``names`` as a function has them whoever calls it: without its parameters, with its own constants."""
-    taken = _parameters(function)
-    return constants(function, {name: known for name, known in names.items() if name not in taken})
+def _without(names: Mapping[str, Any], taken: set[str]) -> dict[str, Any]:
+    return {name: known for name, known in names.items() if name not in taken}
 
 
 def _bound(function: ast.FunctionDef, call: ast.Call, names: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``names`` as they are inside a function: its parameters have the plain values of a call, or no value."""
-    parameters = [argument.arg for argument in (*function.args.posonlyargs, *function.args.args)]
-    expressions: dict[str, ast.expr] = {}
-    defaults = function.args.defaults
-    expressions.update(zip(parameters[len(parameters) - len(defaults) :], defaults, strict=True))
-    only = zip(function.args.kwonlyargs, function.args.kw_defaults, strict=True)
-    expressions.update({argument.arg: default for argument, default in only if default is not None})
-    expressions.update(zip(parameters, call.args, strict=False))
-    expressions.update({keyword.arg: keyword.value for keyword in call.keywords if keyword.arg})
-    bound = {name: known for name, known in names.items() if name not in _parameters(function)}
+    """Return ``names`` inside a function, whose parameters have the plain values of a call, or no value."""
+    bound = _without(names, _parameters(function))
     if any(isinstance(argument, ast.Starred) for argument in call.args) or any(not word.arg for word in call.keywords):
         return bound  # which parameter gets what is known only when it runs
+    every, defaults = function.args, function.args.defaults
+    parameters = [argument.arg for argument in (*every.posonlyargs, *every.args)]
+    only = zip(every.kwonlyargs, every.kw_defaults, strict=True)
+    expressions: dict[str, ast.expr] = dict(zip(parameters[len(parameters) - len(defaults) :], defaults, strict=True))
+    expressions |= {argument.arg: default for argument, default in only if default is not None}
+    expressions |= dict(zip(parameters, call.args, strict=False))
+    expressions |= {keyword.arg: keyword.value for keyword in call.keywords if keyword.arg}
     for name, expression in expressions.items():
-        try:
+        with suppress(Unknown):
             bound[name] = value(expression, names)
-        except Unknown:
-            continue
     return bound
-
-
-def _xml(name: str, text: str) -> Iterator[Call]:
-    from rosorin_compile.source.xml.markup import MarkupError
-
-    try:
-        root = parse(Source(name, text)).root
-    except MarkupError as problem:
-        raise Unreadable(f"not XML: {problem.diagnostic.message}") from None
-    elements = list(root.iter())
-    passed = {id(inner) for e in elements if e.tag == "include" for inner in e.iter()}  # to another file
-    declared = [e for e in elements if e.tag in ("arg", "let") and id(e) not in passed]
-    variables = {e.get("name"): e.get("default", e.get("value")) for e in declared}
-    for element in elements:
-        if element.tag == "node" and PUBLISHER in (element.get("exec"), element.get("type")):
-            yield Call(element.span.line, split(element.get("args"), variables))
-
-
-def _yaml(name: str, text: str) -> Iterator[Call]:
-    from rosorin_compile.source.load import LoadError, parse_yaml
-
-    try:
-        tree = parse_yaml(Source(name, text))
-    except LoadError as problem:
-        raise Unreadable(f"not YAML: {problem.diagnostic.message}") from None
-    maps = list(_maps(tree))
-    named = [m[k] for m in maps for k in ("arg", "let") if isinstance(m.get(k), dict)]
-    variables = {str(m.get("name")): str(m.get("default", m.get("value", ""))) for m in named}
-    for entry in maps:
-        node = entry.get("node")
-        if isinstance(node, dict) and node.get("exec") == PUBLISHER:
-            line = entry.key_spans["node"].line
-            yield Call(line, split(str(node.get("args", "")), variables))
-
-
-def _maps(tree: Any) -> Iterator[Any]:
-    """Yield every mapping of a tree."""
-    if isinstance(tree, dict):
-        yield tree
-    for child in tree.values() if isinstance(tree, dict) else tree if isinstance(tree, list) else ():
-        yield from _maps(child)
-
-
-def split(args: str, variables: Mapping[str, str]) -> tuple[str, ...] | None:
-    """Return ``args`` of XML and YAML as a list, with the defaults of launch arguments; None if it is not plain."""
-    words: list[str] = []
-    pieces = _VARIABLE.split(args)
-    text = "".join(
-        shlex.quote(variables.get(piece, "$(")) if index % 2 else re.sub(r"\\(.)", r"\1", piece)
-        for index, piece in enumerate(pieces)
-    )
-    if re.search(r"(?<!\\)\$\(", "".join(pieces[::2])) or any(piece not in variables for piece in pieces[1::2]):
-        return None
-    try:
-        words = shlex.split(text)
-    except ValueError:
-        return None
-    return tuple(words)

@@ -21,7 +21,7 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, first_of
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.rule_registry import Heading, Rule
 
-from .naming import is_legal
+from .options import is_legal
 
 RULES = (
     Rule(
@@ -116,7 +116,6 @@ def companions(place: str, mesh: Path) -> dict[str, Path]:
 
 
 def _own(inside: str, known: Path | None, folders: Sequence[Path], target: Path, files: dict[str, Path]) -> bool:
-    """Copy what a URDF names in the package itself; say whether it is, or will be, there."""
     source = None if ".." in inside.split("/") else known or _existing(inside, folders)
     if source is not None:
         files[inside] = source
@@ -129,7 +128,6 @@ def _nowhere(folders: Sequence[Path]) -> str:
 
 
 def _inside(name: str) -> str:
-    """Return where a relative name stands in the package: below ``meshes``, and never outside."""
     parts = [part for part in name.split("/") if part not in ("", ".", "..")]
     return "/".join([MESHES, *(parts[1:] if parts[0] == MESHES and len(parts) > 1 else parts)])
 

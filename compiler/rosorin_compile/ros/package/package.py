@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import posixpath
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.mesh_files import urdf_file_name
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
-from rosorin_compile.source.diagnostics import Diagnostic, error
-from rosorin_compile.source.files import is_file, read_bytes
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
+from rosorin_compile.output import OutputError, digest, open_package_folder
+from rosorin_compile.request import Request
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, has_errors
+from rosorin_compile.source.files import exists, is_file, read_bytes
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.yaml_text import Scalar
 
-from . import meshes, papers, starting, views
+from ..ports import IN, message_of_sensor, ports
+from . import meshes, starting
 from .bringup import Bringup, bringup
-from .naming import file_name
+from .options import NO_LICENSE, NO_MAIL, NOBODY, STAMP, Options, PackageOptions, file_name, options_of
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compiled import Compiled
@@ -36,44 +42,107 @@ RULES = (
         "Let the file names differ.",
         Heading.PACKAGES,
     ),
+    Rule(
+        "package-exists",
+        "The folder has files of a package that the tool did not make.",
+        "A new folder, or `rosorin-compile deploy`.",
+        Heading.PACKAGES,
+    ),
+    Rule(
+        "package-defaults",
+        "A note: the package has no maintainer or no licence yet.",
+        "`--maintainer`, `--license`",
+        Heading.PACKAGES,
+    ),
+    Rule(
+        "package-license",
+        "A note: the tool does not carry the text of the licence, so there is no LICENSE.",
+        "Put the text into the file LICENSE of the package.",
+        Heading.PACKAGES,
+    ),
 )
 
-
-BUILD_TYPES = ("ament_cmake", "ament_python")
 _BUILT_BY = {"ament_cmake": ("CMakeLists.txt",), "ament_python": ("setup.py", "setup.cfg")}
-FOLDERS = ("config", "doc", "launch", "meshes", "rviz")  # beside those that formats ask for
+_FOLDERS = ("config", "doc", "launch", "meshes", "rviz")  # besides those that formats ask for
 _NODES = ("robot_state_publisher", "tf2_ros")
-# Where what a format does not place stands, by the ending of its file.
+_LAUNCH = ("ament_index_python", "launch", "launch_ros", "launch_xml", "launch_yaml", "ros2launch")
+# The folder of a file whose format has none, by its ending.
 _BY_ENDING = {".rviz": "rviz", ".launch.py": "launch"}
 _BY_ENDING |= dict.fromkeys((".dot", ".html", ".md", ".mmd", ".svg"), "doc")
+# Files that belong to people once they are written: they are left alone if they are not as the tool wrote them.
+LICENSE, CHANGELOG, TEST = "LICENSE", "CHANGELOG.rst", "test/test_urdf.py"
+LICENSES = ("Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "MIT")  # by SPDX; their texts are templates
+_SMALLEST = 0.2  # m, of what RViz shows
 
 
-@dataclasses.dataclass(frozen=True)
-class Options:
-    """What a package is called and what its package.xml says; ``topics`` are topics by the name of the sensor.
-
-    ``at_launch`` says that it compiles its description whenever it is launched, ``starts`` what it starts besides the
-    publishers (``naming.STARTS``).
-    """
-
-    name: str
-    build_type: str = BUILD_TYPES[0]
-    version: str = "0.1.0"
-    maintainer: str = papers.NOBODY
-    email: str = papers.NO_MAIL
-    license: str = papers.NO_LICENSE
-    url: str = ""
-    at_launch: bool = False
-    starts: tuple[str, ...] = ()
-    description: str = ""
-    topics: Mapping[str, str] = dataclasses.field(default_factory=dict)
-
-
-class Package(NamedTuple):
-    """The files of a package, bytes by relative name, and what is to say about them."""
+@dataclass(frozen=True)
+class Package:
+    """The files of a package, bytes by relative name, and the diagnostics about them."""
 
     files: dict[str, bytes]
     diagnostics: list[Diagnostic]
+
+
+@dataclass(frozen=True)
+class WrittenPackage:
+    """A ROS 2 package."""
+
+    package: str
+    folder: str
+    files: Annotated[tuple[str, ...], "all files of it, as seen from the folder"] = ()
+    written: Annotated[tuple[str, ...], "those that are new or others than before"] = ()
+    inputs: Annotated[tuple[str, ...], "the files that the robot was compiled from"] = ()
+    diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
+
+
+def write_package(request: Request, folder: Path, given: PackageOptions) -> WrittenPackage:
+    """Compile a robot and write its package, unless an error is found. Raises RequestError."""
+    from .carrying import described, proven
+    from .copies import kept, protected_files
+
+    compiled = request.compile()
+    result = WrittenPackage("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
+    diagnostics = [*compiled.diagnostics]
+    if compiled.robot is None or has_errors(diagnostics):
+        return dataclasses.replace(result, diagnostics=tuple(diagnostics))
+    try:
+        with open_package_folder(folder) as target:
+            options = options_of(given, folder, compiled.robot.name, [one.name for one in compiled.robot.sensors])
+            carried, wrong = described(compiled, request, options)
+            sources = [request.description.path.parent, request.description.outputs]
+            package = make(compiled.robot, compiled.artifacts, options, sources, folder, compiled, carried)
+            if carried is not None and package.files:
+                with tempfile.TemporaryDirectory() as copy:
+                    there = Path(copy, options.name)
+                    for place, data in package.files.items():
+                        (there / place).parent.mkdir(parents=True, exist_ok=True)
+                        (there / place).write_bytes(data)
+                    wrong = proven(carried, compiled, request, there, options.name)
+            diagnostics += [*wrong, *package.diagnostics, *_foreign(folder, package.files)]
+            if package.files and not has_errors(diagnostics):
+                digests = target.digests()
+                theirs = [name for name in (CHANGELOG, LICENSE) if is_file(folder / name) and name in package.files
+                          and digest(read_bytes(folder / name)) not in digests.get(name, ())]  # fmt: skip
+                ours = {name: data for name, data in package.files.items() if name not in theirs}
+                protected = protected_files(folder, ours, digests, own_package=True)
+                diagnostics += kept(protected)
+                written = target.write(ours, {one.kept: one.data for one in protected})
+                new = tuple(sorted(name for name in written if name in package.files))
+                names = tuple(sorted(package.files))
+                result = dataclasses.replace(result, package=options.name, files=names, written=new)
+    except OutputError as problem:
+        diagnostics.append(problem.diagnostic)
+    return dataclasses.replace(result, diagnostics=tuple(diagnostics))
+
+
+def _foreign(target: Path, names: Mapping[str, bytes]) -> list[Diagnostic]:
+    manifest = target / "package.xml"
+    if is_file(manifest) and STAMP in read_bytes(manifest).decode("utf-8", "replace"):
+        return []
+    there = [name for name in ("package.xml", *sorted(names)) if exists(target / name)]
+    message = f"{target} has a {there[0] if there else ''} that this tool did not make"
+    help = "name a new folder; rosorin-compile deploy puts the artifacts into a package that you have"
+    return [error("package-exists", message, None, help)] if there else []
 
 
 def make(
@@ -85,88 +154,79 @@ def make(
     compiled: Compiled | None = None,
     carried: Carried | None = None,
 ) -> Package:
-    """Return the package of a robot that was ``compiled``, its meshes searched; ``carried`` is compiled at launch.
+    """Return the package of a robot that was ``compiled``; ``carried`` is a description that is compiled at launch.
 
-    ``sources`` are folders in which other files are looked for that the description names; ``target`` is where the
-    package will stand, which may hold such files already.
+    ``sources`` are folders that are searched for other files that the description names; ``target`` is the folder of
+    the package, which may hold such files already.
     """
     main = next((one for one in artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)
     if main is None:
         help = f"add an output with the backend {FORMATS.published().name}"
-        return Package(
-            {}, [error("package-no-urdf", "no output is a URDF, and a package is nothing without", None, help)]
-        )
-    placed, twice = _placed(artifacts, main)
+        message = "no output is a URDF, and a package is nothing without"
+        return Package({}, [error("package-no-urdf", message, None, help)])
+    placed: dict[str, Artifact] = {}
+    for artifact in artifacts:
+        place = place_of(artifact, main)
+        first = placed.setdefault(place, artifact) if place else artifact
+        if first is not artifact:
+            message = f"the outputs {first.output} and {artifact.output} would both be {place} in the package"
+            help = "let their file names differ, not their folders alone"
+            return Package({}, [error("package-same-place", message, None, help)])
     started, missing = bringup(robot, placed, options.starts)
-    if twice or missing:
-        return Package({}, [one for one in (twice, missing) if one])
+    open_ends = [missing] if missing else started.open_ends(options.topics)
+    if has_errors(open_ends):
+        return Package({}, open_ends)
     files: dict[str, bytes] = {}
-    needs: set[str] = set(started.packages())
-    diagnostics: list[Diagnostic] = []
-    searched = None if compiled is None else compiled.meshes
-    found: dict[str, Path] = {} if searched is None else dict(searched.by_name)
-    found |= {urdf_file_name(name): file for name, file in found.items()}
-    lost = frozenset[str]() if searched is None else searched.missing
+    needs, diagnostics = set(started.packages()), list[Diagnostic]()
     for place, artifact in placed.items():
-        named_beside = FORMATS[artifact.backend].beside
         if FORMATS.names_meshes(artifact):
-            settled = meshes.settle(artifact.text, options.name, sources, target, found, lost, place)
+            searched = None if compiled is None else compiled.meshes
+            known: dict[str, Path] = {} if searched is None else dict(searched.by_name)
+            known |= {urdf_file_name(name): file for name, file in known.items()}
+            lost = frozenset[str]() if searched is None else searched.missing
+            settled = meshes.settle(artifact.text, options.name, sources, target, known, lost, place)
             artifact = dataclasses.replace(artifact, text=settled.text)
             needs.update(settled.packages)
             diagnostics += settled.diagnostics
             files.update({name: read_bytes(path) for name, path in settled.files.items()})
-        elif named_beside is not None:
-            left = _left(place, artifact, named_beside, {} if searched is None else searched.files, sources, files)
-            folder = artifact.file.rpartition("/")[0]
-            for one in () if searched is None else searched.found:
-                for name in one.places:
-                    copy = posixpath.normpath(
-                        posixpath.join(posixpath.dirname(place), posixpath.relpath(name, folder or "."))
-                    )
-                    more = meshes.companions(copy, one.file) if copy in files else {}
-                    files.update({there: read_bytes(file) for there, file in more.items() if there.count("/") > 1})
+        elif FORMATS[artifact.backend].beside is not None:
+            left = _copy_files_of(place, artifact, compiled, sources, files)
             diagnostics += meshes.named_files(place, meshes.not_placed(place, left, placed), target)
         files[place] = artifact.text.encode()
     if carried is not None:
         needs.update(carried.packages)
         files.update(carried.files)
-    files.update(_made(robot, options, place_of(main, main), list(placed.items()), needs, target, carried, started))
-    return Package(files, [*diagnostics, *started.remarks(), *papers.remarks(options, target)])
+    files.update(_made(robot, options, place_of(main, main), placed, needs, target, carried, started))
+    return Package(files, [*diagnostics, *open_ends, *started.remarks(), *_remarks(options, target)])
 
 
-def _placed(artifacts: Sequence[Artifact], main: Artifact) -> tuple[dict[str, Artifact], Diagnostic | None]:
-    """Return artifacts by their places in a package, and what is wrong where two have one."""
-    placed: dict[str, Artifact] = {}
-    for artifact in artifacts:
-        place = place_of(artifact, main)
-        if place and placed.setdefault(place, artifact) is not artifact:
-            return placed, _twice(place, placed[place], artifact)
-    return placed, None
-
-
-def _left(
-    place: str,
-    artifact: Artifact,
-    beside: Callable[[str], Iterable[str]],
-    data: Mapping[str, bytes],
-    sources: Sequence[Path],
-    files: dict[str, bytes],
+def _copy_files_of(
+    place: str, artifact: Artifact, compiled: Compiled | None, sources: Sequence[Path], files: dict[str, bytes]
 ) -> list[str]:
-    """Copy the files that an artifact has beside it into ``files``; return the names of those that are not found.
-
-    ``data`` are mesh files by their names in the folder of the artifacts.
-    """
-    known = _meshes(artifact, data)
-    return [name for name in dict.fromkeys(beside(artifact.text)) if not _copied(place, name, known, sources, files)]
-
-
-def _twice(place: str, one: Artifact, other: Artifact) -> Diagnostic:
-    message = f"the outputs {one.output} and {other.output} would both be {place} in the package"
-    return error("package-same-place", message, None, "let their file names differ, not their folders alone")
+    beside = FORMATS[artifact.backend].beside
+    searched, folder = None if compiled is None else compiled.meshes, artifact.file.rpartition("/")[0] or "."
+    known = {posixpath.relpath(name, folder): data for name, data in (searched.files if searched else {}).items()}
+    left = []
+    for name in dict.fromkeys(beside(artifact.text) if beside else ()):
+        inside = not name.startswith("/") and ".." not in name.split("/")
+        data = known.get(posixpath.normpath(name)) if inside else None
+        if data is None and inside:
+            source = next((one / name for one in sources if is_file(one / name)), None)
+            data = None if source is None else read_bytes(source)
+        if data is None:
+            left.append(name)
+        else:
+            files[posixpath.join(posixpath.dirname(place), posixpath.normpath(name))] = data
+    for one in searched.found if searched else ():
+        for name in one.places:
+            copy = posixpath.normpath(posixpath.join(posixpath.dirname(place), posixpath.relpath(name, folder)))
+            more = meshes.companions(copy, one.file) if copy in files else {}
+            files.update({there: read_bytes(file) for there, file in more.items() if there.count("/") > 1})
+    return left
 
 
 def place_of(artifact: Artifact, main: Artifact) -> str:
-    """Return where an artifact stands in a package; empty for the launch file, which the package has of its own."""
+    """Return the place of an artifact in a package; "" for the launch file, which the package has of its own."""
     if FORMATS[artifact.backend].located:
         return ""
     otherwise = FORMATS.published().file.format("robot") if artifact is main else artifact.file.rpartition("/")[2]
@@ -174,7 +234,7 @@ def place_of(artifact: Artifact, main: Artifact) -> str:
 
 
 def folder_of(artifact: Artifact) -> str:
-    """Return the folder of an artifact: as its format says, else by the ending of its name."""
+    """Return the folder of an artifact: that of its format, else by the ending of its name."""
     own, file = FORMATS[artifact.backend].folder, artifact.file
     if own:
         return own
@@ -183,80 +243,104 @@ def folder_of(artifact: Artifact) -> str:
     return next(others, "") or next(formats, "config")
 
 
-def _meshes(artifact: Artifact, files: Mapping[str, bytes]) -> Mapping[str, bytes]:
-    """Return the mesh files that belong to an artifact, by their names as seen from it."""
-    folder = artifact.file.rpartition("/")[0]
-    return {posixpath.relpath(name, folder or "."): data for name, data in files.items()}
-
-
-def _copied(
-    place: str, name: str, found: Mapping[str, bytes], sources: Sequence[Path], files: dict[str, bytes]
-) -> bool:
-    """Copy a file that an artifact names beside it; say whether it is known."""
-    if name.startswith("/") or ".." in name.split("/"):
-        return False
-    data = found.get(posixpath.normpath(name))
-    if data is None:
-        source = next((folder / name for folder in sources if is_file(folder / name)), None)
-        data = None if source is None else read_bytes(source)
-    if data is not None:
-        files[posixpath.join(posixpath.dirname(place), posixpath.normpath(name))] = data
-    return data is not None
-
-
 def _made(
     robot: Robot,
     options: Options,
     urdf: str,
-    placed: Sequence[tuple[str, Artifact]],
+    placed: Mapping[str, Artifact],
     needs: set[str],
     target: Path,
     carried: Carried | None,
     started: Bringup,
 ) -> dict[str, bytes]:
-    """Return the files that are made for the package alone."""
     package = options if options.description else dataclasses.replace(options, description=f"The robot {robot.name}.")
     rviz = "robot.rviz" if "/" in robot.name else file_name(f"{robot.name}.rviz", "robot.rviz")
-    launch = ("ament_index_python", "launch", "launch_ros", "launch_xml", "launch_yaml", "ros2launch")
+    contents = [(place, FORMATS[artifact.backend].about) for place, artifact in placed.items()]
+    contents += [(f"rviz/{rviz}", "a view for RViz"), (TEST, "a test that the installed URDF parses: `colcon test`")]
+    own = (one.folder for one in FORMATS.values() if one.folder and FORMATS.is_own(one.name))
+    folders = {*_FOLDERS, *own, *(place.partition("/")[0] for place in placed)}
+    others = [edge for edge in robot.edges if edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER]
+    has_license = options.license in LICENSES or is_file(target / LICENSE)
     values: dict[str, Any] = {
         "robot": robot,
         "package": dataclasses.asdict(package),
-        "depends": sorted({*_NODES, *launch, *needs}),
-        "folders": _folders(placed, carried),
+        "depends": sorted({*_NODES, *_LAUNCH, *needs}),
+        "folders": sorted(folders | ({Description.FOLDER} if carried else set())),
         "urdf": urdf.removeprefix("urdf/"),
         "rviz": rviz,
         "literal": repr,
         "quoted": lambda text: Scalar(text).quoted(),
         "comment": Templates.comment,
-        "contents": sorted([*_contents(placed, rviz, carried), *started.contents()]),
-        "others": [_other(edge) for edge in robot.edges if edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER],
+        "contents": sorted([*contents, *starting.contents(carried), *started.contents()]),
+        "others": [
+            f"{edge.parent} -> {edge.child}: {edge.publisher.name}{f', when {edge.when}' if edge.when else ''}"
+            for edge in others
+        ],
+        "holder": f"the authors of {options.name}" if options.maintainer == NOBODY else options.maintainer,
+        "license_file": LICENSE if has_license else "",
         **starting.values(robot, carried, options.name),
-        **started.values(urdf),
-        **papers.values(options, target),
-        **views.view(robot, options.topics),
+        **started.values(urdf, options.topics),
+        **_view(robot, options.topics),
     }
-    templates = {f"rviz/{rviz}": "rviz"}
+    templates = {f"rviz/{rviz}": "rviz", CHANGELOG: "CHANGELOG.rst", TEST: "test_urdf.py"}
+    templates |= {LICENSE: f"licenses/{options.license}"} if options.license in LICENSES else {}
     templates |= {name: name for name in ("package.xml", "README.md", *_BUILT_BY[options.build_type])}
-    templates |= starting.templates(carried) | papers.templates(options) | started.templates()
+    templates |= starting.templates(carried) | started.templates()
     texts = {name: Templates.own(f"ros/package/{template}.jinja", values) for name, template in templates.items()}
     made = {name: text.encode() for name, text in texts.items()}
     return made | ({f"resource/{options.name}": b""} if options.build_type == "ament_python" else {})
 
 
-def _folders(placed: Sequence[tuple[str, Artifact]], carried: Carried | None) -> list[str]:
-    """Return the folders that a package installs: those of the tool's own formats, and those of its artifacts."""
-    own = (one.folder for one in FORMATS.values() if one.folder and FORMATS.is_own(one.name))
-    more = [Description.FOLDER] if carried else []
-    return sorted({*FOLDERS, *own, *more, *(place.partition("/")[0] for place, _ in placed)})
+def _view(robot: Robot, topics: Mapping[str, str]) -> dict[str, Any]:
+    """Return the values of the configuration of RViz: the root of the URDF, displays of sensors, sizes in metres.
+
+    A sensor without a known topic has a display that is switched off. Sizes have one digit, so that small changes of a
+    robot do not change its view.
+    """
+    joints = robot.in_urdf()
+    links = dict.fromkeys([joint.parent for joint in joints] + [joint.child for joint in joints])
+    children = {joint.child for joint in joints}
+    root = next((link for link in links if link not in children), robot.root)
+    reach = max([_SMALLEST, *(math.hypot(*robot.transform(robot.root, link, {}).xyz) for link in links)])
+    size = round_number(reach)
+    kinds = {port.type: port.display for port in ports("", node="rviz", direction=IN)}
+    displays = []
+    for sensor in robot.sensors:
+        if kind := kinds.get(message_of_sensor(sensor.type)):
+            topic = topics.get(sensor.name, "")
+            name = sensor.name if topic else f"{sensor.name} (choose its topic)"
+            displays.append({"kind": kind, "name": name, "topic": topic})
+    return {
+        "fixed_frame": root,
+        "displays": displays,
+        "visual": any(robot.link[link].visual for link in links or [root]),
+        "size": round_number(size / 2),
+        "scale": min(1.0, size),
+        "distance": round_number(3 * size),
+    }
 
 
-def _contents(placed: Sequence[tuple[str, Artifact]], rviz: str, carried: Carried | None) -> list[tuple[str, str]]:
-    """Return the files of a package with what each is."""
-    rows = [(place, FORMATS[artifact.backend].about) for place, artifact in placed]
-    rows += [(f"rviz/{rviz}", "a view for RViz"), (papers.TEST, "a test that the installed URDF parses: `colcon test`")]
-    return sorted([*rows, *starting.contents(carried)])
+def round_number(value: float) -> float:
+    """Return a number rounded to one digit.
+
+    >>> round_number(0.234), round_number(17.0)
+    (0.2, 20.0)
+    """
+    return float(f"{value:.1g}")
 
 
-def _other(edge: Edge) -> str:
-    when = f", when {edge.when}" if edge.when else ""
-    return f"{edge.parent} -> {edge.child}: {edge.publisher.name}{when}"
+def _remarks(options: Options, target: Path) -> list[Diagnostic]:
+    found = []
+    undecided = ["--maintainer"] if options.email == NO_MAIL else []
+    undecided += ["--license"] if options.license == NO_LICENSE else []
+    if undecided:
+        message = (
+            f"package.xml does not say yet who maintains the package or how it is licensed ({', '.join(undecided)})"
+        )
+        help = "--maintainer 'NAME <MAIL>', --license with an SPDX name such as Apache-2.0"
+        found.append(Diagnostic("package-defaults", NOTE, message, None, (), help))
+    if options.license not in (*LICENSES, NO_LICENSE) and not is_file(target / LICENSE):
+        message = f"there is no LICENSE in the package: the tool does not carry the text of {options.license}"
+        help = f"put the text of the licence into {target / LICENSE}; it stays there"
+        found.append(Diagnostic("package-license", NOTE, message, None, (), help))
+    return found

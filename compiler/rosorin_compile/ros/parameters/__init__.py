@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats.format import DISTRIBUTIONS
 
+from ..ports import facts
+
 if TYPE_CHECKING:
     from .files import Parameters
 
@@ -20,6 +22,11 @@ DISTRIBUTION: Mapping[str, Any] = {
     "enum": DISTRIBUTIONS,
     "description": "The distribution of ROS 2 whose nodes it is for; default jazzy.",
 }
+
+
+def options_of(name: str) -> dict[str, Any]:
+    """Return the options of an output that is a parameter file, by the name of its format."""
+    return {"distribution": DISTRIBUTION, **facts("ros2_options")[name]}
 
 
 def read(written: str) -> Parameters:

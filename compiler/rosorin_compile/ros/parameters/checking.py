@@ -102,7 +102,6 @@ def unwritable(name: str, values: Mapping[str, Any]) -> Iterator[Finding]:
 
 
 def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Iterator[Finding]:
-    """Yield that a key is unknown, where that can be said."""
     if is_of_all_nodes(key):
         return
     near = _near(kind, key, values)
@@ -115,7 +114,6 @@ def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Iter
 
 
 def _near(kind: Kind, key: str, values: Mapping[str, Any]) -> str:
-    """Return "did you mean" for a key; of a node of which only some keys are known, only for one that is misspelt."""
     names = kind.like(key)
     if not kind.complete:
         close = nearest(key, names - values.keys())
@@ -129,7 +127,6 @@ def _near(kind: Kind, key: str, values: Mapping[str, Any]) -> str:
 
 
 def _is_misspelt(name: str, close: str) -> bool:
-    """Say whether a key is another one with a slip: a letter or two of it, or its words joined otherwise."""
     import difflib
 
     one, other = name.replace("_", "").lower(), close.replace("_", "").lower()
@@ -137,7 +134,6 @@ def _is_misspelt(name: str, close: str) -> bool:
 
 
 def _unlisted(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Iterator[Finding]:
-    """Yield that a key is about something that is not in the list of those that have one: gains.JOINT of joints."""
     many, one = kind.mapped(key)
     given = values.get(many)
     if isinstance(given, (list, tuple)) and one not in given:
@@ -146,7 +142,6 @@ def _unlisted(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Ite
 
 
 def _value(name: str, key: str, value: Any, known: Key) -> Iterator[Finding]:
-    """Yield what is wrong with a value of a known key."""
     if not fits(value, known.type):
         message = f'"{key}" of {name} is {value_text(value)}, and has to be {type_in_words(known.type)}'
         yield Finding("parameters-wrong-type", f"{message}: the node does not start", key, as_type(value, known.type))
@@ -159,7 +154,6 @@ def _value(name: str, key: str, value: Any, known: Key) -> Iterator[Finding]:
 
 
 def _order(name: str, key: Key) -> str:
-    """Return what stands in a list of a fixed length, and in which order."""
     sizes = key.valid.get("fixed_size", [])
     if key.type == "bool_array" and sizes == [15]:
         return "x y z, roll pitch yaw, vx vy vz, vroll vpitch vyaw, ax ay az"

@@ -79,7 +79,6 @@ def _tree(output: Output, nodes: Iterable[Node]) -> dict[str, Any]:
 
 
 def _put(tree: dict[str, Any], path: Sequence[str], value: Any) -> None:
-    """Put a value into mappings within mappings; of a key that is a value already, nothing is below it."""
     *above, last = path
     for word in above:
         tree = tree.setdefault(word, {})
@@ -89,7 +88,6 @@ def _put(tree: dict[str, Any], path: Sequence[str], value: Any) -> None:
 
 
 def _rows(tree: Mapping[str, Any], depth: int = 0) -> Iterator[str]:
-    """Yield the lines of parameters."""
     for key, value in tree.items():
         if isinstance(value, dict):
             yield f"{'  ' * depth}{_text(key)}:"
@@ -105,7 +103,6 @@ def _scalar(value: Any) -> str:
 
 
 def _text(value: str) -> str:
-    """Return a text so that YAML has no other idea of it."""
     if _PLAIN.fullmatch(value) and value.lower() not in _WORDS:
         return value
     return json.dumps(value, ensure_ascii=False)

@@ -56,13 +56,11 @@ def _is_variable(piece: str) -> bool:
 
 
 def _may_stand_for(piece: str, word: str) -> bool:
-    """Say whether a word of a key is what a piece says around its variable, if it has one."""
     before, *variable = _VARIABLE.split(piece)
     return word.startswith(before) and word.endswith(variable[-1]) if variable else word == piece
 
 
 def _stands_for(many: str, name: str) -> bool:
-    """Say whether a key of many names stands for one; what has other words is no pattern's to judge."""
     pieces, words = many.split("."), name.split(".")
     if len(pieces) != len(words):
         return False
@@ -73,7 +71,6 @@ def _stands_for(many: str, name: str) -> bool:
 
 @cache
 def _pattern(name: str) -> re.Pattern[str]:
-    """Return the pattern of the keys that one such as gains.__map_joints.p stands for."""
     pieces = _VARIABLE.split(name)
     kinds = {"<n>": r"(\d+)"}
     return re.compile(
@@ -108,7 +105,6 @@ class Kind:
 
     @cached_property
     def _many(self) -> list[Key]:
-        """The keys that stand for many names."""
         return [key for key in self.keys.values() if key.many]
 
     def __contains__(self, name: str) -> bool:
@@ -238,13 +234,11 @@ def controller(plugin: str, distribution: str) -> Kind | None:
 
 
 def _later(key: Key, distribution: str, removed: Iterable[str]) -> Key:
-    """Return a key with a distribution after Jazzy added to those that know it, unless it was removed there."""
     last = key.name.rpartition(".")[2]
     return key if JAZZY not in key.only or last in removed else key._replace(only=(*key.only, distribution))
 
 
 def _entries_of(plugin: str, distribution: str) -> dict[str, Mapping[str, Any]]:
-    """Return the keys of a type in a distribution; empty if it has no table there."""
     data = facts("ros2_controllers")[distribution]
     if plugin not in data["plugins"] or plugin not in data:
         return {}
@@ -257,7 +251,6 @@ def _entries_of(plugin: str, distribution: str) -> dict[str, Mapping[str, Any]]:
 def _keys_of_controllers(
     tables: Mapping[str, Mapping[str, Mapping[str, Any]]], chosen: str, frames: Mapping[str, str]
 ) -> dict[str, Key]:
-    """Return the keys of all tables, with the types and defaults of the chosen one; the last one without."""
     found: dict[str, Key] = {}
     for one in [*tables, chosen] if chosen else tables:
         for name, entry in tables[one].items():

@@ -7,6 +7,7 @@ The validators are those of ``PickNikRobotics/generate_parameter_library`` and t
 from __future__ import annotations
 
 import math
+import operator
 import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -101,84 +102,60 @@ def written(value: Any) -> str:
 def refused(valid: Mapping[str, Sequence[Any]], value: Any) -> tuple[str, Help] | None:
     """Return why validators refuse a value of its type, and a way out, in words; None if they do not."""
     for name, arguments in valid.items():
-        check = _VALIDATORS.get(name)
-        why = check(value, *arguments) if check is not None else ""
+        why, help = _refused(name.removeprefix("control_filters::"), value, list(arguments))
         if why:
-            return why if isinstance(why, tuple) else (why, "")
+            return why, help
     return None
 
 
-def _bound(holds: Callable[[float, float], bool], words: str) -> Callable[..., str]:
-    def check(value: float, limit: float) -> str:
-        return "" if holds(value, limit) else f"is {written(value)}, and has to be {words} {limit:g}"
-
-    return check
-
-
-def _or_nan(check: Callable[..., str]) -> Callable[..., str]:
-    return lambda value, limit: "" if math.isnan(value) else check(value, limit)
-
-
-_above = _bound(lambda value, limit: value > limit, "above")
-_at_least = _bound(lambda value, limit: value >= limit, "at least")
-_at_most = _bound(lambda value, limit: value <= limit, "at most")
-
-
-def _one_of(value: Any, allowed: Sequence[Any]) -> str | tuple[str, Help]:
-    return "" if value in allowed else (f"cannot be {written(value)}", Suggestion(str(value), [*map(str, allowed)]))
-
-
-def _subset_of(value: Sequence[Any], allowed: Sequence[Any]) -> str | tuple[str, Help]:
-    others = [str(one) for one in value if one not in allowed]
-    return (f"cannot have {quoted(others)}", Suggestion(others[0], [*map(str, allowed)])) if others else ""
-
-
-def _not_empty(value: Any) -> str:
-    return "" if len(value) else "is empty"
+def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
+    bound = _BOUNDS.get(name.removesuffix("_or_nan"))
+    if bound is not None:
+        holds, words = bound
+        is_free = name.endswith("_or_nan") and math.isnan(value)
+        wrong = not is_free and not holds(value, arguments[0])
+        return (f"is {written(value)}, and has to be {words} {arguments[0]:g}" if wrong else ""), ""
+    if name in _SIZES:
+        fits_size, words = _SIZES[name]
+        sizes = " or ".join(map(str, arguments))
+        fitting = any(fits_size(len(value), size) for size in arguments)
+        return ("" if fitting else f"has {len(value)} values, and needs {words}{sizes}"), ""
+    allowed = arguments[0] if arguments else ()
+    if name == "one_of" and value not in allowed:
+        return f"cannot be {written(value)}", Suggestion(str(value), [*map(str, allowed)])
+    if name == "subset_of" and (others := [str(one) for one in value if one not in allowed]):
+        return f"cannot have {quoted(others)}", Suggestion(others[0], [*map(str, allowed)])
+    if name == "not_empty" and not len(value):
+        return "is empty", ""
+    if name == "unique" and (twice := [str(one) for one in dict.fromkeys(value) if value.count(one) > 1]):
+        return f"has {quoted(twice)} twice", ""
+    return _combination(name.rpartition("::")[2], set(value) if isinstance(value, (list, tuple)) else set()), ""
 
 
-def _unique(value: Sequence[Any]) -> str:
-    twice = [str(one) for one in dict.fromkeys(value) if value.count(one) > 1]
-    return f"has {quoted(twice)} twice" if twice else ""
-
-
-def _size(holds: Callable[[int, int], bool], words: str = "") -> Callable[..., str]:
-    def check(value: Sequence[Any], *sizes: int) -> str:
-        wanted = " or ".join(map(str, sizes))
-        fits = any(holds(len(value), size) for size in sizes)
-        return "" if fits else f"has {len(value)} values, and needs {words}{wanted}"
-
-    return check
-
-
-def _commands(value: Sequence[str]) -> str:
-    if "velocity" in value and len(value) > 1 and "position" not in value:
-        return "has to have velocity alone, or beside position"
-    if "acceleration" in value and "velocity" not in value and "position" not in value:
-        return "has to have position and velocity beside acceleration"
-    return "has to have effort alone" if "effort" in value and len(value) > 1 else ""
-
-
-def _states(value: Sequence[str]) -> str:
-    if "velocity" in value and "position" not in value:
-        return "has to have position beside velocity"
-    if "acceleration" in value and not {"position", "velocity"} <= set(value):
-        return "has to have position and velocity beside acceleration"
+def _combination(name: str, words: set[str]) -> str:
+    """Return why joint_trajectory_controller refuses a combination of interfaces."""
+    lacks_both = "acceleration" in words and not {"position", "velocity"} & words
+    if name == "command_interface_type_combinations":
+        if "velocity" in words and len(words) > 1 and "position" not in words:
+            return "has to have velocity alone, or beside position"
+        if lacks_both:
+            return "has to have position and velocity beside acceleration"
+        return "has to have effort alone" if "effort" in words and len(words) > 1 else ""
+    if name == "state_interface_type_combinations":
+        if "velocity" in words and "position" not in words:
+            return "has to have position beside velocity"
+        if "acceleration" in words and not {"position", "velocity"} <= words:
+            return "has to have position and velocity beside acceleration"
     return ""
 
 
-_VALIDATORS: Mapping[str, Callable[..., str | tuple[str, Help]]] = {
-    "gt": _above,
-    "gt_eq": _at_least,
-    "one_of": _one_of,
-    "subset_of": _subset_of,
-    "not_empty": _not_empty,
-    "unique": _unique,
-    "fixed_size": _size(lambda size, wanted: size == wanted),
-    "size_gt": _size(lambda size, limit: size > limit, "more than "),
-    "size_lt": _size(lambda size, limit: size < limit, "fewer than "),
-    "control_filters::gt_eq_or_nan": _or_nan(_at_least),
-    "control_filters::lt_eq_or_nan": _or_nan(_at_most),
-    "joint_trajectory_controller::command_interface_type_combinations": _commands,
-    "joint_trajectory_controller::state_interface_type_combinations": _states,
+_BOUNDS: Mapping[str, tuple[Callable[[float, float], bool], str]] = {
+    "gt": (operator.gt, "above"),
+    "gt_eq": (operator.ge, "at least"),
+    "lt_eq": (operator.le, "at most"),
+}
+_SIZES: Mapping[str, tuple[Callable[[int, int], bool], str]] = {
+    "fixed_size": (operator.eq, ""),
+    "size_gt": (operator.gt, "more than "),
+    "size_lt": (operator.lt, "fewer than "),
 }

@@ -45,7 +45,6 @@ def flat(params: Mapping[str, Any], above: str = "") -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value without its place: quantities as numbers in SI units."""
     if isinstance(value, list):
         return tuple(_plain(item) for item in value)
     if isinstance(value, float):

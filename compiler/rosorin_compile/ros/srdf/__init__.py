@@ -1,8 +1,7 @@
 """SRDF: what MoveIt has to know of a robot beside its URDF.
 
-``planning`` knows which links and joints it may speak of, and what a group has; ``write`` makes the text, which is
-read here for comparison; ``reading`` reads what people have beside a URDF. ``checks`` finds what the section ``moveit``
-says wrongly, ``matrix`` whether its matrix is of the robot.
+``planning`` has the links and joints of the URDF and the joints of groups; ``text`` writes an SRDF and reads it back,
+``reading`` reads those of others. ``checks`` has the rules about the section ``moveit``, ``matrix`` its fingerprints.
 """
 
 from __future__ import annotations
@@ -11,38 +10,22 @@ from typing import TYPE_CHECKING
 
 from rosorin_compile.formats.format import NUMBER_FORMAT, Asked, Format, Unsupported, xml_syntax
 
-from . import checks, reading, write
+from . import checks, reading, text
 
 if TYPE_CHECKING:
-    from rosorin_compile.model import Output, Robot
     from rosorin_compile.source.tree import Map
     from rosorin_compile.source.xml.markup import Document
-
-    from .view import Srdf
 
 __all__ = ["FORMAT"]
 
 
 def _is_other(document: Document) -> bool:
-    """Say whether a document has elements of an SRDF, and neither links nor joints."""
     tags = {child.tag for child in document.root.children}
     return document.root.tag == "robot" and bool(tags & _OWN) and not tags & {"link", "joint"}
 
 
 def _asked(tree: Map, _: str, name: str) -> Asked | None:
     return Asked({"file": f"{name}.srdf"}) if "moveit" in tree else None
-
-
-def _read(text: str) -> Srdf:
-    from .view import read
-
-    return read(text)
-
-
-def _view(robot: Robot, output: Output) -> Srdf:
-    from .view import view
-
-    return view(robot, output)
 
 
 _OWN = {"group", "group_state", "end_effector", "virtual_joint", "disable_collisions", "passive_joint"}
@@ -68,9 +51,9 @@ FORMAT = Format(
     file="{}.srdf",
     endings=(".srdf",),
     check=checks.check,
-    write=write.write,
-    view=_view,
-    read=_read,
+    write=text.write,
+    view=text.view,
+    read=text.read,
     join=reading.join,
     joins=("moveit",),
     is_other=_is_other,

@@ -6,12 +6,12 @@ those of nothing are told without an SRDF, too: by ``rules.joints`` and the rule
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator
 
-from rosorin_compile.model import Joint, Output
+from rosorin_compile.model import Output
 from rosorin_compile.ros.moveit import EndEffector, Group
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Help, Suggestion, counted, first_of, quoted
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Suggestion, counted, first_of, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, at
 
@@ -91,7 +91,7 @@ _TOP = "moveit"
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Find what the section says wrongly; the first of several SRDFs says it."""
+    """Find what is wrong with the section ``moveit``; the first of several SRDFs reports it."""
     first = next(one for one in case.robot.outputs if one.backend == output.backend)
     if output != first or not case.robot.links or not case.robot.is_tree:
         return
@@ -99,15 +99,26 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     if planning is None:
         yield _no_urdf(case, output)
         return
-    known = all(name in case.robot.joint for group in planning.said.groups for name in _own_joints(planning, group))
-    yield from _not_in_urdf(case, planning)
+    for kind, name, path in _named(case):
+        in_urdf: Collection[str] = planning.links if kind == "link" else planning.joints
+        if name in _all(case, kind) and name not in in_urdf:
+            what = f'{kind} "{name}" is not in {planning.urdf.file}, which the SRDF belongs to'
+            help = "name one that is; or name a URDF that has it: moveit: {urdf: OUTPUT}"
+            yield case.problem("moveit-not-in-urdf", what, path, help)
     yield from _groups(case, planning)
-    if known:
+    if all(name in case.robot.joint for group in planning.said.groups for name in _own_joints(planning, group)):
         yield from _states(case, planning)
         for one in planning.said.end_effectors:
             yield from _end_effector(case, planning, one)
     yield from _virtual_joint(case, planning)
-    yield from _passive(case, planning)
+    for index, name in enumerate(planning.said.passive_joints):
+        joint = planning.joints.get(name)
+        why = "is fixed" if joint is not None and joint.is_fixed else ""
+        if joint is not None and not why and joint.mimic is not None:
+            why = f'follows "{joint.mimic.joint}": it is not commanded anyway'
+        if why:
+            message, path = f'joint "{name}" is named as passive, and {why}', (_TOP, "passive_joints", index)
+            yield case.problem("moveit-passive-joint", message, path, "remove it", severity=WARNING)
     yield from _matrix(case, planning, output)
 
 
@@ -116,56 +127,57 @@ def _no_urdf(case: Case, output: Output) -> Diagnostic:
     said = case.robot.moveit
     if said is not None and said.urdf:
         message = f'there is no URDF "{said.urdf}" among the outputs, that the SRDF belongs to'
-        help: Help = Suggestion(said.urdf, urdfs, "name an output that is a URDF")
+        help = Suggestion(said.urdf, urdfs, "name an output that is a URDF")
         return case.problem("moveit-urdf", message, (_TOP, "urdf"), help)
     message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
-    help = "add one: urdf: {file: NAME.urdf}"
-    return case.problem("moveit-urdf", message, ("outputs", output.name), help, key=True)
+    return case.problem("moveit-urdf", message, ("outputs", output.name), "add one: urdf: {file: NAME.urdf}", key=True)
+
+
+def _named(case: Case) -> Iterator[tuple[str, str, Path]]:
+    """Yield the links, then the joints that the section names, each after its kind, with its path."""
+    for kind in ("link", "joint"):
+        yield from ((kind, one.name, one.path) for one in case.mentions(kind) if one.path[0] == _TOP)
+
+
+def _all(case: Case, kind: str) -> Collection[str]:
+    return case.robot.link if kind == "link" else case.robot.joint
 
 
 def _own_joints(planning: Planning, group: Group) -> list[str]:
     return [name for name in group.joints if planning.virtual is None or name != planning.virtual.name]
 
 
-def _not_in_urdf(case: Case, planning: Planning) -> Iterator[Diagnostic]:
-    """Yield names of links and joints that the robot has, and the URDF has not."""
-    for kind, name, path in _named(case):
-        there, in_urdf = _there(case, kind), planning.links if kind == "link" else planning.joints
-        if name in there and name not in in_urdf:
-            what = f'{kind} "{name}" is not in {planning.urdf.file}, which the SRDF belongs to'
-            help = "name one that is; or name a URDF that has it: moveit: {urdf: OUTPUT}"
-            yield case.problem("moveit-not-in-urdf", what, path, help)
-
-
 def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
-    """Yield groups that have themselves in them, or have nothing in them."""
+    """Yield groups that contain themselves, or nothing, or a chain that goes the wrong way."""
     told: set[str] = set()
     for group in planning.said.groups:
         path: Path = (_TOP, "groups", group.name)
-        circle = _circle(planning, group)
+        circle, links = _circle(planning, group), (*(group.chain or ()), *group.links)
+        base, tip = group.chain or ("", "")
+        # All that it names exists, so that what it has is known.
+        is_sound = planning.links.issuperset(links) and {*group.groups} <= {*planning.groups}
+        is_sound = is_sound and {*_own_joints(planning, group)} <= {*planning.joints}
         if circle:
             if not told.intersection(circle):
                 message = f"planning groups are in each other: {' -> '.join([*circle, group.name])}"
                 yield case.problem("moveit-group", message, (*path, "groups"), "take one out")
             told.update(circle)
-        elif group.chain is not None and group.chain[0] == group.chain[1]:
-            message = f'the chain of planning group "{group.name}" begins and ends at link "{group.chain[0]}"'
+        elif group.chain is not None and base == tip:
+            message = f'the chain of planning group "{group.name}" begins and ends at link "{base}"'
             yield case.problem("moveit-group", message, (*path, "chain"), "name the link that it moves: tip")
-        elif group.chain is not None and _is_above(case, *reversed(group.chain)):
-            base, tip = group.chain
+        elif group.chain is not None and _is_above(case, tip, base):
             message = f'the chain of planning group "{group.name}" goes from "{base}" up to "{tip}", on which it hangs'
             help = f"base and tip are swapped: chain: {{base: {tip}, tip: {base}}}"
             yield case.problem("moveit-chain-swapped", message, (*path, "chain"), help, severity=WARNING, within=True)
-        elif _is_sound(planning, group) and not planning.joints_in(group):
-            message = f'planning group "{group.name}" has no joint: MoveIt leaves it out'
-            help = "give it a chain, joints, links or groups"
-            yield case.problem("moveit-group", message, path, help, key=True)
+        elif is_sound and not planning.joints_in(group):
+            message, help = f'planning group "{group.name}" has no joint: MoveIt leaves it out', "give it a chain, "
+            yield case.problem("moveit-group", message, path, f"{help}joints, links or groups", key=True)
 
 
 def _is_above(case: Case, link: str, other: str) -> bool:
-    """Say whether another link hangs on a link, by joints of which one moves."""
+    """Return True if another link hangs on a link, by joints of which one moves."""
     robot = case.robot
-    if not (link in robot.link and other in robot.link and case.robot.is_tree):
+    if link not in robot.link or other not in robot.link:
         return False
     way = robot.chain(other)
     above = next((index for index, joint in enumerate(way) if joint.parent == link), None)
@@ -175,30 +187,20 @@ def _is_above(case: Case, link: str, other: str) -> bool:
 def _circle(planning: Planning, group: Group) -> list[str]:
     """Return the groups that lead from one back to itself; none if they do not."""
     waiting = [[group.name]]
-    seen: set[str] = set()
+    visited: set[str] = set()
     while waiting:
         way = waiting.pop()
         for name in planning.groups[way[-1]].groups:
             if name == group.name:
                 return way
-            if name in planning.groups and name not in seen:
-                seen.add(name)
+            if name in planning.groups and name not in visited:
+                visited.add(name)
                 waiting.append([*way, name])
     return []
 
 
-def _is_sound(planning: Planning, group: Group) -> bool:
-    """Say whether all that a group names is there, so that what it has is known."""
-    links = (*(group.chain or ()), *group.links)
-    return (
-        planning.links.issuperset(links)
-        and all(name in planning.joints for name in _own_joints(planning, group))
-        and all(name in planning.groups for name in group.groups)
-    )
-
-
 def _states(case: Case, planning: Planning) -> Iterator[Diagnostic]:
-    """Yield states that place nothing, and poses that hardly miss to be one."""
+    """Yield states that place nothing, and poses that name more than half of the joints of a group, and not all."""
     poses = {pose.name: pose for pose in case.robot.poses}
     used = {pose.name for group in planning.said.groups for pose in planning.states(group).values()}
     for group in planning.said.groups:
@@ -208,121 +210,69 @@ def _states(case: Case, planning: Planning) -> Iterator[Diagnostic]:
                 message = f'pose "{name}" places no joint of planning group "{group.name}"'
                 help = f"name one of its joints in the pose: {first_of(active, 5)}"
                 yield case.problem("moveit-state", message, state_path(case, group, state), help)
-    told: set[str] = set()
     for group in planning.said.groups:
+        active = planning.active(group)
         for pose in poses.values() if group.states is None else ():
-            if pose.name not in used and pose.name not in told:
-                made = _nearly(case, planning, group, pose.name, pose.positions)
-                told |= {pose.name for _ in made}
-                yield from made
-
-
-def _nearly(case: Case, planning: Planning, group: Group, pose: str, positions: Iterable[str]) -> list[Diagnostic]:
-    """Return a note on a pose that names more than half of the joints of a group, and not all."""
-    active = planning.active(group)
-    missing = [joint for joint in active if joint not in positions]
-    if not missing or 2 * len(missing) >= len(active):
-        return []
-    message = f'pose "{pose}" is no state of planning group "{group.name}": it does not name {quoted(missing, 3)}'
-    help = f"name {'it' if len(missing) == 1 else 'them'} in the pose, or take the pose as it is: states: [{pose}]"
-    return [case.problem("moveit-state", message, ("poses", pose), help, severity=NOTE, key=True)]
+            missing = [joint for joint in active if joint not in pose.positions]
+            if pose.name not in used and missing and 2 * len(missing) < len(active):
+                used.add(pose.name)
+                message = f'pose "{pose.name}" is no state of planning group "{group.name}": it does not name '
+                help = f"name {'it' if len(missing) == 1 else 'them'} in the pose, or take the pose as it is: states: "
+                message, help = message + quoted(missing, 3), f"{help}[{pose.name}]"
+                yield case.problem("moveit-state", message, ("poses", pose.name), help, severity=NOTE, key=True)
 
 
 def _end_effector(case: Case, planning: Planning, one: EndEffector) -> Iterator[Diagnostic]:
-    path: Path = (_TOP, "end_effectors", one.name)
+    rule, path = "moveit-end-effector", (_TOP, "end_effectors", one.name)
     if not {one.group, one.parent_group or one.group} <= set(planning.groups) or one.parent not in planning.links:
         return
-    rule, own = "moveit-end-effector", planning.groups[one.group]
-    if one.parent in planning.links_in(own):
+    if one.parent in planning.links_in(planning.groups[one.group]):
         message = f'link "{one.parent}" carries end effector "{one.name}", and is in its group "{one.group}"'
         help = "name the link that the group is attached to"
         yield case.problem(rule, message, (*path, "parent"), help, severity=WARNING)
     elif one.parent_group == one.group:
         message = f'the parent group of end effector "{one.name}" is its own group'
         yield case.problem(rule, message, (*path, "parent_group"), "name the group that moves it")
-    elif (
-        one.parent_group
-        and one.parent not in planning.links_in(planning.groups[one.parent_group])
-        and not _has_unknown(case, one.parent_group)
-    ):
-        message = f'planning group "{one.parent_group}" does not have link "{one.parent}", which carries "{one.name}"'
-        yield case.problem(rule, message, (*path, "parent_group"), "let the chain of that group end at this link")
-
-
-def _has_unknown(case: Case, group: str) -> bool:
-    """Say whether a group names a link or a joint that the robot does not have, which is told."""
-    named = ((kind, name) for kind, name, path in _named(case) if path[1:3] == ("groups", group))
-    return any(name not in _there(case, kind) for kind, name in named)
-
-
-def _named(case: Case) -> Iterator[tuple[str, str, Path]]:
-    """Yield the links, then the joints that are named for MoveIt, each after its kind, with its path."""
-    for kind in ("link", "joint"):
-        yield from ((kind, one.name, one.path) for one in case.mentions(kind) if one.path[0] == "moveit")
-
-
-def _there(case: Case, kind: str) -> Collection[str]:
-    return case.robot.link if kind == "link" else case.robot.joint
+    elif one.parent_group and one.parent not in planning.links_in(planning.groups[one.parent_group]):
+        of_group = ((kind, name) for kind, name, at in _named(case) if at[1:3] == ("groups", one.parent_group))
+        if all(name in _all(case, kind) for kind, name in of_group):  # else that is reported
+            message = f'planning group "{one.parent_group}" does not have link "{one.parent}", which carries '
+            help = "let the chain of that group end at this link"
+            yield case.problem(rule, f'{message}"{one.name}"', (*path, "parent_group"), help)
 
 
 def _virtual_joint(case: Case, planning: Planning) -> Iterator[Diagnostic]:
-    virtual = planning.virtual
+    virtual, path = planning.virtual, (_TOP, "virtual_joint")
     if virtual is None:
         return
-    path: Path = (_TOP, "virtual_joint")
     if virtual.name in case.robot.joint:
         message = f'the virtual joint is called "{virtual.name}", as a joint of the robot'
-        yield case.problem(
-            "moveit-virtual-joint", message, (*path, "name"), "give it another name: virtual_joint: {name: NAME}"
-        )
+        help = "give it another name: virtual_joint: {name: NAME}"
+        yield case.problem("moveit-virtual-joint", message, (*path, "name"), help)
     if virtual.parent in planning.links:
-        message = (
-            f'the virtual joint hangs the root "{planning.root}" on "{virtual.parent}", which is a link of the URDF'
-        )
+        message = f'the virtual joint hangs the root "{planning.root}" on "{virtual.parent}", which is a link of '
         help = "name a frame of the world, such as odom"
-        yield case.problem("moveit-virtual-joint", message, (*path, "parent"), help, severity=WARNING)
-
-
-def _passive(case: Case, planning: Planning) -> Iterator[Diagnostic]:
-    for index, name in enumerate(planning.said.passive_joints):
-        joint = planning.joints.get(name)
-        why = "" if joint is None else _why_passive(joint)
-        if why:
-            message = f'joint "{name}" is named as passive, and {why}'
-            path: Path = (_TOP, "passive_joints", index)
-            yield case.problem("moveit-passive-joint", message, path, "remove it", severity=WARNING)
-
-
-def _why_passive(joint: Joint) -> str:
-    if joint.is_fixed:
-        return "is fixed"
-    return f'follows "{joint.mimic.joint}": it is not commanded anyway' if joint.mimic is not None else ""
+        yield case.problem("moveit-virtual-joint", f"{message}the URDF", (*path, "parent"), help, severity=WARNING)
 
 
 def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnostic]:
     matrix = planning.said.matrix
-    if matrix is None and len(planning.solids) > 1:
-        message = (
-            f"no collision matrix: MoveIt checks all pairs of {counted(len(planning.solids), 'link')}, neighbours too"
-        )
-        help = "rosorin-compile collisions computes it"
-        path: Path = ("outputs", output.name)
-        yield case.problem("collisions-missing", message, path, help, severity=NOTE, key=True)
-    elif matrix is not None and matrix.of != planning.digest:
+    if matrix is None:
+        if len(planning.solids) > 1:
+            links, path = counted(len(planning.solids), "link"), ("outputs", output.name)
+            message = f"no collision matrix: MoveIt checks all pairs of {links}, neighbours too"
+            help = "rosorin-compile collisions computes it"
+            yield case.problem("collisions-missing", message, path, help, severity=NOTE, key=True)
+    elif matrix.of != planning.digest:
         pairs, _ = stale_pairs(planning)
         message = "shapes, joints, limits or numbers changed since the collision matrix was computed: "
         message += stale_text(pairs) if pairs else "links were added or removed"
         yield case.problem("collisions-stale", message, (_TOP, "collision_matrix", "of"), RENEW, severity=WARNING)
-    elif matrix is not None:  # a link of a pair that was removed is stale, and no mistake
-        yield from _unknown_in_pairs(case, (_TOP, "collision_matrix", "pairs"))
-
-
-def _unknown_in_pairs(case: Case, within: Path) -> Iterator[Diagnostic]:
-    """Yield the links of pairs that the robot does not have: somebody has changed what was computed."""
-    for index, pair in enumerate(at(case.tree, within) or ()):
-        for side, name in enumerate(pair["links"]):
-            if name not in case.robot.link:
-                path: Path = (*within, index, "links", side)
-                help = Suggestion(name, case.robot.link, "rosorin-compile collisions computes the matrix again")
-                message = f'there is no link "{name}", one of two links of the collision matrix'
-                yield case.problem("unknown-link", message, path, help)
+    else:  # somebody has changed what was computed; a link that was removed makes the matrix stale
+        within: Path = (_TOP, "collision_matrix", "pairs")
+        for index, pair in enumerate(at(case.tree, within) or ()):
+            for side, name in enumerate(pair["links"]):
+                if name not in case.robot.link:
+                    help_ = Suggestion(name, case.robot.link, "rosorin-compile collisions computes the matrix again")
+                    message = f'there is no link "{name}", one of two links of the collision matrix'
+                    yield case.problem("unknown-link", message, (*within, index, "links", side), help_)

@@ -81,7 +81,6 @@ def same_pairs(planning: Planning, now: Parts) -> dict[Pair, DisabledCollision |
 
 
 def _leaders(planning: Planning, names: Iterable[str]) -> set[str]:
-    """Return the joints that some joints follow, and those that these follow."""
     found: set[str] = set()
     waiting = list(names)
     while waiting:
@@ -93,7 +92,6 @@ def _leaders(planning: Planning, names: Iterable[str]) -> set[str]:
 
 
 def _carrying(planning: Planning) -> set[str]:
-    """Return the joints that place a shape, and those that such a joint mimics."""
     found: set[str] = set()
     for link, solids in planning.solids.items():
         if solids:

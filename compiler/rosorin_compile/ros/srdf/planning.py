@@ -152,7 +152,6 @@ class Planning:
         return VirtualJoint(said.type or base, said.parent or (edge.parent if edge else parent), said.name)
 
     def _floats(self) -> bool:
-        """Say whether the base is free in a simulation: of a robot that walks or flies."""
         free = any(output.options.get("base") == "free" for output in self.robot.outputs)
         return free or any(pose.base is not None for pose in self.robot.poses)
 

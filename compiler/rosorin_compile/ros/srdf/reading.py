@@ -7,8 +7,9 @@ listed. What it reads is kept. Joints of a second chain of a group are named one
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from rosorin_compile.formats.format import Opened, Placed
 from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, PLAIN, Reading, numbers
@@ -54,23 +55,27 @@ _OF_URDF = ("link", "joint", "material", "transmission")
 _WHOLE = ("name", "version")
 
 
-class _State(NamedTuple):
+@dataclass(frozen=True)
+class _State:
     """A state of a group: where it puts joints, with the places, and the base if it does."""
 
     name: str
-    positions: Mapping[str, Placed]
-    base: Entry | None
     span: Span
+    positions: Mapping[str, Placed] = field(default_factory=dict)
+    base: Entry | None = None
+
+    def values(self) -> dict[str, Any]:
+        """Return the positions without their places."""
+        return {name: at.value for name, at in self.positions.items()}
 
 
 def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
-    """Return the sections that a file adds to a robot, and what there is to say about it."""
-    robot = lower(tree).robot
-    root = opened.xml.root
+    """Return the sections that a file adds to a robot, and the diagnostics about it."""
+    robot, root = lower(tree).robot, opened.xml.root
     if robot is None:
         raise ValueError("the robot cannot be made")  # it has been read without an error
-    if any(child.tag in _OF_URDF for child in root.children):
-        other = next(child for child in root.children if child.tag in _OF_URDF)
+    other = next((child for child in root.children if child.tag in _OF_URDF), None)
+    if other is not None:
         what = f"this is a URDF, not an SRDF: it has {named(other)}"
         raise opened.problem(what, other.span, help="name the SRDF; a URDF is what is imported")
     macro = next((child for child in root.iter() if child.tag.startswith("xacro:")), None)
@@ -80,98 +85,70 @@ def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
     made = _Joining(opened, robot)
     made.read(root)
     poses = made.poses(tree.get("poses") or {})
-    moveit = made.moveit()
-    sections = {"moveit": moveit, **({"poses": poses} if poses else {})}
+    sections = {"moveit": made.moveit(), **({"poses": poses} if poses else {})}
     return sections, made.reading.all_diagnostics()
 
 
 class _Joining:
-    """One reading: what is taken of each element, in words of a description, each value with its place."""
+    """One reading: what each element becomes, in words of a description, each value with its place."""
 
     def __init__(self, opened: Opened, robot: Robot) -> None:
-        self.opened = opened
         self.robot = robot
         self.reading = Reading(opened.options)
         self.planning = Planning(robot, Output(URDF, URDF, ""))
         self.virtual: VirtualJoint | None = None
-        self.of_virtual: Any = False
+        self.virtual_entry: Any = False
         self.groups: dict[str, Entry] = {}
         self.spans: dict[str, Span] = {}
         self.states: dict[str, dict[str, _State]] = {}
-        self.lists: dict[str, list[Any]] = {}
-        self.named: dict[str, Entry] = {}
+        self.sections: Entry = {}
         self.pairs: dict[str, dict[Pair, Placed]] = {"disable_collisions": {}, "enable_collisions": {}}
 
     def read(self, root: Element) -> None:
-        """Read the file: first what others name."""
+        """Read the file: first the elements that others name."""
         self.reading.check(root, tuple(_KNOWN), _WHOLE, None)
         name = root.attributes.get("name")
         if name is not None and name.value.strip() != self.robot.name:
             help = f'the robot is "{self.robot.name}": is it another one? MoveIt wants the same name in both files'
             self.reading.cannot_carry(f'the name "{name.value}" of the SRDF', name.span, help)
-        for child in root.children:
-            if child.tag in _KNOWN:
-                self._known(child)
-        self._each(root, "virtual_joint", self.virtual_joint)
-        self._each(root, "group", self.group)
-        self._settle_groups()
-        for tag in _KNOWN:
-            if tag not in ("virtual_joint", "group"):
-                self._each(root, tag, getattr(self, tag))
-
-    def _known(self, element: Element) -> None:
-        """Look for misspelt words in an element, and for what MoveIt passes over."""
-        tags = _INSIDE.get(element.tag, ())
-        self.reading.check(element, tags, _KNOWN[element.tag], None)
-        for child in element.children:
-            if child.tag in tags:
-                self.reading.check(child, (), _OF_INSIDE[child.tag], None)
-
-    def _each(self, root: Element, tag: str, take: Callable[[Element], None]) -> None:
-        for child in root.children:
-            if child.tag == tag:
-                take(child)
-
-    # -- what several have
+        children = [child for child in root.children if child.tag in _KNOWN]
+        for child in children:  # misspelt words, and what MoveIt passes over
+            tags = _INSIDE.get(child.tag, ())
+            self.reading.check(child, tags, _KNOWN[child.tag], None)
+            for inner in child.children:
+                if inner.tag in tags:
+                    self.reading.check(inner, (), _OF_INSIDE[inner.tag], None)
+        for tag in ("virtual_joint", "group", *(tag for tag in _KNOWN if tag not in ("virtual_joint", "group"))):
+            for child in children:
+                if child.tag == tag:
+                    getattr(self, tag)(child)
+            if tag == "group":
+                self._remove_unusable_groups()
 
     def words(self, element: Element, *names: str) -> tuple[Placed, ...] | None:
-        """Return attributes that have to be there; None after saying that one is not."""
+        """Return attributes that MoveIt requires, or None after reporting that one is missing."""
         found = [element.attributes.get(name) for name in names]
         missing = [name for name, one in zip(names, found, strict=True) if one is None or not one.value.strip()]
         if missing:
             misspelt = any(correction(one, missing) for one in element.attributes if one not in _ATTRIBUTES)
-            if not misspelt or self.reading.options.lenient:  # else that is what there is to say
+            if not misspelt or self.reading.options.lenient:  # else that is reported
                 help = f"MoveIt passes over it: it has no {quoted(missing, 5)}"
                 self.reading.cannot_carry(named(element), element.span, help)
             return None
         return tuple(Placed(one.value.strip(), one.span) for one in found if one is not None)
 
-    def is_link(self, name: Placed, element: Element) -> bool:
-        """Say whether the robot has a link; tell it if not."""
-        if name.value in self.planning.links:
+    def _exists(self, name: Placed, kind: str, element: Element) -> bool:
+        """Return True if the robot has a link or joint, or it is the virtual joint; report it if not."""
+        known: Iterable[str] = self.planning.links if kind == "link" else self.planning.joints
+        if name.value in known or (kind == "joint" and self.virtual is not None and self.virtual.name == name.value):
             return True
-        self._unknown(element, name, "link", self.planning.links)
-        return False
-
-    def is_joint(self, name: Placed, element: Element) -> bool:
-        """Say whether the robot has a joint, or it is the virtual one; tell it if not."""
-        if name.value in self.planning.joints or (self.virtual is not None and self.virtual.name == name.value):
-            return True
-        self._unknown(element, name, "joint", self.planning.joints)
-        return False
-
-    def _unknown(self, element: Element, name: Placed, kind: str, known: Iterable[str]) -> None:
         near = nearest(name.value, known)
         help = f"MoveIt passes over it: the robot has no such {kind}"
         help += f'; did you mean "{near}"?' if near else ""
-        self.reading.cannot_carry(self._what(element, name, kind), name.span, help)
-
-    def _what(self, element: Element, name: Placed, kind: str) -> str:
-        if element.tag == kind or element.get("name").strip() == name.value:
-            return named(element)
-        return f'{named(element)} of {kind} "{name.value}"'
-
-    # -- elements
+        is_it = element.tag == kind or element.get("name").strip() == name.value
+        what = named(element) if is_it else f'{named(element)} of {kind} "{name.value}"'
+        self.reading.cannot_carry(what, name.span, help)
+        return False
 
     def virtual_joint(self, element: Element) -> None:
         said = self.words(element, "name", "type", "parent_frame", "child_link")
@@ -187,7 +164,7 @@ class _Joining:
             self.reading.cannot_carry(f'the type "{kind.value}" of {named(element)}', kind.span, "MoveIt takes fixed")
             taken = FIXED
         self.virtual = VirtualJoint(taken, parent.value, name.value)
-        self.of_virtual = {"name": name, "type": Placed(taken, kind.span), "parent": parent}
+        self.virtual_entry = {"name": name, "type": Placed(taken, kind.span), "parent": parent}
 
     def group(self, element: Element) -> None:
         said = self.words(element, "name")
@@ -195,8 +172,7 @@ class _Joining:
             return
         name = said[0].value
         if name in self.groups:
-            help = "MoveIt takes the first of this name"
-            self.reading.cannot_carry(f"a second {named(element)}", element.span, help)
+            self.reading.cannot_carry(f"a second {named(element)}", element.span, "MoveIt takes the first of this name")
             return
         entry: Entry = {}
         for child in element.children:
@@ -204,15 +180,13 @@ class _Joining:
                 self._chain(entry, child)
                 continue
             one = self.words(child, "name") if child.tag in _INSIDE["group"] else None
-            if one is None or (child.tag == "link" and not self.is_link(one[0], child)):
-                continue
-            if child.tag != "joint" or self.is_joint(one[0], child):
+            if one is not None and (child.tag == "group" or self._exists(one[0], child.tag, child)):
                 entry.setdefault(f"{child.tag}s", []).append(one[0])
         self.groups[name], self.spans[name] = entry, said[0].span
 
     def _chain(self, entry: Entry, element: Element) -> None:
         said = self.words(element, "base_link", "tip_link")
-        if said is None or not all(self.is_link(one, element) for one in said):
+        if said is None or not all(self._exists(one, "link", element) for one in said):
             return
         base, tip = said
         joints = self.planning.between(base.value, tip.value)
@@ -223,30 +197,24 @@ class _Joining:
         else:
             entry.setdefault("joints", []).extend(Placed(joint.name, element.span) for joint in joints)
 
-    def _settle_groups(self) -> None:
-        """Leave out the groups that MoveIt does not make: of a group that there is not, or without a joint."""
-        left = True
-        while left:
+    def _remove_unusable_groups(self) -> None:
+        """Remove the groups that MoveIt does not make: with a group that does not exist, or without a joint."""
+        while True:
             model = {name: _group(name, entry) for name, entry in self.groups.items()}
             said = Moveit(groups=tuple(model.values()), virtual_joint=self.virtual)
             self.planning.said, self.planning.groups = said, model
             self.planning.__dict__.pop("virtual", None)
-            left = False
+            why: dict[str, str] = {}
             for name in _unsatisfied(model):
                 lacking = next((one for one in model[name].groups if one not in model), "")
-                why = f'there is no group "{lacking}"' if lacking else "its groups are in each other"
-                self._leave_group(name, f"MoveIt leaves it out: {why}")
-                left = True
-            if left:
-                continue
-            for name, group in model.items():
-                if not self.planning.joints_in(group):
-                    self._leave_group(name, "MoveIt leaves it out: it has no joint")
-                    left = True
-
-    def _leave_group(self, name: str, why: str) -> None:
-        self.reading.cannot_carry(f'<group name="{name}">', self.spans[name], why)
-        del self.groups[name]
+                why[name] = f'there is no group "{lacking}"' if lacking else "its groups are in each other"
+            if not why:
+                why = {name: "it has no joint" for name, one in model.items() if not self.planning.joints_in(one)}
+            for name, reason in why.items():
+                self.reading.cannot_carry(f'<group name="{name}">', self.spans[name], f"MoveIt leaves it out: {reason}")
+                del self.groups[name]
+            if not why:
+                return
 
     def group_state(self, element: Element) -> None:
         said = self.words(element, "name", "group")
@@ -258,32 +226,30 @@ class _Joining:
             self.reading.cannot_carry(what, element.span, "there is no such group")
             return
         inside = set(self.planning.joints_in(self.planning.groups[group.value]))
-        state, said_before = _State(name.value, {}, None, element.span), len(self.reading.diagnostics)
+        state, before = _State(name.value, element.span), len(self.reading.diagnostics)
         for child in element.children:
             one = self.words(child, "name", "value") if child.tag == "joint" else None
-            if one is None or not self.is_joint(one[0], child):
+            if one is None or not self._exists(one[0], "joint", child):
                 continue
-            if one[0].value not in inside:
+            if one[0].value in inside:
+                state = self._with_joint(state, one[0], child)
+            else:
                 help = "MoveIt passes over it: the joint is not in the group"
                 self.reading.cannot_carry(named(child), child.span, help)
-            else:
-                state = self._placed(state, one[0], child)
         if not state.positions and state.base is None:
-            if not has_errors(self.reading.diagnostics[said_before:]):
+            if not has_errors(self.reading.diagnostics[before:]):
                 self.reading.cannot_carry(named(element), element.span, "it places no joint")
             return
         if name.value in self.states.setdefault(group.value, {}):
             self.reading.ignored("of two states of a group with one name, the first has no effect", name.span)
         self.states[group.value][name.value] = state
 
-    def _placed(self, state: _State, name: Placed, element: Element) -> _State:
-        """Return a state with one joint more."""
-        value = element.attributes["value"]
-        joint = self.robot.joint.get(name.value)
-        if joint is None:
+    def _with_joint(self, state: _State, name: Placed, element: Element) -> _State:
+        value, joint = element.attributes["value"], self.robot.joint.get(name.value)
+        if joint is None:  # the virtual joint
             count = {PLANAR: 3, FLOATING: 7}.get(self.virtual.type if self.virtual else "", 0)
             found = numbers(element, "value", count, PLAIN, self.reading) if count else None
-            return state if found is None else state._replace(base=_base(found))
+            return state if found is None else replace(state, base=_base(found))
         words = value.words()
         if joint.mimic is not None:
             self.reading.ignored("the value of a joint that follows another one has no effect", name.span)
@@ -295,84 +261,75 @@ class _Joining:
             number = self.reading.number(words[0], f"value of {named(element)}", unit, "size")
             if number is not None:
                 at = Placed(number, words[0].span)
-                return state._replace(positions={**state.positions, name.value: at})
+                return replace(state, positions={**state.positions, name.value: at})
         return state
 
     def end_effector(self, element: Element) -> None:
         said = self.words(element, "name", "parent_link", "group")
-        if said is None or not self.is_link(said[1], element):
+        if said is None or not self._exists(said[1], "link", element):
             return
         name, parent, group = said
         if group.value not in self.groups:
             self.reading.cannot_carry(named(element), group.span, f'there is no group "{group.value}"')
             return
-        above = element.attributes.get("parent_group")
-        entry: Entry = {"group": group, "parent": parent}
-        if above is not None and self._may_carry(element, parent.value, group.value, above.value.strip()):
-            entry["parent_group"] = Placed(above.value.strip(), above.span)
-        if name.value in self.named.setdefault("end_effectors", {}):
+        above, entry = element.attributes.get("parent_group"), {"group": group, "parent": parent}
+        if above is not None:
+            carrier, why = above.value.strip(), ""
+            if carrier not in self.groups:
+                why = "there is no such group"
+            elif carrier == group.value:
+                why = "it is the group of the end effector"
+            elif parent.value not in self.planning.links_in(self.planning.groups[carrier]):
+                why = f'it does not have the link "{parent.value}"'
+            if why:
+                what = f'the parent group "{carrier}" of {named(element)}'
+                self.reading.cannot_carry(what, above.span, f"MoveIt looks for one: {why}")
+            else:
+                entry["parent_group"] = Placed(carrier, above.span)
+        ends = self.sections.setdefault("end_effectors", {})
+        if name.value in ends:
             self.reading.cannot_carry(f"a second {named(element)}", element.span)
-            return
-        self.named["end_effectors"][name.value] = Placed(entry, element.span)
-
-    def _may_carry(self, element: Element, parent: str, group: str, above: str) -> bool:
-        """Say whether MoveIt takes a parent group; tell it if not."""
-        why = ""
-        if above not in self.groups:
-            why = "there is no such group"
-        elif above == group:
-            why = "it is the group of the end effector"
-        elif parent not in self.planning.links_in(self.planning.groups[above]):
-            why = f'it does not have the link "{parent}"'
-        if why:
-            what = f'the parent group "{above}" of {named(element)}'
-            self.reading.cannot_carry(what, element.attributes["parent_group"].span, f"MoveIt looks for one: {why}")
-        return not why
+        else:
+            ends[name.value] = Placed(entry, element.span)
 
     def passive_joint(self, element: Element) -> None:
-        said = self.words(element, "name")
-        if said is not None and self.is_joint(said[0], element):
-            self._listed("passive_joints", said[0])
+        self._add_name(element, "name", "joint", "passive_joints")
 
     def disable_default_collisions(self, element: Element) -> None:
-        said = self.words(element, "link")
-        if said is not None and self.is_link(said[0], element):
-            self._listed("unchecked_links", said[0])
+        self._add_name(element, "link", "link", "unchecked_links")
 
-    def _listed(self, key: str, one: Placed) -> None:
-        if one.value not in [other.value for other in self.lists.setdefault(key, [])]:
-            self.lists[key].append(one)
+    def _add_name(self, element: Element, attribute: str, kind: str, key: str) -> None:
+        said = self.words(element, attribute)
+        if said is not None and self._exists(said[0], kind, element):
+            names = self.sections.setdefault(key, [])
+            names += [] if said[0].value in [one.value for one in names] else [said[0]]
 
     def disable_collisions(self, element: Element) -> None:
-        self._pair(element)
-
-    enable_collisions = disable_collisions
-
-    def _pair(self, element: Element) -> None:
         said = self.words(element, "link1", "link2")
-        if said is None or not all(self.is_link(one, element) for one in said):
+        if said is None or not all(self._exists(one, "link", element) for one in said):
             return
-        one, other = sorted(said, key=lambda name: str(name.value))
-        pair, found = ordered((one.value, other.value)), self.pairs[element.tag]
-        if one.value == other.value:
+        first, second = sorted(said, key=lambda name: str(name.value))
+        pair, found = ordered((first.value, second.value)), self.pairs[element.tag]
+        if first.value == second.value:
             self.reading.ignored("a link that is paired with itself has no effect", element.span)
         elif pair in found:
             self.reading.ignored("a pair of links that is named a second time has no effect", element.span)
         else:
-            reason = element.attributes.get("reason")
+            reason, links = element.attributes.get("reason"), Placed([first, second], element.span)
             why = Placed(DisabledCollision.reason, element.span)
             if reason is not None and reason.value.strip():
                 why = Placed(reason.value.strip(), reason.span)
-            links = Placed([one, other], element.span)
             is_off = element.tag == "disable_collisions"
             found[pair] = Placed({"links": links, "reason": why}, element.span) if is_off else links
 
+    enable_collisions = disable_collisions
+
     def link_sphere_approximation(self, element: Element) -> None:
         said = self.words(element, "link")
-        if said is None or not self.is_link(said[0], element):
+        if said is None or not self._exists(said[0], "link", element):
             return
         balls: list[Any] = []
-        nothing = True
+        any_sphere = False
         for child in element.children:
             if child.tag != "sphere" or self.words(child, "center", "radius") is None:
                 continue
@@ -380,21 +337,19 @@ class _Joining:
             radius = numbers(child, "radius", 1, LENGTHS, self.reading)
             if center is None or radius is None:
                 continue
-            nothing = False
+            any_sphere = True
             if radius[0] > 0:
                 xyz = [Placed(value, span) for value, span in zip(center, center.value_spans, strict=True)]
                 balls.append(Placed({"xyz": xyz, "radius": Placed(radius[0], radius.value_spans[0])}, child.span))
-        if not nothing:
-            self.named.setdefault("spheres", {})[said[0].value] = Placed(balls, element.span)
+        if any_sphere:
+            self.sections.setdefault("spheres", {})[said[0].value] = Placed(balls, element.span)
 
     def joint_property(self, element: Element) -> None:
         said = self.words(element, "joint_name", "property_name", "value")
-        if said is not None and self.is_joint(said[0], element):
+        if said is not None and self._exists(said[0], "joint", element):
             joint, name, value = said
-            of_joint = self.named.setdefault("joint_properties", {}).setdefault(joint.value, {})
+            of_joint = self.sections.setdefault("joint_properties", {}).setdefault(joint.value, {})
             of_joint[name.value] = Placed(Text(value.value), value.span)
-
-    # -- what comes of it
 
     def poses(self, taken: Mapping[str, Any]) -> Entry:
         """Return the states as poses, one for states of one name that agree; groups get their ``states``."""
@@ -410,8 +365,9 @@ class _Joining:
                 wanted = name if together is not None else f"{name}_{group}"
                 while wanted in taken or (wanted in made and together is None):
                     wanted += "_state"
-                names[group, name] = wanted
-                made[wanted] = _pose(together or state)
+                names[group, name], pose = wanted, together or state
+                base = {} if pose.base is None else {"base": pose.base}
+                made[wanted] = Placed({"positions": dict(pose.positions), **base}, pose.span)
         for group, entry in self.groups.items():
             of_group = {name: names[group, name] for name in self.states.get(group, {})}
             if made or taken:
@@ -419,70 +375,55 @@ class _Joining:
         return made
 
     def _together(self, several: list[tuple[str, _State]]) -> _State | None:
-        """Return one state for several of one name; None if a group would be put elsewhere by it."""
-        positions: dict[str, Placed] = {}
-        for _, state in several:
-            positions |= state.positions
-        bases = [state.base for _, state in several]
-        base = next((one for one in bases if one is not None), None)
+        """Return one state for several of one name, or None if it would put a group elsewhere."""
+        positions = {name: at for _, state in several for name, at in state.positions.items()}
+        base = next((state.base for _, state in several if state.base is not None), None)
+        whole = _State(several[0][1].name, several[0][1].span, positions, base)
         for group, state in several:
             inside = self.planning.joints_in(self.planning.groups[group])
-            whole = {name: at.value for name, at in positions.items() if name in inside}
-            if whole != {name: at.value for name, at in state.positions.items()}:
+            has_base = self.virtual is not None and self.virtual.name in inside
+            if {name: at for name, at in whole.values().items() if name in inside} != state.values():
                 return None
-            with_base = self.virtual is not None and self.virtual.name in inside
-            if (base if with_base else None) != state.base:
+            if (base if has_base else None) != state.base:
                 return None
-        first = several[0][1]
-        return _State(first.name, positions, base, first.span)
+        return whole
 
     def moveit(self) -> Entry:
         """Return the section."""
-        entry: Entry = {"virtual_joint": self.of_virtual}
+        entry: Entry = {"virtual_joint": self.virtual_entry}
         if self.groups:
             entry["groups"] = {name: Placed(one, self.spans[name]) for name, one in self.groups.items()}
         off, on = self.pairs["disable_collisions"], self.pairs["enable_collisions"]
         for pair in [pair for pair in on if pair in off]:
-            self.reading.ignored(
-                "<enable_collisions> of links that are disabled as well has no effect", on.pop(pair).span
-            )
-        entry |= self.named | self.lists
-        if off:
-            entry["disabled_collisions"] = [off[pair] for pair in sorted(off)]
-        if on:
-            entry["checked_collisions"] = [on[pair] for pair in sorted(on)]
+            what = "<enable_collisions> of links that are disabled as well has no effect"
+            self.reading.ignored(what, on.pop(pair).span)
+        # Mappings first, then lists.
+        entry |= dict(sorted(self.sections.items(), key=lambda one: isinstance(one[1], list)))
+        for key, pairs in (("disabled_collisions", off), ("checked_collisions", on)):
+            if pairs:
+                entry[key] = [pairs[pair] for pair in sorted(pairs)]
         return entry
 
 
 def _group(name: str, entry: Entry) -> Group:
-    """Return a group as the model has it."""
     chain = entry["chain"].value if "chain" in entry else None
     joints, links, groups = (tuple(one.value for one in entry.get(key, ())) for key in ("joints", "links", "groups"))
     return Group(name, chain and (chain["base"].value, chain["tip"].value), joints, links, groups)
 
 
 def _unsatisfied(groups: Mapping[str, Group]) -> list[str]:
-    """Return the groups that have a group that there is not, or that is among its own groups."""
+    """Return the groups that contain a group that does not exist, or themselves."""
     known: set[str] = set()
-    while True:
-        more = {name for name, group in groups.items() if name not in known and known.issuperset(group.groups)}
-        if not more:
-            return [name for name in groups if name not in known]
+    while more := {name for name, group in groups.items() if name not in known and known.issuperset(group.groups)}:
         known |= more
+    return [name for name in groups if name not in known]
 
 
 def _base(found: list[float]) -> Entry:
-    """Return where the numbers of a virtual joint put the base (see ``write``)."""
+    """Return where the numbers of a virtual joint put the base: x y theta, or x y z and a quaternion x y z w."""
     if len(found) == 3:
         x, y, theta = found
         return {"xyz": [x, y, 0.0], "rpy": [0.0, 0.0, theta]}
     x, y, z, *rotation = found
-    if not any(rotation):
-        rotation = [0.0, 0.0, 0.0, 1.0]
-    a, b, c, w = rotation
+    a, b, c, w = rotation if any(rotation) else (0.0, 0.0, 0.0, 1.0)
     return {"xyz": [x, y, z], "rpy": list(Transform.of_quaternion((0.0, 0.0, 0.0), (w, a, b, c)).rpy())}
-
-
-def _pose(state: _State) -> Placed:
-    base = {} if state.base is None else {"base": state.base}
-    return Placed({"positions": dict(state.positions), **base}, state.span)

@@ -6,16 +6,15 @@ Rules and words of both: ``ros-controls/ros2_control@{humble,jazzy}:hardware_int
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
 
 from markupsafe import escape
 
 from rosorin_compile.formats.format import HUMBLE, described_by
 from rosorin_compile.formats.templating import attributes
 from rosorin_compile.model import Joint, Output, Robot
-from rosorin_compile.ros.sections.control.hardware import POSITION, Block, Component, End, Interface, Words
+from rosorin_compile.ros.sections.control.hardware import POSITION, Block, Component, End, Words
 from rosorin_compile.source.numbers import NumberFormat
 
 OPTION = "control"
@@ -33,7 +32,7 @@ def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
     if not distribution:
         return []
     writer = _Writer(robot, distribution == HUMBLE, number)
-    return ["\n".join(_lines(writer.block(block), "  ")) for block in robot.control]
+    return ["\n".join(f"  {line}" for line in writer.block(block)) for block in robot.control]
 
 
 def follows(joint: Joint | None, component: Component) -> bool:
@@ -41,25 +40,15 @@ def follows(joint: Joint | None, component: Component) -> bool:
     return joint is not None and joint.mimic is not None and component.mimic is not False
 
 
-class _Tag(NamedTuple):
-    """An element: its name, its attributes, and its text or the elements in it."""
-
-    name: str
-    values: Mapping[str, str]
-    content: str | tuple[_Tag, ...] = ()
+Lines = list[str]
 
 
-def _lines(tag: _Tag, indent: str) -> Iterator[str]:
-    start = f"{indent}<{tag.name}{attributes(**tag.values)}"
-    if isinstance(tag.content, str):
-        yield f"{start}>{escape(tag.content)}</{tag.name}>"
-    elif not tag.content:
-        yield f"{start}/>"
-    else:
-        yield f"{start}>"
-        for inner in tag.content:
-            yield from _lines(inner, indent + "  ")
-        yield f"{indent}</{tag.name}>"
+def _tag(name: str, values: Mapping[str, str], content: str | Lines = "") -> Lines:
+    """Return the lines of an element with attributes and a text, or the lines of the elements in it."""
+    start = f"<{name}{attributes(**values)}"
+    if isinstance(content, str):
+        return [f"{start}>{escape(content)}</{name}>" if content else f"{start}/>"]
+    return [f"{start}>", *(f"  {line}" for line in content), f"</{name}>"] if content else [f"{start}/>"]
 
 
 class _Writer:
@@ -70,76 +59,69 @@ class _Writer:
         self.humble = humble
         self.number = number
 
-    def block(self, block: Block) -> _Tag:
+    def block(self, block: Block) -> Lines:
         values = {"name": block.name, "type": block.type}
-        group: tuple[_Tag, ...] = ()
+        hardware = _tag("plugin", {}, block.plugin)
         if not self.humble:
             more = {"rw_rate": block.rate, "is_async": block.is_async, "thread_priority": block.thread_priority}
             values |= {key: self._word(value) for key, value in more.items() if value is not None}
-            group = (_Tag("group", {}, block.group),) if block.group else ()
-        hardware = _Tag("hardware", {}, (_Tag("plugin", {}, block.plugin), *group, *self._params(block.params)))
-        joints = (self._joint(block, one) for one in block.joints)
-        sensors = (_Tag("sensor", {"name": one.name}, self._inner(one)) for one in block.sensors)
-        gpio = (_Tag("gpio", {"name": one.name}, self._inner(one)) for one in block.gpio)
-        return _Tag("ros2_control", values, (hardware, *joints, *sensors, *gpio, *self._transmissions(block)))
+            hardware += _tag("group", {}, block.group) if block.group else []
+        inside = _tag("hardware", {}, hardware + self._params(block.params))
+        for one in block.joints:
+            inside += self._joint(block, one)
+        for tag, components in (("sensor", block.sensors), ("gpio", block.gpio)):
+            for one in components:
+                inside += _tag(tag, {"name": one.name}, self._inner(one))
+        for transmission in block.transmissions:
+            inner = _tag("plugin", {}, transmission.plugin)
+            for tag, ends in (("actuator", transmission.actuators), ("joint", transmission.joints)):
+                for end in ends:
+                    inner += self._end(tag, end)
+            inside += _tag("transmission", {"name": transmission.name}, inner)
+        return _tag("ros2_control", values, inside)
 
-    def _joint(self, block: Block, one: Component) -> _Tag:
-        joint = self.robot.joint[one.name]
-        values, first = {"name": one.name}, []
+    def _joint(self, block: Block, one: Component) -> Lines:
+        joint, values, first = self.robot.joint[one.name], {"name": one.name}, Lines()
         if not self.humble:
-            if joint.mimic is not None:
-                values["mimic"] = self._word(follows(joint, one))
-            if not one.limits:
-                first.append(_Tag("limits", {"enable": "false"}))
+            values |= {"mimic": self._word(follows(joint, one))} if joint.mimic is not None else {}
+            first += [] if one.limits else _tag("limits", {"enable": "false"})
         elif follows(joint, one) and joint.mimic is not None:
-            first = self._params({"mimic": joint.mimic.joint, "multiplier": joint.mimic.multiplier})
-        command = tuple(self._limited(joint, interface, one.limits is True) for interface in one.command)
-        state = tuple(self._started(block, joint, interface) for interface in one.state)
-        made = Component(one.name, command, state, one.params)
-        return _Tag("joint", values, (*first, *self._inner(made)))
+            first += self._params({"mimic": joint.mimic.joint, "multiplier": joint.mimic.multiplier})
+        command, state = [], []
+        for interface in one.command:  # with the limits of the joint, where it has none of its own
+            low, high = joint.limits_of(interface.name) if one.limits is True else (None, None)
+            low = interface.low if interface.low is not None else low
+            high = interface.high if interface.high is not None else high
+            command.append(replace(interface, low=low, high=high))
+        for interface in one.state:  # at the value that the pose of the block has for the joint
+            starts = interface.name == POSITION and interface.initial is None and block.pose
+            initial = self.robot.position(joint, self.robot.positions(block.pose)) if starts else interface.initial
+            state.append(replace(interface, initial=initial))
+        made = Component(one.name, tuple(command), tuple(state), one.params)
+        return _tag("joint", values, first + self._inner(made))
 
-    @staticmethod
-    def _limited(joint: Joint, interface: Interface, limits: bool) -> Interface:
-        """Return a command with the limits of its joint, where it says none itself."""
-        low, high = joint.limits_of(interface.name) if limits else (None, None)
-        low, high = (own if own is not None else of for own, of in ((interface.low, low), (interface.high, high)))
-        return replace(interface, low=low, high=high)
+    def _inner(self, one: Component) -> Lines:
+        lines = Lines()
+        for tag, interfaces in (("command_interface", one.command), ("state_interface", one.state)):
+            for interface in interfaces:
+                values = {"name": interface.name}
+                values |= {"data_type": interface.data_type} if interface.data_type else {}
+                values |= {"size": str(interface.size)} if interface.size is not None else {}
+                numbers = {"min": interface.low, "max": interface.high, "initial_value": interface.initial}
+                given = {key: value for key, value in numbers.items() if value is not None}
+                lines += _tag(tag, values, self._params({**given, **interface.params}))
+        return lines + self._params(one.params)
 
-    def _started(self, block: Block, joint: Joint, interface: Interface) -> Interface:
-        """Return a state with the value that the pose of the block has for its joint."""
-        if interface.name != POSITION or interface.initial is not None or not block.pose:
-            return interface
-        return replace(interface, initial=self.robot.position(joint, self.robot.positions(block.pose)))
-
-    def _inner(self, one: Component) -> tuple[_Tag, ...]:
-        command = (self._interface("command_interface", interface) for interface in one.command)
-        state = (self._interface("state_interface", interface) for interface in one.state)
-        return (*command, *state, *self._params(one.params))
-
-    def _interface(self, tag: str, interface: Interface) -> _Tag:
-        values = {"name": interface.name}
-        if interface.data_type:
-            values["data_type"] = interface.data_type
-        if interface.size is not None:
-            values["size"] = str(interface.size)
-        numbers = {"min": interface.low, "max": interface.high, "initial_value": interface.initial}
-        given = {key: value for key, value in numbers.items() if value is not None}
-        return _Tag(tag, values, tuple(self._params({**given, **interface.params})))
-
-    def _transmissions(self, block: Block) -> Iterator[_Tag]:
-        for one in block.transmissions:
-            ends = (("actuator", end) for end in one.actuators), (("joint", end) for end in one.joints)
-            inner = (self._end(tag, end) for group in ends for tag, end in group)
-            yield _Tag("transmission", {"name": one.name}, (_Tag("plugin", {}, one.plugin), *inner))
-
-    def _end(self, tag: str, end: End) -> _Tag:
+    def _end(self, tag: str, end: End) -> Lines:
         values = {"name": end.name, **({"role": end.role} if end.role else {})}
         numbers = {"mechanical_reduction": end.reduction, "offset": end.offset}
-        given = ((key, value) for key, value in numbers.items() if value is not None)
-        return _Tag(tag, values, tuple(_Tag(key, {}, self.number(value)) for key, value in given))
+        lines = [
+            line for key, value in numbers.items() if value is not None for line in _tag(key, {}, self.number(value))
+        ]
+        return _tag(tag, values, lines)
 
-    def _params(self, params: Words) -> list[_Tag]:
-        return [_Tag("param", {"name": name}, self._word(value)) for name, value in params.items()]
+    def _params(self, params: Words) -> Lines:
+        return [line for name, value in params.items() for line in _tag("param", {"name": name}, self._word(value))]
 
     def _word(self, value: object) -> str:
         if isinstance(value, bool):

@@ -7,19 +7,31 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
+from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.drive import driving_of
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Help, Suggestion, error, listed, quoted
+from rosorin_compile.source.diagnostics import (
+    NOTE,
+    WARNING,
+    Diagnostic,
+    Help,
+    Suggestion,
+    error,
+    listed,
+    quoted,
+)
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.wording import swaps
 
-from ..controllers.topics import drivers, is_of_nobody
-from ..navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
-from ..parameters.files import Node, Parameters, asked, parameters_of, text
+from .controllers.filled import drivers, is_of_nobody
+from .navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
+from .parameters import options_of, read, syntax
+from .parameters.files import Node, Parameters, asked, parameters_of, text
 
 RULES = (
     Rule(
@@ -45,28 +57,21 @@ RULES = (
 )
 
 # What a filter estimates, in the order of its fifteen booleans (robot_localization: filter_common.hpp).
-STATES = (
-    *("x", "y", "z", "roll", "pitch", "yaw"),
-    *("vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az"),
-)
+STATES = (*("x", "y", "z", "roll", "pitch", "yaw"), *("vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az"))
 
 _PACKAGE = "robot_localization"
 _USUAL = "ekf_filter_node"
 _NAME = re.compile(r"(odom|pose|twist|imu)(0|[1-9]\d*)")
 _POSE, _TWIST, _ACCELERATION = STATES[:6], STATES[6:12], STATES[12:]
 # What the messages have that an input takes (nav_msgs/Odometry, geometry_msgs, sensor_msgs/Imu).
-_HAVE = {
-    "odom": (*_POSE, *_TWIST),
-    "pose": _POSE,
-    "twist": _TWIST,
-    "imu": (*_POSE[3:], *_TWIST[3:], *_ACCELERATION),
-}
+_HAVE = {"odom": (*_POSE, *_TWIST), "pose": _POSE, "twist": _TWIST, "imu": (*_POSE[3:], *_TWIST[3:], *_ACCELERATION)}
 _COPIED = ("differential", "relative", "queue_size", "remove_gravitational_acceleration")
 _MISSING = {"twist": ("differential", "relative")}  # what some inputs have not
 _NEAR = 1e-3  # m
 
 
-class Filter(NamedTuple):
+@dataclass(frozen=True)
+class Filter:
     """A filter: its name, and the two ends of what it publishes; both empty if it publishes nothing."""
 
     name: str
@@ -77,107 +82,87 @@ class Filter(NamedTuple):
 def filter_of(robot: Robot, output: Output, frames: Frames) -> tuple[Filter | None, list[Found]]:
     """Return the filter that an output is for, and what is wrong with it."""
     filters = {one.name: one for one in robot.publishers if kind_of(one) == FILTER}
+    packages = {one.name: one.package for one in robot.publishers}
     named = output.options.get("node")
     if named is None and len(filters) > 1:
         message = f"the robot has several filters, {quoted(filters)}"
         return None, [Found("filter-unclear", message, (), "an output for each: node: NAME", key=True)]
-    if named is not None and named not in filters and (filters or named in {one.name for one in robot.publishers}):
-        message = f'"{named}" is no filter of robot_localization'
-        way_out: Help = Suggestion(named, filters, none="its publisher says package: robot_localization")
-        package = next((one.package for one in robot.publishers if one.name == named), "")
+    if named is not None and named not in filters and (filters or named in packages):
+        package = packages.get(named, "")
         if _PACKAGE in swaps(package):
-            way_out = f'did you mean "{_PACKAGE}"?'
-            path = ("publishers", named, "package")
-            return None, [Found("filter-unclear", f'there is no package "{package}"', path, way_out, absolute=True)]
-        return None, [Found("filter-unclear", message, ("node",), way_out)]
+            path, help = ("publishers", named, "package"), f'did you mean "{_PACKAGE}"?'
+            return None, [Found("filter-unclear", f'there is no package "{package}"', path, help, absolute=True)]
+        message = f'"{named}" is no filter of robot_localization'
+        suggestion: Help = Suggestion(named, filters, none="its publisher says package: robot_localization")
+        return None, [Found("filter-unclear", message, ("node",), suggestion)]
     name = named or next(iter(filters), _USUAL)
     owned = frames.owned(filters[name]) if name in filters else []
     if not owned:
         message = f'no edge is of "{name}": it is written with publish_tf: false'
-        way_out = f"if it is to publish {frames.odom} -> {frames.moved}, name it there: publisher: {name}"
-        return Filter(name), [Found("filter-owns-nothing", message, (), way_out, NOTE, key=True)]
-    may = ((frames.odom, frames.moved), (frames.map, frames.odom))
-    for lead in owned:
-        if (lead.parent, lead.child) not in may:
-            message = f'"{name}" is to publish {lead}: a filter publishes {frames.odom} -> {frames.moved}'
-            message += f" or {frames.map or 'map'} -> {frames.odom}"
-            return None, [Found("navigation-owner", message, lead.path, "correct the edge", absolute=True)]
+        help = f"if it is to publish {frames.odom} -> {frames.moved}, name it there: publisher: {name}"
+        return Filter(name), [Found("filter-owns-nothing", message, (), help, NOTE, key=True)]
+    possible = ((frames.odom, frames.moved), (frames.map, frames.odom))
+    wrong = next((lead for lead in owned if (lead.parent, lead.child) not in possible), None)
+    if wrong is not None:
+        message = f'"{name}" is to publish {wrong}: a filter publishes {frames.odom} -> {frames.moved}'
+        message += f" or {frames.map or 'map'} -> {frames.odom}"
+        return None, [Found("navigation-owner", message, wrong.path, "correct the edge", absolute=True)]
     if len(owned) > 1:
         message = f'"{name}" is to publish {listed(map(str, owned))}: a filter publishes one of them'
-        found = Found("navigation-owner", message, owned[1].path, "give one to another node", absolute=True)
-        return None, [found]
+        return None, [Found("navigation-owner", message, owned[1].path, "give one to another node", absolute=True)]
     return Filter(name, owned[0].parent, owned[0].child), []
 
 
 def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
     """Yield what is wrong with the inputs."""
     inputs: Mapping[str, Mapping[str, Any]] = output.options.get("inputs") or {}
+    imus = {sensor.name for sensor in robot.sensors if sensor.type == "imu"}
+    rule = "filter-input"
     if not inputs:
         message = "the filter has no inputs: it estimates nothing"
-        yield Found("filter-input", message, (), "add inputs: {odom0: {topic: NAME}}", WARNING, key=True)
+        yield Found(rule, message, (), "add inputs: {odom0: {topic: NAME}}", WARNING, key=True)
     for name, one in inputs.items():
         path, match = ("inputs", name), _NAME.fullmatch(name)
         if match is None:
-            message = f'a filter has no input "{name}"'
-            yield Found("filter-input", message, path, "write odom0, pose0, twist0 or imu0, and so on", key=True)
+            help = "write odom0, pose0, twist0 or imu0, and so on"
+            yield Found(rule, f'a filter has no input "{name}"', path, help, key=True)
             continue
-        kind, number = match[1], int(match[2])
-        gap = next((at for at in range(number) if f"{kind}{at}" not in inputs), None)
+        kind, heard, uses = match[1], topic(robot, name, one), one.get("uses")
+        gap = next((at for at in range(int(match[2])) if f"{kind}{at}" not in inputs), None)
         if gap is not None:
             message = f'"{name}" would never be read: there is no {kind}{gap}'
-            yield Found("filter-input", message, path, f"number them from 0: {kind}{gap}", key=True)
-        yield from _sensor(robot, name, one)
-        if not topic(robot, name, one):
-            message = f'"{name}" has no topic'
-            yield Found("filter-input", message, path, "add topic: NAME", key=True)
-        yield from _published(robot, name, kind, one)
-        yield from _uses(robot, name, kind, one, frames.moved)
+            yield Found(rule, message, path, f"number them from 0: {kind}{gap}", key=True)
+        sensor = one.get("sensor")
+        if sensor is not None and sensor not in imus:
+            found = next((other for other in robot.sensors if other.name == sensor), None)
+            message = f'there is no sensor "{sensor}"'
+            message = message if found is None else f'sensor "{sensor}" is no IMU: it is {found.type}'
+            suggestion = Suggestion(sensor, imus, none="the robot has no IMU")
+            yield Found(rule, message, (*path, "sensor"), suggestion)
+        if not heard:
+            yield Found(rule, f'"{name}" has no topic', path, "add topic: NAME", key=True)
+        driving = drivers(robot) if kind == "odom" else []
+        # In a namespace a controller is known by its own name, too: that is what people write.
+        names = ((own, driver) for driver in driving for own in (driver.name, driver.topic("").strip("/")))
+        meant = is_of_nobody(heard, {own: driver.topic(driver.odometry) for own, driver in names})
+        if meant:
+            message = f'no node publishes "{heard}", which "{name}" listens to: the controller publishes "{meant}"'
+            yield Found(rule, message, (*path, "topic"), f'write "{meant}"', WARNING)
+        for index, state in enumerate(uses or ()):
+            if state not in _HAVE[kind]:
+                message = f'"{name}" has no {state}: its messages have {listed(_HAVE[kind])}'
+                yield Found(rule, message, (*path, "uses", index), "remove it")
+        if uses is not None and not uses:
+            help = "name what is, or remove the input"
+            yield Found(rule, f'nothing of "{name}" is used', (*path, "uses"), help)
+        if uses is None and not usual(robot, kind, frames.moved):
+            message = f'"{name}" does not list the values that are used'
+            message += ", and the robot has no drive" if robot.drive is None and kind != "pose" else ""
+            usually = {"pose": "x, y, yaw", "imu": "vyaw"}.get(kind, "vx, vyaw")
+            yield Found(rule, message, path, f"such as uses: [{usually}]", key=True)
         for key in _COPIED:
             if key in one and (key in _MISSING.get(kind, ()) or (key == _COPIED[-1] and kind != "imu")):
-                yield Found("filter-input", f'"{name}" has no {key}', (*path, key), "remove it", key=True)
-
-
-def _published(robot: Robot, name: str, kind: str, one: Mapping[str, Any]) -> Iterator[Found]:
-    """Yield that an odometry is taken from a topic below a controller that publishes another one."""
-    driving = drivers(robot) if kind == "odom" else []
-    # In a namespace a controller is known by its own name, too: that is what people write.
-    named = ((name, driver) for driver in driving for name in (driver.name, driver.topic("").strip("/")))
-    published = {name: driver.topic(driver.odometry) for name, driver in named}
-    meant = is_of_nobody(topic(robot, name, one), published)
-    if meant:
-        message = f'no node publishes "{topic(robot, name, one)}", which "{name}" listens to: the controller publishes'
-        path = ("inputs", name, "topic")
-        yield Found("filter-input", f'{message} "{meant}"', path, f'write "{meant}"', WARNING)
-
-
-def _sensor(robot: Robot, name: str, one: Mapping[str, Any]) -> Iterator[Found]:
-    """Yield what is wrong with the sensor that an input names."""
-    named = one.get("sensor")
-    known = {sensor.name: sensor for sensor in robot.sensors if sensor.type == "imu"}
-    if named is None or named in known:
-        return
-    sensor = next((sensor for sensor in robot.sensors if sensor.name == named), None)
-    message = f'there is no sensor "{named}"' if sensor is None else f'sensor "{named}" is no IMU: it is {sensor.type}'
-    way_out = Suggestion(named, known, none="the robot has no IMU")
-    yield Found("filter-input", message, ("inputs", name, "sensor"), way_out)
-
-
-def _uses(robot: Robot, name: str, kind: str, one: Mapping[str, Any], base: str) -> Iterator[Found]:
-    """Yield what is wrong with what of an input is used."""
-    path = ("inputs", name)
-    for index, state in enumerate(one.get("uses", ())):
-        if state not in _HAVE[kind]:
-            message = f'"{name}" has no {state}: its messages have {listed(_HAVE[kind])}'
-            yield Found("filter-input", message, (*path, "uses", index), "remove it")
-    if "uses" in one and not one["uses"]:
-        yield Found(
-            "filter-input", f'nothing of "{name}" is used', (*path, "uses"), "name what is, or remove the input"
-        )
-    if "uses" not in one and not usual(robot, kind, base):
-        message = f'"{name}" does not list the values that are used'
-        message += ", and the robot has no drive" if robot.drive is None and kind != "pose" else ""
-        usually = {"pose": "x, y, yaw", "imu": "vyaw"}.get(kind, "vx, vyaw")
-        yield Found("filter-input", message, path, f"such as uses: [{usually}]", key=True)
+                yield Found(rule, f'"{name}" has no {key}', (*path, key), "remove it", key=True)
 
 
 def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
@@ -195,7 +180,6 @@ def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
 
 
 def _at_axle(robot: Robot, base: str) -> bool:
-    """Say whether a frame is on the axle that is not steered, of a base that cannot go sideways."""
     try:
         driving = driving_of(robot)
     except (ValueError, KeyError):  # which the rules about drives tell
@@ -247,26 +231,20 @@ def view(robot: Robot, output: Output) -> Parameters:
 
 
 def _node(robot: Robot, output: Output, frames: Frames, own: Filter) -> Node:
-    return Node(own.name, "ekf", dict(_values(robot, output, frames, own)))
-
-
-def _values(robot: Robot, output: Output, frames: Frames, own: Filter) -> Iterator[tuple[str, Any]]:
+    values: dict[str, Any] = {}
     if "frequency" in output.options:
-        yield "frequency", output.options["frequency"]
+        values["frequency"] = output.options["frequency"]
     if "two_d_mode" in output.options or robot.drive is not None:
-        yield "two_d_mode", output.options.get("two_d_mode", True)
-    yield "publish_tf", bool(own.child)
-    if frames.map:
-        yield "map_frame", frames.map
-    yield "odom_frame", frames.odom
-    yield "base_link_frame", frames.moved
-    yield "world_frame", own.parent or frames.odom
+        values["two_d_mode"] = output.options.get("two_d_mode", True)
+    values["publish_tf"] = bool(own.child)
+    values |= {"map_frame": frames.map} if frames.map else {}
+    values |= {"odom_frame": frames.odom, "base_link_frame": frames.moved, "world_frame": own.parent or frames.odom}
     for name, one in (output.options.get("inputs") or {}).items():
-        yield name, topic(robot, name, one)
-        yield f"{name}_config", booleans(one.get("uses") or usual(robot, name.rstrip("0123456789"), frames.moved))
-        for key in _COPIED:
-            if key in one:
-                yield f"{name}_{key}", one[key]
+        values[name] = topic(robot, name, one)
+        uses = one.get("uses") or usual(robot, name.rstrip("0123456789"), frames.moved)
+        values[f"{name}_config"] = booleans(uses)
+        values |= {f"{name}_{key}": one[key] for key in _COPIED if key in one}
+    return Node(own.name, "ekf", values)
 
 
 def booleans(uses: Sequence[str]) -> list[bool]:
@@ -276,3 +254,23 @@ def booleans(uses: Sequence[str]) -> list[bool]:
     '......x....x...'
     """
     return [state in uses for state in STATES]
+
+
+FORMAT = Format(
+    name="robot_localization",
+    word="parameter file for robot_localization",
+    article="a",
+    about="frames, ownership and inputs of an EKF",
+    rank=63,
+    covers=("robot", "edges.parent", "edges.child", "edges.publisher", "publishers.node"),
+    options=options_of("robot_localization"),
+    file="ekf.yaml",
+    check=check,
+    write=write,
+    view=view,
+    read=read,
+    names_robot=False,
+    syntax=syntax,
+    folder="config",
+    deploys=True,
+)

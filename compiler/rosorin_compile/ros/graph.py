@@ -1,0 +1,349 @@
+"""The graph of a robot: the nodes that its package starts, the topics between them, and the ends that are open.
+
+Nodes have the ports of ``ports``; which topics these are follows from the parameters that the package carries.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Annotated, Any
+from xml.sax.saxutils import escape
+
+from rosorin_compile.model import Output, Robot
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, listed
+from rosorin_compile.source.rule_registry import Heading, Rule
+
+from .controllers.filled import COMMAND, drivers, filled
+from .navigation import frames_of, stated_topic
+from .parameters.files import asked
+from .ports import (
+    IMU,
+    IN,
+    JOINT_STATES,
+    OBSTACLES,
+    ODOMETRY,
+    OUT,
+    SCAN,
+    TF,
+    VELOCITY,
+    Port,
+    controller_ports,
+    full_topic,
+    message_of_sensor,
+    ports,
+    short_type,
+)
+
+RULES = (
+    Rule(
+        "package-open",
+        "A node that the package starts reads a topic that nothing publishes, or in another type of message, or what "
+        "it publishes reaches nobody. The message says what happens on the robot.",
+        "As the message says: name the topic that is published, or add the sensor or the controller.",
+        Heading.PACKAGES,
+    ),
+    Rule(
+        "package-external",
+        "A note: a node reads a topic that a driver outside of the package has to publish.",
+        "Start the driver with this topic, or name the one that it has.",
+        Heading.PACKAGES,
+    ),
+)
+
+CONTROL, MOVEIT, NAV2 = "control", "moveit", "nav2"
+DRIVER, NODE = "driver", "node"
+_SENSOR_PARAMETER = "sensor_name"
+_DEFAULT_SOURCE = "scan"  # of nav2_bringup/params/nav2_params.yaml
+_SCANS = "sensor_msgs/msg/LaserScan"
+_OBSTACLE_MESSAGES = (_SCANS, "sensor_msgs/msg/PointCloud2")
+
+
+@dataclass(frozen=True)
+class End:
+    """An end of a topic: the node, the full name of the topic, the type of its messages and the port."""
+
+    node: str
+    topic: str
+    type: str
+    port: Port
+
+
+@dataclass
+class Graph:
+    """Nodes by name with their kind, ``node`` or ``driver`` (outside of the package), and the ends of topics."""
+
+    nodes: dict[str, str] = field(default_factory=dict)
+    published: list[End] = field(default_factory=list)
+    read: list[End] = field(default_factory=list)
+    starts: tuple[str, ...] = ()
+
+    def publishers(self, end: End) -> list[End]:
+        """Return what is published on the topic of an end."""
+        return [one for one in self.published if one.topic == end.topic]
+
+    def readers(self, end: End) -> list[End]:
+        """Return who reads the topic of an end in its type."""
+        return [one for one in self.read if one.topic == end.topic and one.type == end.type]
+
+    def topics(self) -> list[str]:
+        """Return the names of all topics, sorted."""
+        return sorted({one.topic for one in (*self.published, *self.read)})
+
+    def add(
+        self,
+        name: str,
+        those: Iterable[Port],
+        values: Mapping[str, Any],
+        namespace: str = "",
+        remaps: Iterable[tuple[str, str]] = (),
+    ) -> None:
+        """Add a node with its ports, its parameters by full key, and the remaps of its launch file."""
+        self.nodes[name] = NODE
+        moved = {full_topic(old, namespace, name): new for old, new in remaps}
+        for port in those:
+            for topic, message in _topics(port, values) if port.exists(values) else ():
+                full = full_topic(topic, namespace, name)
+                end = End(name, full_topic(moved.get(full, full), namespace, name), message, port)
+                (self.read if port.direction == IN else self.published).append(end)
+
+
+def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    if port.each:
+        found = list(_sources(port, values))
+        yield from found or ([(_DEFAULT_SOURCE, _SCANS)] if port.role == OBSTACLES else [])
+    elif "<n>" in port.parameter:
+        pattern = re.compile(port.parameter.replace("<n>", r"\d+"))
+        yield from ((str(value), port.type) for key, value in values.items() if pattern.fullmatch(key))
+    else:
+        yield port.name(values), port.message(values)
+
+
+def _sources(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    last = port.each.rpartition(".")[2]
+    for key, value in values.items():
+        if key.rpartition(".")[2] == last:
+            within = key.removesuffix(last)
+            for name in value.split() if isinstance(value, str) else value:
+                kind = str(values.get(f"{within}{name}.data_type") or values.get(f"{within}{name}.type", ""))
+                kind = {"scan": "LaserScan", "pointcloud": "PointCloud2", "range": "Range"}.get(kind, kind)
+                yield str(values.get(f"{within}{name}.topic", name)), f"sensor_msgs/msg/{kind}"
+
+
+def graph_of(robot: Robot, starts: Sequence[str], topics: Mapping[str, str] | None = None) -> Graph:
+    """Return the graph of what a package starts; ``topics`` are those of sensors that its options name."""
+    made = Graph(starts=tuple(starts))
+    first: dict[str, Output] = {}
+    for output in robot.outputs:
+        first.setdefault(output.backend, output)
+    control = first.get("controllers")
+    namespace = str(control.options.get("namespace", "")).strip("/") if control else ""
+    made.add("robot_state_publisher", ports("", node="robot_state_publisher"), {}, namespace)
+    if CONTROL in starts and control is not None:
+        _add_controllers(made, robot, control, namespace, NAV2 in starts and NAV2 in first)
+    parameters = _parameters(robot, first, starts)
+    distribution = asked(first[NAV2]) if NAV2 in first else ""
+    for port in ports(distribution) if NAV2 in starts and NAV2 in first else ():
+        silent = _is_silent(parameters.get(port.node, {}))
+        if port.node not in made.nodes and port.group in ("nav2", "localization", "slam") and not silent:
+            made.add(port.node, ports(distribution, node=port.node), parameters.get(port.node, {}))
+    for name, values in parameters.items():
+        if "world_frame" in values:
+            made.add(name, ports("", node="ekf"), values)
+    if MOVEIT in starts:
+        made.add("move_group", ports("", node="move_group"), {}, namespace)
+    _add_drivers(made, robot, first, topics or {})
+    return made
+
+
+def _is_silent(values: Mapping[str, Any]) -> bool:
+    return values.get("tf_broadcast") is False or values.get("transform_publish_period") == 0.0
+
+
+def _parameters(robot: Robot, first: Mapping[str, Output], starts: Sequence[str]) -> dict[str, Mapping[str, Any]]:
+    from .nav2.write import seen_by_slam
+    from .nav2.write import view as nav2_view
+    from .robot_localization import view as filter_view
+
+    found: dict[str, Mapping[str, Any]] = {}
+    for backend, view in ((NAV2, nav2_view), ("robot_localization", filter_view)):
+        if backend in first and NAV2 in starts:
+            found |= {name.rpartition("/")[2]: one for name, one in view(robot, first[backend]).node.items()}
+    if NAV2 in first and NAV2 in starts and (frames := frames_of(robot, first[NAV2])[0]) is not None:
+        found.setdefault("slam_toolbox", seen_by_slam(robot, first[NAV2], frames))  # the launch file has them
+    return found
+
+
+def _add_controllers(made: Graph, robot: Robot, output: Output, namespace: str, navigates: bool) -> None:
+    driving = {driver.name: driver for driver in drivers(robot)}
+    made.add("controller_manager", ports(asked(output), node="controller_manager"), {}, namespace)
+    for one in filled(robot, asked(output)):
+        name = one.controller.name
+        if one.controller.inactive:
+            continue
+        those = controller_ports(one.type, asked(output))
+        remaps = [(port.topic, "/tf") for port in those if port.role == TF and port.topic != "/tf"]
+        if navigates and name in driving:
+            remaps.append((driving[name].command, COMMAND))
+        made.add(name, those, one.values, namespace, remaps)
+
+
+def _add_drivers(made: Graph, robot: Robot, first: Mapping[str, Output], topics: Mapping[str, str]) -> None:
+    broadcast = {one.values.get(_SENSOR_PARAMETER) for one in filled(robot, "")} if CONTROL in made.starts else set()
+    given: dict[str, str] = dict(topics)
+    for backend, key in ((NAV2, "sources"), ("robot_localization", "inputs")):
+        for entry in ((first[backend].options.get(key) or {}) if backend in first else {}).values():
+            if entry.get("sensor") and entry.get("topic"):
+                given.setdefault(entry["sensor"], entry["topic"])
+    for sensor in robot.sensors:
+        topic, message = given.get(sensor.name) or stated_topic(robot, sensor.name), message_of_sensor(sensor.type)
+        if topic and message and sensor.name not in broadcast:
+            node = f"driver of {sensor.name}"
+            made.nodes[node] = DRIVER
+            made.published.append(End(node, full_topic(topic, "", ""), message, Port(node, OUT, topic, sensor.type)))
+
+
+def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
+    """Yield what a node reads and nothing publishes, once for each topic, and velocities that reach nobody."""
+    told: set[tuple[str, str]] = set()
+    for end in made.read:
+        others = made.publishers(end)
+        if any(one.type == end.type for one in others) or (end.topic, end.type) in told:
+            continue
+        told.add((end.topic, end.type))
+        found = _open(robot, made, end, others)
+        if found is not None:
+            yield found
+    for end in made.published:
+        known = end.topic in {topic for topic, _ in told}
+        if end.port.role == VELOCITY and CONTROL in made.starts and not known and not made.readers(end):
+            message = f"{end.node} sends {short_type(end.type)} on {end.topic}, and no node of the package takes that"
+            help = "give the controllers and nav2 the same distribution, and the package a controller of the drive"
+            yield error("package-open", f"{message}: the robot does not move", None, help)
+
+
+def _open(robot: Robot, made: Graph, end: End, others: Sequence[End]) -> Diagnostic | None:
+    readers = [one for one in made.read if (one.topic, one.type) == (end.topic, end.type)]
+    who = listed(dict.fromkeys(one.node for one in readers))
+    what = f"{'reads' if who == end.node else 'read'} {short_type(end.type)} on {end.topic}"
+    symptom = next((one.port.missing for one in readers if "the robot" in one.port.missing), end.port.missing)
+    if others:
+        message = f"{who} {what}, and {others[0].node} publishes {short_type(others[0].type)} there"
+        return error("package-open", f"{message}: {symptom}", None, "give both the same distribution")
+    role = end.port.role
+    if role in (OBSTACLES, SCAN):
+        seeing = [one for one in robot.sensors if message_of_sensor(one.type) in _OBSTACLE_MESSAGES]
+        published = [one.topic for one in made.published if one.type == end.type]
+        if not seeing:
+            message = f"{who} {what}, and the robot has no sensor for that: {symptom}"
+            help = "add a lidar_2d to sensors, and to nav2: sources: {scan: {sensor: NAME, topic: /scan}}"
+            return error("package-open", message, None, help)
+        if len(published) == 1:
+            message = f"{who} {what}, and the scan is on {published[0]}: {symptom}"
+            return error("package-open", message, None, "name the topic in nav2: sources")
+        help = f"nav2: sources: {{scan: {{sensor: {seeing[0].name}, topic: NAME}}}}"
+        if published:
+            help = f"start a node that joins {listed(published)}"
+        elif end.type not in map(message_of_sensor, (one.type for one in seeing)):
+            help = f"start a node that makes it of what {seeing[0].name} sees"
+        return _external(who, what, symptom, help)
+    if role in (ODOMETRY, IMU):
+        mine = [one for one in made.published if one.type == end.type and one.node != end.node]
+        heard = {one.topic for one in made.read if one.node == end.node}
+        of_controllers = [one for one in mine if one.port.group == CONTROL]
+        if of_controllers and not heard & {one.topic for one in mine}:
+            there = of_controllers[0]
+            message = f"{who} {what}, and {there.node} publishes on {there.topic}: {symptom}"
+            return error("package-open", message, None, f"topic: {there.topic.removeprefix('/')}")
+        return _external(who, what, symptom, "start the driver that publishes it")
+    if role == JOINT_STATES and CONTROL in made.starts:
+        message = f"{who} {what}, and no joint_state_broadcaster is started: {symptom}"
+        return Diagnostic("package-external", NOTE, message, help="add it to controllers, or start the driver")
+    return None
+
+
+def _external(who: str, what: str, symptom: str, help: str) -> Diagnostic:
+    message = f"{who} {what}, which no node of the package publishes: without it, {symptom}"
+    return Diagnostic("package-external", NOTE, message, help=help)
+
+
+_NODE, _OUTSIDE, _TOPIC, _OPEN = "#d6e4f5", "#d7e8d4", "#fff3c4", "#f4c7c3"  # fills of the drawing
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A topic of the graph of a robot, with the nodes at its ends."""
+
+    topic: str
+    type: str
+    published_by: tuple[str, ...]
+    read_by: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class RobotGraph:
+    """The nodes that a robot needs and the topics between them; ``robot`` is empty if the description has errors."""
+
+    robot: str = ""
+    nodes: tuple[str, ...] = ()
+    drivers: Annotated[tuple[str, ...], "nodes outside of the package, such as drivers of sensors"] = ()
+    topics: tuple[Topic, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
+
+    def text(self) -> str:
+        """Return the graph as text: each topic with its type, and the nodes before and behind it."""
+        lines = []
+        for one in self.topics:
+            lines += [f"{one.topic}  {one.type}"]
+            lines += [f"  {', '.join(one.published_by) or 'NOBODY'} -> {', '.join(one.read_by) or 'nobody'}"]
+        return "\n".join(lines)
+
+    def svg(self) -> str:
+        """Return the graph as a drawing: publishers on the left, topics in the middle, readers on the right."""
+        left = list(dict.fromkeys(name for one in self.topics for name in one.published_by))
+        right = list(dict.fromkeys(name for one in self.topics for name in one.read_by))
+        rows = [left, [one.topic for one in self.topics], right]
+        places = [{name: 40 + 26 * row for row, name in enumerate(names)} for names in rows]
+        height, (publishing, middle, reading) = 60 + 26 * max(map(len, rows)), places
+        lines = []
+        for one in self.topics:
+            y = middle[one.topic]
+            is_open = bool(one.read_by) and not one.published_by
+            lines += [_line(250, publishing[name], 330, y) for name in one.published_by]
+            lines += [_line(630, y, 710, reading[name]) for name in one.read_by]
+            lines.append(
+                _box(330, y, 300, f"{one.topic} ({short_type(one.type)})", "#f4c7c3" if is_open else "#fff3c4")
+            )
+        lines += [
+            _box(10, y, 240, name, "#d7e8d4" if name in self.drivers else "#d6e4f5") for name, y in publishing.items()
+        ]
+        lines += [_box(710, y, 240, name, "#d6e4f5") for name, y in reading.items()]
+        head = f'<svg xmlns="http://www.w3.org/2000/svg" width="960" height="{height}" font-family="sans-serif" '
+        return "\n".join([f'{head}font-size="11">', f"<title>{escape(self.robot)}</title>", *lines, "</svg>"]) + "\n"
+
+
+def _line(x1: int, y1: int, x2: int, y2: int) -> str:
+    return f'<line x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}" stroke="#666"/>'
+
+
+def _box(x: int, y: int, width: int, text: str, fill: str) -> str:
+    box = f'<rect x="{x}" y="{y - 10}" width="{width}" height="20" rx="4" fill="{fill}" stroke="#888"/>'
+    return f'{box}<text x="{x + 6}" y="{y + 4}">{escape(text)}</text>'
+
+
+def robot_graph(robot: Robot) -> RobotGraph:
+    """Return the graph of all that a package of a robot can start, with its open ends as diagnostics."""
+    backends = {output.backend for output in robot.outputs}
+    starts = [CONTROL] if "controllers" in backends else []
+    starts += [MOVEIT] if "srdf" in backends else []
+    starts += [NAV2] if backends & {NAV2, "robot_localization"} else []
+    made = graph_of(robot, starts)
+    found: dict[tuple[str, str], tuple[list[str], list[str]]] = {}
+    for index, ends in enumerate((made.published, made.read)):
+        for end in ends:
+            found.setdefault((end.topic, end.type), ([], []))[index].append(end.node)
+    topics = [Topic(*key, *(tuple(dict.fromkeys(names)) for names in both)) for key, both in sorted(found.items())]
+    nodes, drivers_ = ([name for name, kind in made.nodes.items() if kind == each] for each in (NODE, DRIVER))
+    diagnostics = tuple(open_ends(robot, made))
+    return RobotGraph(robot.name, tuple(nodes), tuple(drivers_), tuple(topics), diagnostics)

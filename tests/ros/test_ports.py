@@ -1,0 +1,192 @@
+"""The topics between the nodes of a package: closed, or reported with what happens on the robot."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from rosorin_compile.cli.main import main
+from rosorin_compile.ros.parameters.files import nodes_of
+from support.paths import ROOT, data_text
+
+CART = data_text("robots/cart_with_nav2.yaml")
+
+
+def write(folder: Path, *changes: tuple[str, str], distribution: str = "jazzy") -> Path:
+    text = CART
+    for old, new in changes:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    path = folder / "robot.yaml"
+    path.write_text(text.replace("DISTRIBUTION", distribution), "utf-8")
+    return path
+
+
+def package(folder: Path, *changes: tuple[str, str], distribution: str = "jazzy", code: int = 0) -> Path:
+    robot = write(folder, *changes, distribution=distribution)
+    words = ["package", str(robot), "-o", str(folder / "made"), "--control", "--nav2", "-q"]
+    assert main(words) == code
+    return folder / "made"
+
+
+def parameters(made: Path, file: str) -> dict[str, dict[str, Any]]:
+    return nodes_of((made / "config" / file).read_text("utf-8"))
+
+
+@pytest.mark.parametrize("distribution", ["humble", "jazzy", "kilted"])
+def test_a_whole_robot_has_no_open_ends(tmp_path: Path, capsys: pytest.CaptureFixture[str], distribution: str) -> None:
+    control = "humble" if distribution == "humble" else "jazzy"
+    package(tmp_path, ("control: jazzy", f"control: {control}"), distribution=distribution)
+    assert "package-open" not in capsys.readouterr().err
+
+
+def test_the_topic_of_a_lidar_reaches_every_reader(tmp_path: Path) -> None:
+    made = package(tmp_path, ("{scan: {sensor: lidar, topic: /scan}}", "{front: {sensor: lidar, topic: /front/scan}}"))
+    nodes = parameters(made, "nav2.yaml")
+    assert nodes["amcl"]["scan_topic"] == "/front/scan"
+    monitor = nodes["collision_monitor"]
+    assert (monitor["observation_sources"], monitor["front.type"]) == (["front"], "scan")
+    assert monitor["front.topic"] == "/front/scan"
+    for name, layer in (("local_costmap", "voxel_layer"), ("global_costmap", "obstacle_layer")):
+        costmap = nodes[f"{name}/{name}"]
+        assert costmap[f"{layer}.front.topic"] == "/front/scan"
+        assert costmap[f"{layer}.front.marking"] is costmap[f"{layer}.front.clearing"] is True
+        assert costmap[f"{layer}.front.raytrace_max_range"] > costmap[f"{layer}.front.obstacle_max_range"]
+    launch = (made / "launch/navigation.launch.py").read_text("utf-8")
+    assert "'scan_topic': '/front/scan'" in launch  # slam_toolbox, where it is started by hand
+
+
+def test_points_of_depth_leave_the_floor_free(tmp_path: Path) -> None:
+    lidar = "  lidar: {type: lidar_2d, parent: base_link, frame: laser, xyz: [10 cm, 0, 12 cm]}\n"
+    camera = "  camera: {type: depth_camera, parent: base_link, frame: camera_link, xyz: [10 cm, 0, 15 cm]}\n"
+    sources = "sources: {scan: {sensor: lidar, topic: /scan}, depth: {sensor: camera, topic: /camera/points}}"
+    made = package(tmp_path, (lidar, lidar + camera), ("sources: {scan: {sensor: lidar, topic: /scan}}", sources))
+    costmap = parameters(made, "nav2.yaml")["local_costmap/local_costmap"]
+    assert costmap["voxel_layer.scan.min_obstacle_height"] == 0.0
+    assert costmap["voxel_layer.depth.min_obstacle_height"] == 0.05
+    assert costmap["voxel_layer.depth.clearing"] is True
+    assert "is a stand-in" in (made / "config/nav2.yaml").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ([("base/odom}", "odom}")], "ekf_filter_node reads Odometry on /odom, and base publishes on /base/odom"),
+        ([("imu_broadcaster/imu", "imu/data")], "ekf_filter_node reads Imu on /imu/data, and imu_broadcaster"),
+        (
+            [
+                ("  lidar: {type: lidar_2d, parent: base_link, frame: laser, xyz: [10 cm, 0, 12 cm]}\n", ""),
+                (", sources: {scan: {sensor: lidar, topic: /scan}}", ""),
+            ],
+            "read LaserScan on /scan, and the robot has no sensor for that",
+        ),
+        (
+            [("mock_components/GenericSystem", "gz_ros2_control/GazeboSimSystem")],
+            'hardware block "motors" has the plugin gz_ros2_control/GazeboSimSystem, which Gazebo loads',
+        ),
+    ],
+)
+def test_what_would_not_work_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], changes: list[tuple[str, str]], message: str
+) -> None:
+    made = package(tmp_path, *changes, code=1)
+    assert message in capsys.readouterr().err
+    assert not made.exists()
+
+
+def test_another_message_of_velocities_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Nav2 of Humble sends Twist, and a controller of Jazzy takes TwistStamped."""
+    change = ("nav2: {file: nav2.yaml, distribution: DISTRIBUTION", "nav2: {file: nav2.yaml, distribution: humble")
+    package(tmp_path, change, code=1)
+    assert "base reads TwistStamped on /cmd_vel, and behavior_server publishes Twist there" in capsys.readouterr().err
+
+
+def test_an_odometry_of_somebody_else_is_a_note(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    inputs = "odom0: {topic: base/odom}, odom1: {topic: camera/odom}"
+    robot = write(tmp_path, ("odom0: {topic: base/odom}", inputs))
+    words = ["package", str(robot), "-o", str(tmp_path / "made"), "--control", "--nav2"]
+    assert main(words) == 0
+    said = capsys.readouterr().err
+    assert (
+        "note[package-external]: ekf_filter_node reads Odometry on /camera/odom, which no node of the package" in said
+    )
+
+
+def test_interfaces_that_the_hardware_lacks(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    wheels = [(f"{side}_joint: {{command: velocity, state: [position, velocity]}}",
+               f"{side}_joint: {{command: velocity, state: [velocity]}}") for side in ("left", "right")]  # fmt: skip
+    made = package(tmp_path, *wheels)
+    assert parameters(made, "controllers.yaml")["base"]["position_feedback"] is False
+    capsys.readouterr()
+    arm = "  arm: {type: joint_trajectory, params: {joints: [fork_joint], command_interfaces: [position], "
+    arm += "state_interfaces: [position, velocity]}}\n"
+    robot = write(
+        tmp_path,
+        ("fork_joint: {type: fixed", "fork_joint: {type: continuous"),
+        ("    sensors: {imu: {}}", "      fork_joint: {command: position, state: position}\n    sensors: {imu: {}}"),
+        ("  jsb: {", f"{arm}  jsb: {{"),
+    )
+    main(["all", str(robot), "-o", str(tmp_path / "out")])
+    assert 'controller "arm" reads the velocity of "fork_joint", which no hardware block has' in capsys.readouterr().err
+
+
+def test_a_joint_that_nobody_measures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    robot = write(tmp_path, ("fork_joint: {type: fixed", "fork_joint: {type: continuous"))
+    main(["all", str(robot), "-o", str(tmp_path / "out")])
+    said = capsys.readouterr().err
+    assert 'warning[controllers-joint-states]: no node publishes the position of joint "fork_joint"' in said
+    assert main(["frames", str(robot), "--frame", "fork"]) == 0
+    assert "no node publishes base_link -> fork" in capsys.readouterr().out
+
+
+def test_kilted_has_no_switches_of_limits(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "c.yaml"
+    limits = {"linear": {"x": {"has_velocity_limits": True}}, "left_wheel_names": ["left_joint"]}
+    limits |= {"right_wheel_names": ["right_joint"]}
+    manager = {"ros__parameters": {"base": {"type": "diff_drive_controller/DiffDriveController"}}}
+    file.write_text(yaml.safe_dump({"controller_manager": manager, "base": {"ros__parameters": limits}}), "utf-8")
+    found = {}
+    for distribution in ("jazzy", "kilted"):
+        main(["check", "parameters", str(write(tmp_path)), str(file), "--distribution", distribution])
+        shown = capsys.readouterr()
+        found[distribution] = 'has no key "linear.x.has_velocity_limits"' in shown.out + shown.err
+    assert found == {"jazzy": False, "kilted": True}
+
+
+def test_a_sliding_base_goes_sideways_under_nav2() -> None:
+    nodes = nodes_of((ROOT / "outputs/rosorin/nav2.yaml").read_text("utf-8"))
+    assert nodes["velocity_smoother"]["max_velocity"][1] > 0
+    assert nodes["controller_server"]["FollowPath.motion_model"] == "Omni"
+
+
+def test_the_graph(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    robot = write(tmp_path, ("base/odom}", "odom}"))
+    assert main(["graph", str(robot), "--format", "json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    topics = {one["topic"]: one for one in found["result"]["topics"]} if "result" in found else {}
+    assert not topics or topics["/odom"]["published_by"] == []
+    assert main(["graph", str(robot), "-o", str(tmp_path / "graph.svg")]) == 1
+    drawn = ET.parse(tmp_path / "graph.svg")
+    texts = {one.text for one in drawn.iter("{http://www.w3.org/2000/svg}text")}
+    assert {"/odom (Odometry)", "ekf_filter_node", "driver of lidar"} <= texts
+
+
+def test_the_readme_has_the_first_drive(tmp_path: Path) -> None:
+    text = (package(tmp_path) / "README.md").read_text("utf-8")
+    assert "-p stamped:=true -r cmd_vel:=/cmd_vel" in text
+    assert "map:=" in text
+    assert "driver of lidar: `LaserScan` on `/scan`" in text
+
+
+def test_moveit_publishes_the_srdf(tmp_path: Path) -> None:
+    made = tmp_path / "arm"
+    assert main(["package", str(ROOT / "examples/porter"), "-o", str(made), "--control", "--moveit", "-q"]) == 0
+    assert "'publish_robot_description_semantic': True" in (made / "launch/moveit.launch.py").read_text("utf-8")
+    view = yaml.safe_load((made / "rviz/moveit.rviz").read_text("utf-8"))
+    classes = [one["Class"] for one in view["Visualization Manager"]["Displays"]]
+    assert "moveit_rviz_plugin/MotionPlanning" in classes

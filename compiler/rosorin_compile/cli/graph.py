@@ -22,13 +22,13 @@ def run(options: cli.Options) -> int:
     failed = run.show(found)
     if not found.robot:
         return run.no_robot(description)
-    text = found.text
-    if options.output is not None:
-        try:
-            write_file(Path(options.output), found.svg().encode(), (), None if options.force else may_replace)
-        except OutputError as problem:
-            run.console.show([problem.diagnostic])
-            return PROBLEMS
-        text = lambda: f"{found.robot}: {options.output}"  # noqa: E731 - as short as the method that it replaces
-    run.give(found, text)
+    if options.output is None:
+        run.give(found, found.text)
+        return PROBLEMS if failed else FINE
+    try:
+        write_file(Path(options.output), found.svg().encode(), (), None if options.force else may_replace)
+    except OutputError as problem:
+        run.console.show([problem.diagnostic])
+        return PROBLEMS
+    run.give(found, lambda: f"{found.robot}: {options.output}")
     return PROBLEMS if failed else FINE

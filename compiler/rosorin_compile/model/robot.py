@@ -363,9 +363,8 @@ class Robot:
 
     def publisher_of(self, joint: Joint) -> Publisher:
         """Return who puts a joint on tf: nobody if its position is unknown to robot_state_publisher."""
-        if joint in self.unmeasured_joints:
-            return Publisher(UNPUBLISHED, "nobody", about="no hardware block has its position")
-        return joint.publisher
+        unmeasured = Publisher(UNPUBLISHED, "nobody", about="no hardware block has its position")
+        return unmeasured if joint in self.unmeasured_joints else joint.publisher
 
     @of_robot
     def in_urdf(self) -> tuple[Joint, ...]:

@@ -431,9 +431,8 @@ class Program(Expansion):
         if isinstance(made, str) and made != value.value:  # without the quotes around it
             parts = [one.value if isinstance(one, ast.Constant) else one for one in parts_of(value.node)]
             parts = [str(parts[0])[1:], *parts[1:-1], str(parts[-1])[:-1]] if len(parts) > 1 else parts
-            node = ast.Call(
-                ast.Name("__join"), [one if isinstance(one, ast.AST) else ast.Constant(one) for one in parts], []
-            )
+            pieces = [one if isinstance(one, ast.expr) else ast.Constant(one) for one in parts]
+            node = ast.Call(ast.Name("__join"), pieces, [])
             return Symbol(node, made, value.known, self) if len(parts) > 1 else value
         if made is value.value or isinstance(made, str):
             return value

@@ -16,10 +16,8 @@ from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing.xacro import wording
-from rosorin_compile.importing.xacro.expressions import Translator
+from rosorin_compile.importing.xacro.formulas import Formulas
 from rosorin_compile.importing.xacro.translate import Translation, translate, translation_report
-from rosorin_compile.importing.xacro.tree import Variable
-from rosorin_compile.importing.xacro.values import Values
 from rosorin_compile.importing.xacro.write_yaml import Target, Writer
 from support.paths import DATA
 from support.xacro_table import Case, cases, ready
@@ -96,7 +94,7 @@ def test_some_rows_of_the_table_are_translated_or_flattened_with_a_reason() -> N
 @pytest.mark.tier("fuzz")
 def test_every_row_of_the_table_is_translated_or_flattened_with_a_reason() -> None:
     found = {case.name: outcome(case) for case in CASES}
-    assert Counter(found.values()) == {"kept": 63, "in part": 10, "": 14}, found
+    assert Counter(found.values()) == {"kept": 68, "in part": 5, "": 14}, found
 
 
 @pytest.mark.parametrize("name", ["46-macro", "97-choice-of-plugin"])
@@ -121,30 +119,30 @@ HARDWARE = (
 
 
 def misplace(right: Callable[..., Any]) -> Callable[..., Any]:
-    def wrong(self: Writer, use: Any, section: Any, file: Any, path: Any) -> None:
-        right(self, use, section, file, path)
-        for entry in section.values():
-            if "xyz" in entry:
-                entry["xyz"] = ["9", "9", "9"]
+    def wrong(self: Writer, call: Any, when: Any, comments: Any) -> None:
+        right(self, call, when, comments)
+        for document in self.documents.files.values():
+            for entry in document.get("use", {}).values():
+                if "xyz" in entry:
+                    entry["xyz"] = ["9", "9", "9"]
 
     return wrong
 
 
 def rename(right: Callable[..., Any]) -> Callable[..., Any]:
-    def wrong(self: Values, node: Any) -> Any:
+    def wrong(self: Writer, node: Any) -> Any:
         made = right(self, node)
-        return type(made)(str(made).replace("slow/", "fast/"))
+        return type(made)(str(made).replace("slow/", "fast/") if self.macro is not None else made)
 
     return wrong
 
 
 @pytest.mark.parametrize(
-    ("owner", "method", "fault", "body", "reason"),
+    ("method", "fault", "body", "reason"),
     [
-        (Writer, "use", misplace, WHEEL, ""),
+        ("use_part", misplace, WHEEL, ""),
         (
-            Values,
-            "element",
+            "xml_text",
             rename,
             HARDWARE,
             '<ros2_control name="x">: hardware/plugin: xacro has slow/Slow, the translation fast/Slow',
@@ -152,9 +150,9 @@ def rename(right: Callable[..., Any]) -> Callable[..., Any]:
     ],
 )
 def test_a_macro_that_is_translated_wrongly_is_written_out(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, owner: type, method: str, fault: Any, body: str, reason: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, method: str, fault: Any, body: str, reason: str
 ) -> None:
-    monkeypatch.setattr(owner, method, fault(getattr(owner, method)))
+    monkeypatch.setattr(Writer, method, fault(getattr(Writer, method)))
     made = of(tmp_path, body)
     assert made.kept == ()
     found = made.reason or made.written_out[0].reason.removeprefix("not proven: ")
@@ -167,16 +165,17 @@ def test_a_macro_that_is_translated_wrongly_is_written_out(
 def test_an_argument_that_is_not_followed_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     body = """<xacro:arg name="height" default="0.5"/><xacro:arg name="width" default="0.5"/>
       <link name="base"><visual><geometry><box size="$(arg width) 1 $(arg height)"/></geometry></visual></link>"""
-    right = Translator.reference
+    right = Formulas.node
 
-    def wrong(self: Translator, variable: Variable) -> ast.expr:
-        made = right(self, variable)
-        return ast.Constant(0.5) if variable.name == "height" else made  # what it is by default
+    def wrong(self: Formulas, node: ast.expr) -> ast.expr:
+        made = right(self, node)
+        is_height = isinstance(made, ast.Name) and made.id == "height"
+        return ast.Constant(0.5) if is_height else made  # what it is by default
 
-    monkeypatch.setattr(Translator, "reference", wrong)
+    monkeypatch.setattr(Formulas, "node", wrong)
     made = of(tmp_path, body)
     assert (made.arguments, made.fixed) == (("width",), (("height", "0.5"),))
-    reason = "  height: with another value of it the robot is another than xacro makes (robot.xacro:1)"
+    reason = "  height: with another value of it the robot is another than xacro makes"
     assert reason in translation_report(made)
 
 
@@ -198,8 +197,8 @@ JOINT = (
 def test_words_that_would_mean_something_else_are_not_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     right = wording.find
 
-    def wrong(plain: Any, evaluated: Any, robots: Any) -> Any:
-        found = right(plain, evaluated, robots)
+    def wrong(plain: Any, robots: Any) -> Any:
+        found = right(plain, robots)
         for words in found.spots.values():
             for entry in words.entries:
                 if entry.name == "one":

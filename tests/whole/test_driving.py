@@ -4,12 +4,14 @@ What is asked is what people ask of such bases. Most of what is lost is lost to 
 gain of their servos, and to rollers that are three spheres; a base whose wheels have breadth turns a little slower.
 """
 
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Robot
 from rosorin_compile.model.drive import Twist, driving_of
@@ -18,7 +20,7 @@ from support.robots import compiled
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.mujoco.simulate.scenarios import FREE, World, drive, hold, mjcf_text, poses_of  # noqa: E402
+from rosorin_compile.mujoco.simulate.scenarios import FREE, World, drive, hold, poses_of  # noqa: E402
 
 pytestmark = pytest.mark.slow
 
@@ -66,7 +68,8 @@ def robot_of(folder: Path) -> Robot:
 def world_of(folder: Path) -> World:
     robot = robot_of(folder)
     output = next(one for one in robot.outputs if one.backend == "mjcf")
-    return World(mujoco, robot, mjcf_text(robot, output, Templates(), FREE)[0], FREE, ROOT)
+    text, _ = FORMATS["mjcf"].written(robot, replace(output, options={**output.options, "base": FREE}), Templates())
+    return World(mujoco, robot, text, FREE, ROOT)
 
 
 @pytest.mark.landing("engines", "robot.yaml", "ackermann_car")

@@ -77,10 +77,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class Compiled:
-    """The model and the artifacts of a description, which exist only without errors, and all diagnostics.
-
-    A change of a file in ``inputs``, of which those in ``missing`` were not found, may change the result.
-    """
+    """The robot and its artifacts, if there are no errors, all diagnostics, and the ``inputs`` that may change them."""
 
     robot: Robot | None
     artifacts: tuple[Artifact, ...]

@@ -57,7 +57,6 @@ class Refusal(NamedTuple):
     missing: str = ""  # the name of an engine that is not installed
 
 
-# An option that several formats have.
 _NUMBERS = "short (default): within 1e-12 of the largest in a vector; exact: reads back the same; six: %.6g or %.6f."
 NUMBER_FORMAT: Mapping[str, Any] = {"enum": ["short", "exact", "six"], "description": _NUMBERS}
 # The forms of boxes that height maps are cut into, for an option of formats that have no height maps.

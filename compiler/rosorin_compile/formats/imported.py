@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from rosorin_compile.language.lower import Lowered
     from rosorin_compile.model import Robot
 
-RULES = (Rule("import-cannot-carry", "A warning: something is not carried over.", "`--strict` refuses it.", READING),)
+_NO_PLACE = "A warning: a description has no place for something in a file."
+RULES = (Rule("import-cannot-carry", _NO_PLACE, "`--strict` makes it an error.", READING),)
 
 MAX_NAME = 60
 BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from rosorin_compile.model import Robot
 
 RULES = (
-    Rule("file-syntax", "A reader of another package refuses a file.", "Correct the place that is named.", READING),
+    Rule("file-syntax", "A file does not have the syntax of its format.", "Correct the place that is named.", READING),
     Rule("wrong-format", "The file is of a format that is not read.", "The message says what to name.", READING),
     Rule("wrong-root", "The root element is not that of a robot.", "The message says what to name.", READING),
 )

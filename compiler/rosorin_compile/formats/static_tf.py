@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from .templating import Templates
 
 RULES = (
-    Rule("number-format", "`six` for arguments of static_transform_publisher.", "`exact`, or leave it out.", OUTPUTS),
-    Rule("static-tf-no-urdf", "A warning: robot_state_publisher lacks a URDF.", "Add an output `urdf`.", FORMATS),
+    Rule("number-format", "`number_format: six` for static_transform_publisher.", "`exact`, or leave it out.", OUTPUTS),
+    Rule("static-tf-no-urdf", "A warning: robot_state_publisher has no URDF.", "Add an output `urdf`.", FORMATS),
 )
 
 # What a mode may be set to. A condition of launch reads 1 and no on; its and, or, not read on and no 1.

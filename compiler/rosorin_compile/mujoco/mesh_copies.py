@@ -25,9 +25,21 @@ from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 RULES = (
     Rule(
-        "mesh-converted", "A note: a mesh is converted for MuJoCo.", "Nothing is to be done.", FORMATS, asked="meshes"
+        "mesh-converted",
+        "A note: MuJoCo does not read the format of a mesh; the MJCF names a converted copy without colours and "
+        "textures.",
+        "Nothing needs to be done.",
+        FORMATS,
+        asked="meshes",
     ),
-    Rule("mesh-not-read", "A warning: MuJoCo cannot read a file.", "See the message.", FORMATS, asked="meshes"),
+    Rule(
+        "mesh-not-read",
+        "A warning: MuJoCo cannot read a mesh or a texture, and the MJCF leaves it out; an error if an element of "
+        "`mjcf` names it.",
+        "See the message.",
+        FORMATS,
+        asked="meshes",
+    ),
 )
 
 MAX_BYTES = 500_000_000

@@ -32,7 +32,12 @@ if TYPE_CHECKING:
     from rosorin_compile.model.geometry import Vector
 
 RULES = (
-    Rule("scene-without-robot", "A scene does not define which MJCF is in it.", "Name an output with `of`.", FORMATS),
+    Rule(
+        "scene-without-robot",
+        "A scene needs one MJCF: the robot has none or several, or `of` names another output, or its folder differs.",
+        "Add an output `mjcf`, or name one with `of`; write both to one folder.",
+        FORMATS,
+    ),
 )
 
 MJCF = "mjcf"

@@ -29,7 +29,7 @@ from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, SOLIDS, WORLD, collision_
 
 RULES = (
     Rule("sdf-cannot-say", "A warning: SDF has no word for something in the description.", "See the message.", FORMATS),
-    Rule("sdf-without-mass", "A warning: a moving link has no mass, as SDF wants.", "Give it an `inertial`.", FORMATS),
+    Rule("sdf-without-mass", "A warning: SDF cannot express a moving link without mass.", "Give it one.", FORMATS),
 )
 
 MODEL = "__model__"

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Joint, Limit, Link, Output, Robot
 from rosorin_compile.model.drive import Drive
@@ -21,7 +22,6 @@ from rosorin_compile.mujoco.simulate.scenarios import (
     VELOCITY,
     World,
     hold,
-    mjcf_text,
     poses_of,
     quiet,
     swept_joints,
@@ -200,8 +200,9 @@ def creeps(path: Path, mujoco: Any, option: dict[str, Any] | None = None) -> flo
     assert made.robot is not None
     options = next((dict(one.options) for one in made.robot.outputs if one.backend == "mjcf"), {})
     options["option"] = {**options.get("option", {}), **(option or {})}
-    output = Output("mjcf", "mjcf", "robot.xml", options)
-    world = World(mujoco, made.robot, mjcf_text(made.robot, output, Templates(), FREE)[0], FREE, path.parent)
+    output = Output("mjcf", "mjcf", "robot.xml", {**options, "base": FREE})
+    text, _ = FORMATS["mjcf"].written(made.robot, output, Templates())
+    world = World(mujoco, made.robot, text, FREE, path.parent)
     world.reset(dict(home_of(made.robot).positions))
     for _ in world.run(1.0):  # it settles on the level
         pass

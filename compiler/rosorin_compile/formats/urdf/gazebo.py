@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from .write import Content
 
-_NO_SENSOR = "A warning: Gazebo gets no sensor, or drops its link, which has no mass."
+_NO_SENSOR = "A warning: a sensor is not written for Gazebo, or its link is dropped, because it has no mass."
 _GIVE_MASS = "Give the link an `inertial`, and keep it in `elements`; or leave the sensor out: `gazebo: []`."
 RULES = (Rule("gazebo-cannot-see", _NO_SENSOR, _GIVE_MASS, FORMATS),)
 _KEEPING = ("preserveFixedJoint", "disableFixedJointLumping")

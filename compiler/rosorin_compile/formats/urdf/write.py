@@ -38,13 +38,15 @@ from ..templating import Templates, attribute, attributes, comment
 from .gazebo import gazebo_blocks
 
 _WITHOUT_MASS = "A note: no URDF has the inertials: Gazebo reads it as an empty model, other simulators invent masses."
-_UNSTABLE = "A warning: damping * step > 2 * inertia: simulators with explicit steps of 1/240 s, as PyBullet, diverge."
+_UNSTABLE = "A warning: a joint has damping * step > 2 * inertia: unstable in explicit steps of 1/240 s (PyBullet)."
+_CANNOT_EXPRESS = "A warning or a note: URDF cannot express a shape, a joint, or a mass that moves."
+_USE_OTHERS = 'Use other shapes; `version: "1.2"` has capsules, `frames: bodies` has what moves.'
 _SECOND = "[A second URDF for simulators](artifacts.md#a-urdf-for-simulators), or `accept` it with its reason."
 _SERVO = "The damping of a servo belongs to its `actuator`, which no URDF has; else damp less, or correct the mass."
 RULES = (
     Rule("urdf-without-mass", _WITHOUT_MASS, _SECOND, FORMATS),
     Rule("explicit-damping-unstable", _UNSTABLE, _SERVO, FORMATS, accept="joint", imported="always"),
-    Rule("urdf-cannot-say", "A URDF has no word for something.", '`version: "1.2"`, or `frames: bodies`.', FORMATS),
+    Rule("urdf-cannot-say", _CANNOT_EXPRESS, _USE_OTHERS, FORMATS),
     Rule("urdf-mass-sum", "Masses that move to one link of the URDF are together no number.", "Correct them.", FORMATS),
 )
 

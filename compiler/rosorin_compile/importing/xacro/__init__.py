@@ -1,8 +1,8 @@
-"""Xacro: expanded by the xacro library in a child process, then read as the URDF that came out.
+"""Xacro: expanded by the xacro library in a child process, and translated to a description with its macros.
 
-To be read in this order: ``expanding`` (``is_xacro``, ``read_xacro``), then ``child``, the program of that process,
-which remembers where elements stood (``tracing``) and hears what is missing (``wanting``); ``origins`` finds the places
-again, and ``faults`` says what went wrong.
+``expand`` reads what the child process (``child``) expands as a URDF. ``translate`` keeps macros and arguments: the
+child runs the file with symbols (``symbolic``), the answer becomes an intermediate representation (``ir``), which is
+written as YAML (``write_yaml``, ``formulas``) and verified against xacro (``verify``).
 Nothing is imported here, because the child process imports this package too, and needs no reader.
 """
 

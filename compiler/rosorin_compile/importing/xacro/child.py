@@ -86,8 +86,9 @@ class Context(dict[str, Any]):
         return self.stack()[-1] if key == "filename" and self.stack() else super().__getitem__(key)
 
 
-def main() -> None:
-    """Answer one request."""
+def main(run: Callable[[dict[str, Any]], dict[str, Any]] | None = None) -> None:
+    """Answer one request; ``run`` answers it in another way than with the expanded file."""
+    run = run or (lambda request: Expansion(request).answer())
     request = json.loads(sys.stdin.buffer.read())
     answer_to = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # what the file prints must not mix with the answer
@@ -96,7 +97,7 @@ def main() -> None:
         os.environ.clear()
         os.environ.update(request["environment"])
     with recording() as paths:
-        answer = Expansion(request).answer()
+        answer = run(request)
     answer["recorded"] = [[os.path.abspath(path), version] for path, version in paths.items()]
     with answer_to:
         json.dump(answer, answer_to)
@@ -351,7 +352,7 @@ def _name_packages(document: Any, packages: Packages, files: Sequence[str]) -> N
     """
     for node in elements(document):
         if node.tagName in _NAMING and node.hasAttribute("filename"):
-            node.setAttribute("filename", _portable(node.getAttribute("filename"), packages, files))
+            node.setAttribute("filename", portable(node.getAttribute("filename"), packages, files))
 
 
 def _folders(packages: Packages, includes: Sequence[object], file: str) -> list[str]:
@@ -361,7 +362,8 @@ def _folders(packages: Packages, includes: Sequence[object], file: str) -> list[
     return [folder for folder in dict.fromkeys(found) if len(Path(folder).parts) > 1]
 
 
-def _portable(name: str, packages: Packages, files: Sequence[str]) -> str:
+def portable(name: str, packages: Packages, files: Sequence[str]) -> str:
+    """Return the name of a file that holds on any machine: in its package, or relative to the last of the files."""
     path = unquote(name.removeprefix("file://")) if name.startswith("file://") else name
     if not Path(path).is_absolute():
         return name
@@ -380,7 +382,7 @@ def _portable(name: str, packages: Packages, files: Sequence[str]) -> str:
 
 def _error(problem: BaseException) -> dict[str, Any]:
     """Return the cause of an exception; xacro wraps one into another."""
-    for cause in _causes(problem):
+    for cause in causes(problem):
         if isinstance(cause, MissingPackage):
             return {"package": str(cause)}
         if isinstance(cause, NotMarkup):
@@ -394,7 +396,8 @@ def _error(problem: BaseException) -> dict[str, Any]:
     return {"error": str(problem) or repr(problem), "line": getattr(problem, "lineno", 0)}
 
 
-def _causes(problem: BaseException) -> Iterator[BaseException]:
+def causes(problem: BaseException) -> Iterator[BaseException]:
+    """Yield an exception and those that it was raised from."""
     visited: set[int] = set()
     waiting: list[BaseException | None] = [problem]
     while waiting:

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import ast
 import re
-from pathlib import PurePosixPath
 from typing import Any
 
 from ..key_order import in_order
 from ..layout import Expression, Verbatim
-from .expressions import all_of, negated, written
+from .formulas import all_of, negated, written
 
 IF = Verbatim("if")
 _ZEROS = ("xyz", "rpy")
@@ -98,9 +97,8 @@ def _chain(key: str, found: list[Alternative], covered: bool) -> Any:
             choice = _chain(key, [(value[at], when) for value, when in found], covered)
             return None if choice is None else [*values[0][:at], choice, *values[0][at + 1 :]]
     pairs = []
-    before, after = _shared(values) if covered else ("", "")
     for value, when in found:
-        node = node_of(value.removeprefix(before).removesuffix(after) if before else value)
+        node = node_of(value)
         if node is None:
             return None
         pairs.append((node, when))
@@ -112,20 +110,7 @@ def _chain(key: str, found: list[Alternative], covered: bool) -> Any:
         if when is None:
             return None
         last = node if written(node) == written(last) else ast.IfExp(when, node, last)
-    return Expression(f"{before}${{{written(last)}}}{after}")
-
-
-def _shared(texts: list[Any]) -> tuple[str, str]:
-    """Return the folder and the ending that names of files share."""
-    if any(not isinstance(text, str) or isinstance(text, (Expression, Verbatim)) or "${" in text for text in texts):
-        return "", ""
-    first, last = min(texts), max(texts)
-    length = next((at for at, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), len(first))
-    folder = f"{first[:length].rpartition('/')[0]}/"
-    if folder.endswith("//") or "/" not in folder.rstrip("/"):  # a scheme, and no package
-        return "", ""
-    endings = {PurePosixPath(text).suffix for text in texts}
-    return folder, endings.pop() if len(endings) == 1 else ""
+    return Expression(f"${{{written(last)}}}")
 
 
 def node_of(value: Any) -> ast.expr | None:

@@ -89,6 +89,7 @@ _CHILD = (
     "from rosorin_compile.importing.xacro.child import main\n"
     "main()\n"
 )
+_SYMBOLIC = _CHILD.replace(".child", ".symbolic")
 # Elements of xacro that make nothing by themselves.
 _DEFINING = ("arg", "include", "macro", "property")
 # Those that make something, where other names are macros.
@@ -202,7 +203,8 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
         yield Diagnostic("import-machine-path", WARNING, message, span, (), help)
 
 
-def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
+def _expand(path: Path, options: ReadOptions, plan: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Run xacro in a child process; with a ``plan``, on symbols instead of values."""
     seconds = _seconds()
     wait = _PATIENCE * seconds + _START
     request = {
@@ -211,11 +213,12 @@ def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
         "packages": {name: os.path.abspath(folder) for name, folder in options.packages.items()},
         "seconds": seconds,
         "environment": None if options.environment is None else dict(options.environment),
+        **(plan or {}),
     }
     variables = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}
     try:
         child = subprocess.run(  # noqa: S603 - our own module; the warning about what it runs is given
-            [sys.executable, "-c", _CHILD],
+            [sys.executable, "-c", _CHILD if plan is None else _SYMBOLIC],
             input=json.dumps(request).encode(),
             capture_output=True,
             env=variables,

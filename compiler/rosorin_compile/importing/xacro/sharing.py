@@ -25,9 +25,8 @@ from rosorin_compile.source.project import Description
 
 from ..reimport import ENDING, read_record, text_of
 from ..same_model import model_differences
-from .build import Program
+from .ir import File, Program
 from .merge import Merged, merged, renewed
-from .tree import File
 
 COMMON = "common"
 _MOST_ROBOTS = 32
@@ -134,11 +133,10 @@ class Sharing:
         return Path(os.path.normpath(self.folder / address))
 
     def _why_apart(self, program: Program, file: File, difference: Merged) -> str:
-        macro = next((one for one in program.macros.values() if one.file is file and one.ours == difference.name), None)
-        span = macro.element.span if macro else None
-        span = span or next((one.span for one in program.globals if one.name == difference.name), None)
-        here = f" ({Path(span.source.path).name}:{span.line})" if span else ""
-        return f"line {difference.line}, {difference.reason}{here}"
+        macros = (one.place for one in program.macros.values() if one.ours == difference.name)
+        places = (one.place for one in program.variables.values() if one.name == difference.name and one.place)
+        place = next((one for one in (*macros, *places) if program.file_of(one) is file), None)
+        return f"line {difference.line}, {difference.reason}{f' ({program.at(place)})' if place else ''}"
 
     def _disturbed(self, address: str, text: str) -> str:
         file = self._at(address)
@@ -147,7 +145,9 @@ class Sharing:
         return self._disturbances[file, text]
 
     def _place(self, file: File) -> str:
-        within = [one for one in Path(file.path).relative_to(self.package).parent.parts[1:] if one != COMMON]
+        within = [
+            one for one in Path(os.path.abspath(file.path)).relative_to(self.package).parent.parts[1:] if one != COMMON
+        ]
         return Path("..", COMMON, *within, Path(file.name).name).as_posix()
 
     def _is_shared(self, program: Program, file: File) -> bool:
@@ -155,18 +155,19 @@ class Sharing:
         if (
             common == self.folder
             or files.exists(common / Description.ROOT_FILE)
-            or not Path(file.path).is_relative_to(self.package)
+            or not Path(os.path.abspath(file.path)).is_relative_to(self.package)
         ):
             return False
         includes = self._graph()
         reached: set[str] = set()
-        found = [one for path in includes.keys() - program.files.keys() for one in includes[path]]
+        own = {os.path.abspath(one.path) for one in program.files}
+        found = [one for path in includes.keys() - own for one in includes[path]]
         while found:
             path = found.pop()
             if path not in reached:
                 reached.add(path)
                 found += includes.get(path, ())
-        return file.path in reached
+        return os.path.abspath(file.path) in reached
 
     def _graph(self) -> dict[str, set[str]]:
         if self._includes is None:

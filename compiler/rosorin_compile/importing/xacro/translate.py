@@ -1,15 +1,13 @@
 """Translate a xacro to a description with its macros and arguments, verified against what xacro makes.
 
-What cannot be translated is given up by name, as little as possible: an element stays as xacro expands it, a macro is
-expanded where it is called, an argument keeps its value. Static analysis decides first; then the result is compiled,
-and what differs names what is given up next.
+What cannot be translated is given up by name: a macro is expanded where it is called, an argument keeps its value.
+The result is compiled, and what differs names what is given up next.
 """
 
 from __future__ import annotations
 
-import copy
+import ast
 import os
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
@@ -17,34 +15,28 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.imported import Imported, Outputs, ReadOptions
-from rosorin_compile.source.diagnostics import Span, counted, listed
+from rosorin_compile.source.diagnostics import counted, listed
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.xml.markup import Element, MarkupError
+from rosorin_compile.source.xml.markup import MarkupError
 
 from ..description import tree_of
-from .build import Changes, GiveUp, Program
-from .resolve import Plan
-from .texts import Unsupported
-from .tree import ARGUMENT, Macro, Place, Variable, place_of
-from .verify import Combination, Fault, Source, choices_of, combinations, faults, moves, other_values
-from .wording import Found, find
-from .wording import wording_report as words_report
-from .write_yaml import PROBE, Target, WrittenFiles, write
+from .expand import _expand
+from .formulas import literal
+from .ir import FLAG, LET, Program, Unsupported, Variable, build
+from .verify import Combination, Fault, Source, combinations, faults, moves
+from .wording import Found, find, wording_report
+from .write_yaml import PROBE, GiveUp, Target, WrittenFiles, write
 
-MAX_BUILDS, MAX_CHECKS, MAX_BISECTED = 300, 30, 8
+MAX_BUILDS, MAX_CHECKS = 60, 25
 MAX_SECONDS = 45.0  # of CPU, with its children
-_NO_LIST = re.compile(r"is a list, not the text|takes a list, not text")
-_DIMENSION = re.compile(r" is an? [\w ]+ \(\S+\), but \S+ is an? [\w ]+ \(| is a number, not an? \w+ \(")
-_PRINTED = re.compile(r'(?:(\w+)|\w+ "([^"]*)"): xacro has (?:True|False), the translation (?:true|false)\Z')
 
 
 class WrittenOut(NamedTuple):
-    """A macro that is expanded where it is called, or (``flat``) an element as xacro expands it, with the reason."""
+    """A macro that is expanded where it is called, or an argument that keeps its value, with the reason."""
 
     name: str
     reason: str
-    span: Span | None
-    flat: bool = False
+    at: str = ""
 
 
 @dataclass(frozen=True)
@@ -74,7 +66,6 @@ class Translation:
     unfound: tuple[str, ...] = ()
     late: int = 0
     reason: str = ""
-    span: Span | None = None
     words: tuple[str, ...] = ()
     plain: Map | None = None
     shared: tuple[str, ...] = ()
@@ -88,13 +79,12 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
     ``imported`` is the robot that the xacro expands to with the arguments that are given, ``wanted`` the artifacts that
     its description asks for.
     """
-    search = _Search(path, options, imported, wanted, target)
     try:
-        return search.run()
+        return _Search(path, options, imported, wanted, target).run()
     except Unsupported as problem:
-        return Translation({}, reason=problem.reason, span=problem.span)
-    except MarkupError as problem:
-        return Translation({}, reason=problem.diagnostic.message, span=problem.diagnostic.span)
+        return Translation({}, reason=problem.reason)
+    except (MarkupError, OSError) as problem:
+        return Translation({}, reason=problem.diagnostic.message if isinstance(problem, MarkupError) else str(problem))
     except RecursionError:
         return Translation({}, reason="its expressions are nested too deeply")
 
@@ -115,103 +105,80 @@ class _Search:
         self.target = target
         self.source = Source(path, options, target.name, target.meshes)
         self.source.known[()] = imported
-        self.plan = Plan()
-        self.lost: dict[str, WrittenOut] = {}
-        self.flat: dict[Place, WrittenOut] = {}
-        self.frozen: dict[str, WrittenOut] = {}
-        self.accepts: list[Any] = []
-        self.trees = 0
+        self.inlined: dict[str, str] = {}  # keys of macros, with the reason
+        self.fixed: dict[str, list[str]] = {}  # values of arguments, with the reason
+        self.implicit: dict[str, list[str]] = {}
+        self.explicit: set[str] = set()
+        self.plain: set[str] = set()  # places of properties that are written as their values
+        self.program: Program | None = None
         self.began = _seconds()
 
     def run(self) -> Translation:
         failing: Combination | None = None
         for _ in range(MAX_CHECKS):
             made = self.attempt()
-            arguments = {name: one for name, one in made.program.names.arguments.items() if one in made.used}
-            self.source.environment = made.program.names.environment.keys()
-            rows, possible = combinations(choices_of(arguments, self.options.arguments))
+            self.source.environment = [one.name for one in made.program.arguments.values() if one.environment]
+            rows, possible = combinations(made.choices)
             rows = sorted(rows, key=lambda row: row != failing)  # what failed before fails first
             found, compared, refused = self.check(made, rows)
             if found:
                 failing = found[0].combination
                 self.mend(made, found)
                 continue
-            if self.fix_dead(made, rows, refused) or self.fix_unfollowed(made):
+            if self.fix_refused(made, rows, refused) or self.fix_unfollowed(made):
                 continue
-            accepts = self.accepted(probes=False)
-            if accepts != self.accepts:
-                self.accepts = accepts
-                made = self.written(made.program)
             late = len(rows) - len(compared) - len(refused) if self.is_late() else 0
-            return self.finished(made, arguments, compared, possible, refused, late)
+            return self.finished(made, compared, possible, refused, late)
         raise Unsupported("nothing that was given up makes it the same robot")
+
+    def is_late(self) -> bool:
+        return _seconds() - self.began > MAX_SECONDS
 
     # One attempt.
 
     def attempt(self) -> WrittenFiles:
-        """Return the files with what has been given up so far; give up what the analysis cannot translate."""
-        self.accepts = self.accepted()
+        """Return the files with what has been given up so far; give up what cannot be written."""
         for _ in range(MAX_BUILDS):
             if self.is_late():
                 raise Unsupported(f"the translation takes more than {MAX_SECONDS:g} s")
+            program = self.program or self.built()
+            self.program = program
             try:
-                program = self.built()
-                if self.fix_reached(program):
-                    continue
                 return self.written(program)
-            except Changes as stop:
-                self.plan.handed.setdefault(stop.macro.name, set()).update(stop.names)
             except GiveUp as stop:
-                self.give_up(stop.subject, stop.problem)
+                self.give_up(program, stop)
         raise Unsupported("too much of it cannot be translated")
 
-    def give_up(self, subject: Macro | Element | Variable, problem: Unsupported) -> None:
-        """Give up a macro, an element, a property or an argument. Raises Unsupported if it is given up already."""
-        span = problem.span or (subject.element.span if isinstance(subject, Macro) else subject.span)
-        if isinstance(subject, Element):
-            self.flatten(subject, problem)
-        elif isinstance(subject, Macro):
-            if subject.name in self.plan.inlined:
-                raise problem
-            self.inline(subject.name, problem.reason, span)
-        elif subject.where == ARGUMENT:
-            text = self.options.arguments.get(subject.name, subject.raw)
-            if subject.name in self.plan.fixed or "$" in text:
-                raise problem
-            self.fix(subject.name, text, WrittenOut(subject.name, problem.reason, span))
-        else:
-            if subject.span is None or place_of(subject.span) in self.plan.unwritable:
-                raise problem
-            self.plan.unwritable[place_of(subject.span)] = problem.reason
-
     def built(self) -> Program:
-        trees = [one.tree for one in self.source.known.values() if one.tree is not None]
-        self.trees = len(trees)
-        return Program(self.path, self.options.packages, self.options.arguments, self.plan, trees)
+        plan = {"inlined": self.inlined, "fixed": self.fixed, "implicit": self.implicit, "plain": sorted(self.plain)}
+        answer = _expand(self.path, self.options, plan)
+        if "error" in answer:
+            raise Unsupported(str(answer["error"]))
+        for key, reason in answer["reasons"].items():
+            self.inlined.setdefault(key, reason)
+        for name, value in answer["fixed"].items():
+            self.fixed.setdefault(name, value)
+        self.implicit = answer["implicit"]
+        return build(answer)
 
     def written(
         self, program: Program, words: Found | None = None, shares: frozenset[str] | None = None
     ) -> WrittenFiles:
-        choices = choices_of(program.names.arguments, self.options.arguments)
-        made = write(program, choices, self.target, self.imported, self.wanted, self.accepts, words, shares)
-        return made._replace(packages={**self.options.packages, **made.packages})
+        accepts = self.accepted()
+        made = write(program, self.target, self.explicit, self.imported, self.wanted, accepts, words, shares)
+        made.packages = {**self.options.packages, **made.packages}
+        return made
 
     def check(
         self, made: WrittenFiles, rows: Sequence[Combination], in_words: bool = False
     ) -> tuple[list[Fault], list[Combination], list[Combination]]:
         """Return the differences of some combinations, which were compared, and which xacro refuses."""
-        elements = made.documents.elements
-        return faults(made.files, self.source, rows, made.packages, elements, in_words, self.is_late)
+        return faults(made.files, self.source, rows, made.packages, in_words, self.is_late)
 
-    def is_late(self) -> bool:
-        return _seconds() - self.began > MAX_SECONDS
-
-    def accepted(self, probes: bool = True) -> list[Any]:
+    def accepted(self) -> list[Any]:
         """Return what the robots of all combinations have to be accepted for; each rule once."""
         made: dict[tuple[str, str], dict[str, Any]] = {}
-        for combination, imported in self.source.known.items():
-            if not probes and any(text == PROBE for _, text in combination):
-                continue
+        for imported in self.source.known.values():
             for entry in (imported.tree.get("accept") if imported.tree is not None else None) or ():
                 key = (str(entry["rule"]), str(entry.get("reason") or ""))
                 known = made.setdefault(key, {"rule": key[0], "of": [], "reason": key[1]})
@@ -220,67 +187,69 @@ class _Search:
 
     # Giving up.
 
-    def inline(self, name: str, reason: str, span: Span | None) -> None:
-        self.plan.inlined.add(name)
-        self.lost[name] = WrittenOut(name, reason, span)
+    def give_up(self, program: Program, stop: GiveUp) -> None:
+        """Give up what cannot be written. Raises Unsupported if nothing is left to give up."""
+        macro, reason = stop.macro, stop.problem.reason
+        if macro is not None and stop.explicit and macro.key not in self.explicit:
+            self.explicit.add(macro.key)
+            return
+        self.program = None
+        if macro is not None and macro.definition not in self.inlined:
+            self.inlined[macro.definition] = reason
+        elif stop.problem.node is None or not self.blame_formula(program, stop.problem.node, reason):
+            raise stop.problem
 
-    def flatten(self, element: Element, problem: Unsupported) -> None:
-        place = place_of(element.span)
-        if place in self.plan.flat:
-            raise problem
-        self.plan.flat.add(place)
-        self.flat[place] = WrittenOut(_called(element), problem.reason, problem.span or element.span, flat=True)
+    def blame_formula(self, program: Program, node: ast.AST, reason: str) -> bool:
+        """Give up what a formula depends on: properties become their values, then arguments keep theirs."""
+        found = program.variables_in(node)
+        lets = [one for one in found if one.kind == LET and one.place and str(one.place) not in self.plain]
+        if lets:
+            self.plain |= {str(one.place) for one in lets}
+            return True
+        values = [one for one in found if one.kind != LET and one.name not in self.fixed and not one.owner]
+        for one in values:
+            self.fix(one, reason)
+        return bool(values)
 
-    def fix(self, name: str, text: str, why: WrittenOut) -> None:
-        self.plan.fixed[name] = text
-        self.frozen[name] = why
+    def fix(self, variable: Variable, reason: str) -> None:
+        self.fixed[variable.name] = [str(variable.values[0]), reason]
+        self.program = None
 
-    def fix_reached(self, program: Program) -> bool:
-        """Fix the arguments that may decide what stays as xacro expands it; return True if there are any.
-
-        What was given up may not be reached any more with their values: it is tried again.
-        """
-        found = False
-        for place in self.plan.flat:
-            for name in program.reaching(place):
-                text = program.names.text_of(name)
-                if text is not None:
-                    self.fix(name, text, self.flat[place]._replace(name=name))
-                    found = True
-        if found:
-            self.plan.flat.clear()
-            self.flat.clear()
-            self.plan.inlined.clear()
-            self.lost.clear()
-        return found
-
-    def fix_dead(self, made: WrittenFiles, rows: Sequence[Combination], refused: Sequence[Combination]) -> bool:
+    def fix_refused(self, made: WrittenFiles, rows: Sequence[Combination], refused: Sequence[Combination]) -> bool:
         """Fix variables of the environment of which xacro takes no other value than the one they have."""
         found = False
-        for name in made.program.names.environment:
-            mine = [row for row in rows if len(row) == 1 and row[0][0] == name]
-            text = made.program.names.text_of(name) if name in made.program.names.arguments else None
-            taken = [row for row in mine if row not in refused and self.source.read(row).tree is not None]
-            if text is not None and mine and not taken:
-                reason = f"with another value of the environment variable {name} xacro makes no robot"
-                self.fix(name, text, WrittenOut(name, reason, made.program.names.arguments[name].span))
+        for variable in made.program.arguments.values():
+            mine = [row for row in rows if len(row) == 1 and row[0][0] == variable.name]
+            if variable.environment and mine and all(row in refused for row in mine):
+                self.fix(
+                    variable, f"with another value of the environment variable {variable.name} xacro makes no robot"
+                )
                 found = True
         return found
 
     def fix_unfollowed(self, made: WrittenFiles) -> bool:
         """Fix the arguments that the translation does not follow for any value; return True if there are any."""
-        program, used = made.program, made.used
-        others = other_values(program.names.arguments, used, self.options.arguments)
-        read = {name: text for name, text in others.items() if program.names.arguments[name] in used}
-        found = [name for name in others if name not in read and moves(self.source, ((name, others[name]),))]
-        if read and self.differs(made, tuple(read.items())):
-            found += [name for name, text in read.items() if self.differs(made, ((name, text),))]
-        reason = "with another value of it the robot is another than xacro makes"
-        for name in found:
-            text = program.names.text_of(name)
-            if text is not None:
-                self.fix(name, text, WrittenOut(name, reason, program.names.arguments[name].span))
-        return any(name in self.plan.fixed for name in found)
+        others = {}
+        for variable in made.program.arguments.values():
+            text = str(variable.values[0])
+            value = literal(text)
+            if len(made.choices.get(variable.name, ())) > 1 or (variable in made.used and variable.type == FLAG):
+                continue
+            if isinstance(value, bool):
+                others[variable] = "false" if value else "true"
+            elif isinstance(value, (int, float)):
+                others[variable] = repr(value + 1 if isinstance(value, int) else value * 1.25 + 0.01)
+            elif len(words := text.split()) > 1 and all(isinstance(literal(one), (int, float)) for one in words):
+                others[variable] = " ".join(repr(float(one) * 1.25 + 0.01) for one in words)
+            elif variable in made.used and text and "/" not in text:
+                others[variable] = f"{text}{PROBE}"
+        read = {one: text for one, text in others.items() if one in made.used}
+        found = [one for one in others if one not in read and moves(self.source, ((one.name, others[one]),))]
+        if read and self.differs(made, tuple((one.name, text) for one, text in read.items())):
+            found += [one for one, text in read.items() if self.differs(made, ((one.name, text),))]
+        for one in found:
+            self.fix(one, "with another value of it the robot is another than xacro makes")
+        return bool(found)
 
     def differs(self, made: WrittenFiles, row: Combination) -> bool:
         known = row in self.source.known
@@ -289,87 +258,52 @@ class _Search:
             self.source.known.pop(row, None)
         return any(not one.refused for one in found)
 
-    # Mending what was found to differ.
-
     def mend(self, made: WrittenFiles, found: list[Fault]) -> None:
         """Give up what a difference names. Raises Unsupported if there is nothing left."""
-        plan, texts = self.plan, [one.text for one in found]
-        reckons = [one for one in found if _DIMENSION.search(one.text)]
-        plain = {name for one in reckons for name in one.macros} - plan.plain or (
-            {""} - plan.plain if reckons else set()
-        )
-        printed = {match[1] or match[2] for text in texts if (match := _PRINTED.search(text))} - plan.printed
-        known = len([one for one in self.source.known.values() if one.tree is not None])
-        if plain:
-            plan.plain |= plain
-        elif not plan.texts and any(map(_NO_LIST.search, texts)):
-            plan.texts = True
-        elif not plan.lacking and any("is a mapping, not empty" in text for text in texts):
-            plan.lacking = True
-        elif printed:
-            plan.printed |= printed
-        elif not plan.turns and any("more than a full turn" in text for text in texts):
-            plan.turns = True
-        elif self.accepted() != self.accepts or (plan.flat and known > self.trees):
-            return  # other arguments break other rules, and have other elements
-        elif not self.blame(made, found) and not self.bisect(made, found[0]):
-            values = {name: made.program.names.text_of(name) for name, _ in found[0].combination}
-            values = {name: text for name, text in values.items() if text is not None and name not in plan.fixed}
-            if not values:
-                raise Unsupported(texts[0])
-            for name, text in values.items():
-                self.fix(name, str(text), WrittenOut(name, f"not proven: {texts[0]}", None))
+        if self.accepted() != getattr(self, "accepts", None):
+            self.accepts = self.accepted()
+            return  # other arguments break other rules
+        if self.blame(made, found) or self.give_up_all(made, found[0]):
+            self.program = None
+            return
+        arguments = made.program.arguments
+        values = [arguments[name] for name, _ in found[0].combination if name in arguments and name not in self.fixed]
+        lets = {str(one.place) for one in made.used if one.kind == LET and one.place is not None}
+        if not values and lets <= self.plain:
+            raise Unsupported(found[0].text)
+        if not values:
+            self.plain |= lets
+            self.program = None
+        for variable in values:
+            self.fix(variable, f"not proven: {found[0].text}")
 
     def blame(self, made: WrittenFiles, found: Sequence[Fault]) -> bool:
-        """Give up the macro or the element that a difference is about; return False if it names none."""
-        macros = made.program.kept
-        by_name = {macro.ours: macro for macro in macros} | {macro.name: macro for macro in macros}
-        by_call = {place_of(use.element.span): macro for macro in macros for use in macro.uses}
+        """Give up the macro or the property that a difference names; return False if it names none."""
+        macros = made.program.macros.values()
+        by_name = {macro.name: macro for macro in macros} | {macro.ours: macro for macro in macros}
         for fault in found:
-            named = [by_name[name] for name in fault.macros if name in by_name]
-            for macro in [*named, *(by_call[place] for place in fault.places if place in by_call)]:
-                if macro.name not in self.plan.explicit and (macro.prefix or macro.mount):
-                    self.plan.explicit.add(macro.name)
+            for macro in [by_name[name] for name in fault.macros if name in by_name]:
+                if macro.level == "robot" and macro.key not in self.explicit:
+                    self.explicit.add(macro.key)
                     return True
-                if macro.name not in self.plan.inlined:
-                    self.inline(macro.name, f"not proven: {fault.text}", macro.element.span)
+                if macro.definition not in self.inlined:
+                    self.inlined[macro.definition] = f"not proven: {fault.text}"
                     return True
-        properties = {one.ours: one.span for one in made.program.globals if one in made.used}
+        lets = {one.ours: one for one in made.used if one.kind == LET and one.place is not None}
         for fault in found:
-            for span in (properties[name] for name in fault.macros if properties.get(name)):
-                if span is not None and place_of(span) not in self.plan.unwritable:
-                    self.plan.unwritable[place_of(span)] = fault.text
-                    return True
-        elements = {
-            place_of(one.span): one for file in made.program.files.values() for one in file.document.root.iter()
-        }
-        for fault in found:
-            for place in fault.places:
-                if place in elements and place not in self.plan.flat:
-                    self.flatten(elements[place], Unsupported(f"not proven: {fault.text}"))
+            for variable in [lets[name] for name in fault.macros if name in lets]:
+                if str(variable.place) not in self.plain:
+                    self.plain.add(str(variable.place))
                     return True
         return False
 
-    def bisect(self, made: WrittenFiles, fault: Fault) -> bool:
-        """Find the macro without which a difference is gone, and expand it inline; else the names of all."""
-        macros = [macro for macro in made.program.kept if macro.name not in self.plan.inlined]
-        named = [macro for macro in macros if macro.name not in self.plan.explicit and (macro.prefix or macro.mount)]
-        if named:
-            self.plan.explicit |= {macro.name for macro in macros}
-            return True
-        before = copy.deepcopy(self.plan)
-        for macro in macros[:MAX_BISECTED]:
-            self.plan.inlined.add(macro.name)
-            try:
-                again, *_ = self.check(self.written(self.built()), [fault.combination])
-            except (Changes, GiveUp, Unsupported):
-                again = [fault]
-            if not again:
-                self.inline(macro.name, f"not proven: {fault.text}", macro.element.span)
-                return True
-            self.plan = copy.deepcopy(before)
-        for macro in macros:
-            self.inline(macro.name, f"not proven: {fault.text}", macro.element.span)
+    def give_up_all(self, made: WrittenFiles, fault: Fault) -> bool:
+        """Keep the prefixes of all macros, or expand all inline; return False if that is done already."""
+        macros = [macro for macro in made.program.macros.values() if macro.definition not in self.inlined]
+        if any(macro.key not in self.explicit for macro in macros if macro.level == "robot"):
+            self.explicit |= {macro.key for macro in macros}
+        else:
+            self.inlined |= {macro.definition: f"not proven: {fault.text}" for macro in macros}
         return bool(macros)
 
     # The result.
@@ -377,72 +311,69 @@ class _Search:
     def finished(
         self,
         made: WrittenFiles,
-        arguments: Mapping[str, Any],
         rows: list[Combination],
         possible: int,
         refused: Sequence[Combination],
         late: int,
     ) -> Translation:
-        """Return the translation with words for its elements, and with the files that other robots have, too."""
         program, words, plain = made.program, Found(), None
+        made = self.written(program)  # the combinations may break rules that have to be accepted
         lines: tuple[str, ...] = ()
-        proven = tuple(rows)
-        rows = [row for row in rows if all(text != PROBE for _, text in row)]
+        rows_of_users = [row for row in rows if all(text != PROBE for _, text in row)]
         if not self.target.verbatim:
-            words, made, lines, plain = self.in_words(made, rows)
-        shared: tuple[str, ...] = ()
+            words, made, lines, plain = self.in_words(made, rows_of_users)
         sharing = self.target.sharing
         if sharing is not None:
-            made = self.with_shared(program, rows, words)
-            shared = tuple(sharing.report(made.files))
-        macros = sorted(program.kept, key=lambda one: (list(program.files).index(one.file.path), one.element.start))
-        kept = [one.name for one in macros if one.body is None or not one.body.is_empty()]
-        lost = {name: one for name, one in self.lost.items() if name not in kept}
-        for macro in macros_of(program):
-            if program.only_sets(macro):
-                lost.pop(macro.name, None)
-            elif macro.called and macro.name not in kept and macro.name not in lost:
-                problem = program.lost.get(macro.name)
-                reason = "it makes nothing" if macro.level else "what calls it is written out"
-                reason = "its materials are those of the robot" if macro.makes_materials else reason
-                reason = problem.reason if problem is not None else reason
-                lost[macro.name] = WrittenOut(macro.name, reason, macro.element.span)
-        fixed = {name: text for name, text in self.plan.fixed.items() if name in program.names.fixed}
+            made = self.with_shared(program, rows_of_users, words)
+        names = {key: (name, place) for key, name, place in program.answer["defined"]}
+        order = list(names)
+        empty = [one for one in program.macros.values() if one.key in made.empty]
+        kept = [one for one in program.macros.values() if one not in empty]
+        kept.sort(key=lambda one: order.index(one.definition) if one.definition in order else 0)
+        silent = set(program.answer["silent"])
+        lost = [
+            WrittenOut(name, reason, program.at(tuple(place[:2]) if place else None))
+            for name, place, reason, key in program.answer["inlined"]
+            if name not in silent
+        ]
+        lost += [WrittenOut(one.name, "its materials are those of the robot", program.at(one.place)) for one in empty]
+        used = [one for one in program.arguments.values() if one in made.used]
+        fixed = self.fixed
         return Translation(
             made.files,
-            tuple(kept),
-            (*lost.values(), *self.flat.values()),
-            tuple(arguments),
-            proven,
+            tuple({one.definition: one.name for one in kept}.values()),
+            tuple(lost),
+            tuple(one.name for one in used),
+            tuple(rows),
             possible,
             tuple(refused),
-            tuple(dict.fromkeys(one.name for one in program.macros.values() if not one.called)),
-            tuple(name for name in program.names.arguments if name not in arguments),
-            executed=tuple(one.name for one in macros_of(program) if one.called and program.only_sets(one)),
-            fixed=tuple(fixed.items()),
-            environment=tuple(name for name in program.names.environment if name in arguments),
+            tuple(dict.fromkeys(program.answer["uncalled"])),
+            tuple(one.name for one in program.arguments.values() if one not in used),
+            executed=tuple(name for name in program.answer["silent"]),
+            fixed=tuple((name, value[0]) for name, value in fixed.items()),
+            environment=tuple(one.name for one in used if one.environment),
             unfound=made.unfound,
             late=late,
             words=lines,
             plain=plain,
-            shared=shared,
+            shared=tuple(sharing.report(made.files)) if sharing is not None else (),
             grown=sharing.grown if sharing is not None else {},
-            frozen=tuple(one for name, one in self.frozen.items() if name in fixed),
+            frozen=tuple(WrittenOut(name, value[1]) for name, value in fixed.items()),
         )
 
     def in_words(
         self, made: WrittenFiles, rows: list[Combination]
     ) -> tuple[Found, WrittenFiles, tuple[str, ...], Map | None]:
         """Replace raw elements by entries of the language if the robot stays the same."""
-        found = first = find(made.documents.plain, made.documents.evaluated, list(self.source.known.values()))
+        found = first = find(made.documents.plain, list(self.source.known.values()))
         while found.spots and not self.is_late():
             again = self.written(made.program, found)
             wrong, *_ = self.check(again, rows, in_words=True)
             if not wrong and not self.is_late():
-                lines = tuple(words_report(again.documents.said, first))
+                lines = tuple(wording_report(again.documents.labels, first))
                 return found, again, lines, found.left_of(tree_of(self.imported))
             found = found.without(wrong[0].text) if wrong else Found()
-        return Found(), made, tuple(words_report({}, first)), None
+        return Found(), made, tuple(wording_report({}, first)), None
 
     def with_shared(self, program: Program, rows: list[Combination], words: Found) -> WrittenFiles:
         """Return the files with those that other robots of the package have, too, in their place."""
@@ -465,39 +396,18 @@ class _Search:
         return made
 
 
-def macros_of(program: Program) -> list[Macro]:
-    """Return the macros of a program, each once."""
-    return list(dict.fromkeys(program.macros.values()))
-
-
-def _called(element: Element) -> str:
-    """Return what an element is called in the report."""
-    called = element.get("macro") if element.tag == "xacro:call" else element.tag.removeprefix("xacro:")
-    if "$" in called:
-        return f'<xacro:call macro="{called}">'
-    if called in (element.tag, "element", "attribute", "insert_block", "include"):
-        name = element.get("name")
-        return f'<{element.tag} name="{name}">' if name else f"<{element.tag}>"
-    return called
-
-
 def translation_report(translation: Translation) -> Iterator[str]:
     """Yield the lines about a translation for the person who imports the robot."""
     if not translation.files:
-        yield f"flat, without macros and arguments: {translation.reason}{_at(translation.span)}"
+        yield f"flat, without macros and arguments: {translation.reason}"
         return
-    macros = [one for one in translation.written_out if not one.flat]
-    kept, lost = len(translation.kept), len(macros)
+    kept, lost = len(translation.kept), len(translation.written_out)
     if kept or lost:
         line = f"{kept} of {counted(kept + lost, 'macro')} kept"
         yield f"{line}, {lost} written out where {'it is' if lost == 1 else 'they are'} called" if lost else line
-    yield from (f"  {one.name}: {one.reason}{_at(one.span)}" for one in macros)
+    yield from (f"  {one.name}: {one.reason}{_at(one)}" for one in translation.written_out)
     if translation.executed:
         yield f"named values where they are called, because they only set properties: {listed(translation.executed)}"
-    flat = [one for one in translation.written_out if one.flat]
-    if flat:
-        yield f"as xacro expands {_them(flat)}: {counted(len(flat), 'element')}"
-    yield from (f"  {one.name}: {one.reason}{_at(one.span)}" for one in flat)
     if translation.idle:
         yield f"left out, because nothing calls {_them(translation.idle)}: {listed(translation.idle)}"
     if translation.arguments:
@@ -509,7 +419,7 @@ def translation_report(translation: Translation) -> Iterator[str]:
     if translation.fixed:
         fixed = listed([f"{name} ({' '.join(value.split())})" if value else name for name, value in translation.fixed])
         yield f"arguments replaced by their value: {fixed}"
-    for reason, names in groupby(translation.frozen, lambda one: f"{one.reason}{_at(one.span)}"):
+    for reason, names in groupby(translation.frozen, lambda one: f"{one.reason}{_at(one)}"):
         yield f"  {listed([one.name for one in names])}: {reason}"
     for package in translation.unfound:
         yield f"it asks for the package {package}: source its workspace, or give --package {package}=FOLDER"
@@ -530,5 +440,5 @@ def _them(items: Sequence[Any]) -> str:
     return "it" if len(items) == 1 else "them"
 
 
-def _at(span: Span | None) -> str:
-    return f" ({Path(span.source.path).name}:{span.line})" if span is not None else ""
+def _at(one: WrittenOut) -> str:
+    return f" ({one.at})" if one.at else ""

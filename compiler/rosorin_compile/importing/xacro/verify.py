@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import posixpath
 import re
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import fields, is_dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
@@ -31,7 +32,6 @@ from rosorin_compile.source.xml.elements import canonical, tree_of
 
 from ..read_back import by_elements, read_back, without_words
 from ..same_model import model_differences
-from .tree import FLAG, LIST, NAME, NUMBER, WORDS, XML, Place, Variable, literal, place_of
 from .write_yaml import PROBE
 
 if TYPE_CHECKING:
@@ -51,7 +51,6 @@ class Fault(NamedTuple):
     text: str
     macros: tuple[str, ...]
     combination: Combination
-    places: tuple[Place, ...] = ()  # the elements that the fault names
     refused: bool = False
 
 
@@ -71,82 +70,14 @@ class Source:
         if combination not in self.known:
             variables = {name: text for name, text in combination if name in self.environment}
             rest = {name: text for name, text in combination if name not in variables}
-            with _environment(variables):
-                arguments = {**self.options.arguments, **rest}
-                read = read_robot(self.path, replace(self.options, arguments=arguments))
+            options = replace(self.options, arguments={**self.options.arguments, **rest})
+            if variables:
+                options = replace(options, environment={**(options.environment or os.environ), **variables})
+            read = read_robot(self.path, options)
             if self.meshes is not None and read.tree is not None:
                 read = read._replace(tree=move_files(read.tree, self.meshes))
             self.known[combination] = read
         return self.known[combination]
-
-
-@contextmanager
-def _environment(variables: Mapping[str, str]) -> Iterator[None]:
-    """Have variables in the environment for a while."""
-    before = {name: os.environ.get(name) for name in variables}
-    os.environ.update(variables)
-    try:
-        yield
-    finally:
-        for name, text in before.items():
-            if text is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = text
-
-
-def choices_of(arguments: Mapping[str, Variable], given: Mapping[str, str]) -> dict[str, list[str]]:
-    """Return the values of each argument that are compiled: the first is what it is given, or its default.
-
-    The others come from the source: what the argument is compared with, the files that it names, true and false.
-    """
-    made: dict[str, list[str]] = {}
-    for name, variable in arguments.items():
-        defaults = [given.get(name), variable.values[0].plain if variable.values else None]
-        values = list(dict.fromkeys(one for one in defaults if one is not None))
-        evidence = variable.head().evidence
-        compared = sorted(one[1:] for one in evidence if one.startswith("="))
-        kind, known = variable.kind(), len(values)
-        if kind == FLAG:
-            values = values[: 1 if len({_is_true(value) for value in values}) == 1 else None]
-            values += [one for one in ("true", "false") if _is_true(one) not in [_is_true(value) for value in values]]
-        elif kind == NUMBER:
-            numbers = [one for one in compared if isinstance(literal(one), (int, float))]
-            numbers += ["0", "1"] if "condition" in evidence else []
-            values += [one for one in dict.fromkeys(numbers) if one not in values]
-        elif kind in (WORDS, "any"):
-            values += [one for one in compared if one not in values]
-            is_name = NAME in evidence and 0 < len(values) == known
-            if is_name or (compared and len(values) == 1):  # what holds for none of the texts that it is compared with
-                values.append(PROBE)
-        made[name] = values
-    return made
-
-
-def _is_true(text: str) -> bool:
-    return text.lower() in ("true", "1")
-
-
-def other_values(
-    arguments: Mapping[str, Variable], used: Collection[Variable], given: Mapping[str, str]
-) -> dict[str, str]:
-    """Return another value for each argument that may be any number or text, to see that it is followed."""
-    made: dict[str, str] = {}
-    for name, variable in arguments.items():
-        text = given.get(name, variable.values[0].plain if variable.values else None)
-        evidence = variable.head().evidence
-        if text is None or any(one.startswith("=") for one in evidence):
-            continue
-        value, kind = literal(text), variable.kind()
-        if kind == NUMBER and isinstance(value, (int, float)):
-            made[name] = repr(value + 1 if isinstance(value, int) else value * 1.25 + 0.01)
-        elif kind == LIST and isinstance(value, list):
-            made[name] = " ".join(repr(one * 1.25 + 0.01) for one in value)
-        elif variable not in used and text.lower() in ("true", "false"):
-            made[name] = "false" if text.lower() == "true" else "true"
-        elif kind == WORDS and XML in evidence and NAME not in evidence:
-            made[name] = f"{text}{PROBE}"
-    return made
 
 
 def moves(source: Source, row: Combination) -> bool:
@@ -163,26 +94,16 @@ def moves(source: Source, row: Combination) -> bool:
 def combinations(choices: Mapping[str, Sequence[str]]) -> tuple[list[Combination], int]:
     """Return the combinations that are proven, that of the defaults first, and how many there would be."""
     several = {name: values for name, values in choices.items() if len(values) > 1}
-    total = 1
-    for values in several.values():
-        total *= len(values)
-    if total <= MAX_COMBINATIONS:
-        rows = itertools.product(*several.values())
-        return [_combination(several, row) for row in rows], total
-    first = tuple(values[0] for values in several.values())
-    found = [first]
-    for index, values in enumerate(several.values()):
-        found += [(*first[:index], value, *first[index + 1 :]) for value in values[1:]]
-    last = tuple(values[-1] for values in several.values())
-    found.append(last)
-    found = list(dict.fromkeys(found))[:MAX_COMBINATIONS]
-    return [_combination(several, row) for row in found], total
-
-
-def _combination(several: Mapping[str, Sequence[str]], row: Sequence[str]) -> Combination:
-    return tuple(
-        (name, value) for (name, values), value in zip(several.items(), row, strict=True) if value != values[0]
+    total = math.prod(map(len, several.values()))
+    rows: list[dict[str, str]] = (
+        [dict(zip(several, row, strict=True)) for row in itertools.product(*several.values())]
+        if (total <= MAX_COMBINATIONS)
+        else [{}, *({name: value} for name, values in several.items() for value in values[1:])]
     )
+    if total > MAX_COMBINATIONS:
+        rows.append({name: values[-1] for name, values in several.items()})
+    made = [tuple((name, value) for name, value in row.items() if value != several[name][0]) for row in rows]
+    return list(dict.fromkeys(made))[:MAX_COMBINATIONS], total
 
 
 def faults(
@@ -190,14 +111,13 @@ def faults(
     source: Source,
     rows: Sequence[Combination],
     packages: Mapping[str, Path],
-    elements: Mapping[tuple[str, str, str], Place],
     in_words: bool = False,
     is_late: Callable[[], bool] = lambda: False,
 ) -> tuple[list[Fault], list[Combination], list[Combination]]:
     """Return what is wrong with a translation, the combinations that were compared, and those that xacro refuses.
 
     The first two are always compared, the others unless it ``is_late``.
-    ``elements`` are the places of the entries of the files. ``in_words`` compares elements by what they mean.
+    ``in_words`` compares elements by what they mean.
     """
     compared: list[Combination] = []
     refused: list[Combination] = []
@@ -218,7 +138,7 @@ def faults(
             compiled = compile_robot(stage / Description.ROOT_FILE, dict(row), packages=dict(packages), exact=True)
             errors = [one for one in compiled.diagnostics if one.severity == ERROR]
             if errors or compiled.robot is None:
-                entries = _Entries(stage, files, elements)
+                entries = _Entries(stage, files)
                 return [entries.fault(one, row) for one in errors[:5]], compared, refused
             found = _differences(stage, compiled, made, row, source.name, in_words)
             if found:
@@ -250,7 +170,7 @@ def _differences(
         spans = list(_spans(text, made))
         via = " ".join(one.message for span in spans for one in getattr(span, "via", ()))
         macros = tuple(dict.fromkeys(re.findall(r'the macro "([^"]+)"', via)))
-        found.append(Fault(_cut(text, 200), macros, row, tuple(dict.fromkeys(map(place_of, spans)))))
+        found.append(Fault(_cut(text, 200), macros, row))
     return found
 
 
@@ -270,9 +190,8 @@ def _spans(text: str, made: Imported) -> Iterator[Span]:
 class _Entries:
     """The entries of a description by their lines: where an error is, in terms of the xacro."""
 
-    def __init__(self, stage: Path, texts: Mapping[str, str], elements: Mapping[tuple[str, str, str], Place]) -> None:
+    def __init__(self, stage: Path, texts: Mapping[str, str]) -> None:
         self.stage = files.resolve(stage)
-        self.elements = elements
         self.trees: dict[str, Map] = {}
         for name, text in texts.items():
             with suppress(LoadError):
@@ -283,17 +202,14 @@ class _Entries:
         span = diagnostic.span
         where = f" ({Path(span.source.path).name}:{span.line})" if span else ""
         macros: list[str] = []
-        places: list[Place] = []
         for one in (span, *(related.span for related in diagnostic.related)):
             file = os.path.relpath(files.resolve(one.source.path), self.stage) if one is not None else ""
             for section, key in self._at(file, one.line) if one is not None else ():
                 if section in ("parts", "let"):
                     macros.append(key.partition("(")[0])
-                elif (file, section, key) in self.elements:
-                    places.append(self.elements[file, section, key])
         macros += re.findall(r'part "(\w+)"', " ".join(related.message for related in diagnostic.related))
         text = diagnostic.message.replace(f"{self.stage}/", "")
-        return Fault(f"{text}{where}", tuple(dict.fromkeys(macros)), row, tuple(dict.fromkeys(places)), refused=True)
+        return Fault(f"{text}{where}", tuple(dict.fromkeys(macros)), row, refused=True)
 
     def _at(self, file: str, line: int) -> Iterator[tuple[str, str]]:
         """Yield the section and the key of the entry at a line."""

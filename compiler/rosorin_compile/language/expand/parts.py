@@ -331,10 +331,8 @@ def _merged(base: Map, changes: Map) -> Map:
     return made
 
 
-# Attributes of MJCF by which an element has a place or a direction.
-_SPATIAL = frozenset(
-    ("pos", "quat", "axis", "axisangle", "euler", "xyaxes", "zaxis", "fromto", "dir", "anchor", "relpose", "offset")
-)
+# Attributes of MJCF that are positions or directions.
+_SPATIAL = {"pos", "quat", "axis", "axisangle", "euler", "xyaxes", "zaxis", "fromto", "dir", "anchor", "relpose"}
 
 
 def _check_elements(use: str, fragment: Map, scope: Scope) -> None:
@@ -342,10 +340,13 @@ def _check_elements(use: str, fragment: Map, scope: Scope) -> None:
     links = fragment.get("links")
     entries = links.values() if isinstance(links, Map) else ()
     listed = [fragment.get("mjcf"), *(entry.get("mjcf_elements") for entry in entries if isinstance(entry, Map))]
+    failed = None
     for texts in (one for one in listed if isinstance(one, Seq)):
         for text, span in zip(texts, texts.value_spans, strict=True):
             for found in found_in(text) if isinstance(text, str) else ():
                 if words := sorted(_SPATIAL.intersection(found.attributes)):
                     message = f'<{found.tags[-1]}> has {words[0]}, which use "{use}" does not mirror'
                     help = "write it with words of the language, such as sites; or make a part for each side"
-                    raise scope.failed("mirrored-element", message, Place(span, scope.via), help)
+                    failed = scope.failed("mirrored-element", message, Place(span, scope.via), help)
+    if failed is not None:
+        raise failed

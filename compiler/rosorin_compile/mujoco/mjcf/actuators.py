@@ -72,8 +72,8 @@ def drives_of(reading: Reading) -> dict[int, Drive]:
             targets = {word: attributes[word] for word in _TARGETS if word in attributes}
             made_up = f"{next(iter(targets.values()), 'robot')}_{element.tag}"
             name = reading.name("actuator", fact["name"], made_up)
-            rename = lambda word, text: reading.called(_KINDS.get(word, "site"), text)  # noqa: E731
-            put_words(entry, targets, "other_actuator", element, _WORDS, rename)
+            targets = {word: reading.called(_KINDS.get(word, "site"), text) for word, text in targets.items()}
+            put_words(entry, targets, "other_actuator", element, _WORDS)
             _fill(reading, entry, "other_actuator", fact, attributes, element, index)
             others.put(name, entry, element.span, element.span)
         reading.actuator_of[number] = name

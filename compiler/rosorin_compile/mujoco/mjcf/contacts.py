@@ -41,7 +41,15 @@ from rosorin_compile.source.rule_registry import FORMATS, Rule
 from .bodies import HFIELD, Mask, Masks, body_name, form_of, has_volume, solids, weld_groups
 from .omissions import is_written, position_range
 
-RULES = (Rule("not-in-mjx", "A note: MJX does not collide two shapes that may touch.", "Make one a capsule.", FORMATS),)
+RULES = (
+    Rule(
+        "not-in-mjx",
+        "A note: MJX does not collide two shapes that may touch, such as a cylinder and a box, and refuses the MJCF; "
+        "MuJoCo itself loads it.",
+        "Make one of them a capsule or a sphere, or keep them apart with `contact`.",
+        FORMATS,
+    ),
+)
 
 # Faces that lie on each other touch, whatever the rounding of their poses (m).
 NEAR = 1e-6

@@ -222,7 +222,8 @@ def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any])
         more["dir"] = " ".join(repr(tidy(value)) for value in thing["dir"])
     entry, kinds = Map(element.span), {"target": "body", "material": "material"}
     put_pose(entry, place, element)
-    rest = put_words(entry, more, form, element, rename=lambda word, text: reading.called(kinds[word], text))
+    named = {word: reading.called(kinds[word], text) if word in kinds else text for word, text in more.items()}
+    rest = put_words(entry, named, form, element)
     if rest or node["inner"]:
         reading.keep({**node, "attributes": {"name": name, **more, **placing(place)}}, tag, element.span, link)
         return

@@ -14,12 +14,23 @@ from rosorin_compile.source.xml.markup import Element
 
 from .bodies import COLLISION, SHOWN, SHOWN_WHEEL, WHEEL
 from .source import Markup, Places
-from .values import Attributes, Node, Rename, legal, put, put_words
+from .values import Attributes, Node, legal, put, put_words
 
 RULES = (
-    Rule("import-changed", "A note: the description has something of an MJCF in another form.", topic=READING),
-    Rule("import-verbatim", "A note: something of an MJCF is kept as XML.", topic=READING),
-    Rule("import-stand-in", "A note: a number stands in for a limit.", "Put in what the robot has.", READING),
+    Rule(
+        "import-changed",
+        "A note: something is imported in another form: with another name, or with another zero.",
+        topic=READING,
+    ),
+    Rule(
+        "import-verbatim", "A note: the language has no key for something of an MJCF; it is kept as XML.", topic=READING
+    ),
+    Rule(
+        "import-stand-in",
+        "A note: a number stands in for a limit that the source lacks and that readers of URDF require.",
+        "Enter the limit of the robot, and remove it from `stand_ins`.",
+        READING,
+    ),
     Rule("mjcf-warning", "A warning of MuJoCo's own about the file.", "As MuJoCo says.", READING),
 )
 
@@ -122,10 +133,9 @@ class Reading:
         element: Element,
         what: str,
         words: Mapping[str, str] | None = None,
-        rename: Rename = lambda _, name: name,
     ) -> None:
         """Set the keys of an entry that attributes have; report those that no key can express as lost of ``what``."""
-        for name in put_words(entry, attributes, kind, element, words, rename):
+        for name in put_words(entry, attributes, kind, element, words):
             self.lost(f'"{name}" of {what}', element.span)
 
     def lost(self, what: str, span: Span) -> None:

@@ -29,7 +29,7 @@ from .settings import SETTINGS
 from .source import Markup, Places, before, place, refusal
 from .values import legal, listing, numbers, put, put_number, put_pose, tidy, tidy_position, transform, value_of
 
-RULES = (Rule("mjcf-no-body", "An MJCF is a scene without a robot.", "Name the file of the robot.", READING),)
+RULES = (Rule("mjcf-no-body", "An MJCF is a scene without a robot.", "Name the file that has the robot.", READING),)
 
 _UNNAMED = "MuJoCo Model"
 _SIZES = {FREE: 7, BALL: 4}  # positions of a joint

@@ -18,8 +18,18 @@ from rosorin_compile.source.xml.elements import found_in
 from .omissions import position_range
 
 RULES = (
-    Rule("drives-assumed", "A note: servos of an assumed strength move joints.", "Describe the actuators.", FORMATS),
-    Rule("mjcf-actuators", "An MJCF names an actuator twice, or one that is unknown.", "Correct it.", FORMATS),
+    Rule(
+        "drives-assumed",
+        "A note: servos of assumed strength move joints, because the description has no actuators.",
+        "Describe the actuators of the joints, and remove `drives` from the output.",
+        FORMATS,
+    ),
+    Rule(
+        "mjcf-actuators",
+        "Two actuators have one name, or an output of MJCF lists an actuator twice or an unknown one.",
+        "Name each actuator once.",
+        FORMATS,
+    ),
 )
 
 

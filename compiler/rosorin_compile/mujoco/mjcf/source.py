@@ -22,8 +22,15 @@ from rosorin_compile.source.xml.markup import Attribute, Document, Element, Mark
 from .process import Answer
 
 RULES = (
-    Rule("mjcf-refused", "MuJoCo does not load the file; the message is MuJoCo's.", "Correct it.", READING),
-    Rule("mjcf-too-large", "The replicas of an MJCF are more elements than any robot has.", "Repeat less.", READING),
+    Rule(
+        "mjcf-refused",
+        "MuJoCo does not load the file; the message is MuJoCo's.",
+        "Correct the file until MuJoCo loads it.",
+        READING,
+    ),
+    Rule(
+        "mjcf-too-large", "The replicas of an MJCF are more elements than any robot has.", "Repeat less often.", READING
+    ),
 )
 
 MAX_DEPTH = 20  # of files that include files

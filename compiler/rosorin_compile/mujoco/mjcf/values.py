@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
@@ -23,7 +23,6 @@ from rosorin_compile.source.xml.markup import Attribute, Element
 
 Attributes = Mapping[str, str]
 Node = Mapping[str, Any]
-Rename = Callable[[str, str], str]  # of an attribute and a name in it
 
 DEGREE = math.pi / 180
 ROUNDING = 1e-15  # of sums and products of numbers near 1
@@ -102,17 +101,11 @@ def plain(value: float) -> float | int:
 
 
 def put_words(
-    entry: Map,
-    attributes: Attributes,
-    kind: str,
-    element: Element,
-    words: Mapping[str, str] | None = None,
-    rename: Rename = lambda _, name: name,
+    entry: Map, attributes: Attributes, kind: str, element: Element, words: Mapping[str, str] | None = None
 ) -> dict[str, str]:
     """Set the keys of an entry that attributes have, in their order; return the attributes that no key can express.
 
     ``words`` are the keys with another name than the attribute. What the language has no word for goes into ``mjcf``.
-    ``rename`` returns the name that the description has for a name in an attribute.
     """
     forms, called = schema()["$defs"][kind]["properties"], words or {}
     more = resolve(forms.get("mjcf", {})).get("properties", {})
@@ -122,9 +115,9 @@ def put_words(
             continue
         key, target, value = called.get(name, name), entry, None
         if key in forms and key not in ("mjcf", "name", "source", "xyz", "rpy"):
-            value = value_of(text, forms[key], element, name, rename)
+            value = value_of(text, forms[key], element, name)
         if value is None and name in more:
-            key, target, value = name, inner, value_of(text, more[name], element, name, rename)
+            key, target, value = name, inner, value_of(text, more[name], element, name)
         if value is None:
             rest[name] = text
         else:
@@ -134,12 +127,10 @@ def put_words(
     return rest
 
 
-def value_of(
-    text: str, form: Mapping[str, Any], element: Element, attribute: str, rename: Rename = lambda _, name: name
-) -> Any:
+def value_of(text: str, form: Mapping[str, Any], element: Element, attribute: str) -> Any:
     """Return the value of an attribute in a form of the schema, or None if the form does not take it."""
     if form.get("$ref") == "#/$defs/name":
-        return rename(attribute, text)
+        return text
     if form.get("$ref") == "#/$defs/rgba":
         form = {"minItems": 3, "maxItems": 4, "type": "array"}
     kinds = form.get("type", "string")

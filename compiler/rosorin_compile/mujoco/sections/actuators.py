@@ -90,7 +90,7 @@ def drivers(case: Case) -> Iterator[Driver]:
 @rule(
     "actuator-target",
     "An actuator acts on nothing, on several things, or on what its type cannot drive.",
-    "Name one.",
+    "Name one: a joint, a tendon, a site or a body.",
     SIMULATED,
 )
 def targets(case: Case) -> Iterator[Diagnostic]:
@@ -132,7 +132,12 @@ def _number(actuator: Actuator, word: str) -> float | None:
     return float(value) if isinstance(value, (int, float)) else None
 
 
-@rule("actuator-word", "An actuator has a key of another type, or lacks one of its own.", "See the message.", SIMULATED)
+@rule(
+    "actuator-word",
+    "An actuator has a key that its type does not know, or lacks one: `position` needs `kp`, `velocity` needs `kv`.",
+    "See the message.",
+    SIMULATED,
+)
 def words(case: Case) -> Iterator[Diagnostic]:
     """Actuators with words of another type, or without one that a simulation would invent."""
     for actuator, called, path, joint in drivers(case):

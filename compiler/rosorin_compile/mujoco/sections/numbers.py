@@ -27,7 +27,12 @@ _SIZES = {
 }
 
 
-@rule("range-without-room", "A range for a simulation is empty.", "Give the smaller number first.", SIMULATED)
+@rule(
+    "range-without-room",
+    "A range for a simulation is empty: its first number is not below its second.",
+    "Give the smaller number first, or remove the range.",
+    SIMULATED,
+)
 def ranges(case: Case) -> Iterator[Diagnostic]:
     """Ranges of actuators and joints in which nothing lies."""
     for entry, path, called in _entries(case):
@@ -62,7 +67,12 @@ def negative(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("dynamics-negative", message, (*path, key), "write it without the sign")
 
 
-@rule("contact-value", "A contact has a number that MuJoCo does not take.", "See the message.", SIMULATED)
+@rule(
+    "contact-value",
+    "A contact has an impossible number: `condim` is 1, 3, 4 or 6; friction and margins are not negative.",
+    "See the message.",
+    SIMULATED,
+)
 def contacts(case: Case) -> Iterator[Diagnostic]:
     """Contacts that MuJoCo would refuse, or would make something else of."""
     shapes = ((link, index, shape) for link in case.robot.links for index, shape in enumerate(link.collision))
@@ -89,7 +99,12 @@ _SPEEDS = {"planar": 3, "floating": 6, "ball": 3}
 _PLACES = {"planar": 3, "floating": 7, "ball": 4}  # and how many positions
 
 
-@rule("key-length", "A pose lists too many or too few numbers for MuJoCo.", "Give one for each.", SIMULATED)
+@rule(
+    "key-length",
+    "A pose lists too many or too few positions, speeds, activations or mocap poses for MuJoCo.",
+    "Give one for each, in MuJoCo's order.",
+    SIMULATED,
+)
 def keys(case: Case) -> Iterator[Diagnostic]:
     """Find lists of poses whose length MuJoCo would refuse."""
     if not any(pose.mjcf for pose in case.robot.poses):
@@ -116,7 +131,13 @@ def keys(case: Case) -> Iterator[Diagnostic]:
 _STATELESS = ("position", "velocity", "motor", "damper", "adhesion")
 
 
-@rule("constraint-ends", "A constraint lacks what it holds together, or has too much.", "See the message.", SIMULATED)
+@rule(
+    "constraint-ends",
+    "A constraint lacks what its type needs: `connect` two links and a point `at`, or two sites; `weld` two links or "
+    "two sites; `joint` joints.",
+    "See the message.",
+    SIMULATED,
+)
 def constraints(case: Case) -> Iterator[Diagnostic]:
     """Constraints that MuJoCo would not build."""
     section, turning = case.tree.get("constraints") or {}, several(case)

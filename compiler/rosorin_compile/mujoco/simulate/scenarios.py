@@ -18,11 +18,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import Joint, Output, Robot, Twist
+from rosorin_compile.model import Joint, Robot, Twist
 from rosorin_compile.model.drive import Drive
-from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.progress import Progress
 
 from ..mjcf.bodies import body_name
@@ -74,12 +71,6 @@ def quiet() -> Iterator[Any]:
         yield mujoco
     finally:
         mujoco.set_mju_user_warning(None)
-
-
-def mjcf_text(robot: Robot, output: Output | None, templates: Templates, base: str) -> tuple[str, list[Diagnostic]]:
-    """Return the MJCF of a robot with the options of an output, and the diagnostics of the format."""
-    options = {**(output.options if output else {}), "base": base}
-    return FORMATS["mjcf"].written(robot, Output("simulated", "mjcf", "simulated.xml", options), templates)
 
 
 class World:

@@ -8,7 +8,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
+from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
+from rosorin_compile.model import Output
 from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
@@ -23,7 +25,7 @@ from rosorin_compile.source.wording import counted, did_you_mean, first_of, list
 
 from ..mjcf.engine import reason
 from ..rest_pose import leader_of
-from .scenarios import FIXED, FREE, Driven, PoseTrial, Swept, Swung, World, mjcf_text, quiet, run_scenarios
+from .scenarios import FIXED, FREE, Driven, PoseTrial, Swept, Swung, World, quiet, run_scenarios
 
 RULES = declare(
     SIMULATION,
@@ -147,7 +149,8 @@ def simulate_robot(
             return refuse("a mesh cannot be used", meshes.diagnostics)
         output = next((one for one in robot.outputs if one.backend == "mjcf"), None)
         base, with_meshes = base or (FREE if robot.drive else FIXED), meshes.add_to(robot)
-        text, problems = mjcf_text(with_meshes, output, Templates(description.path.parent), base)
+        simulated = Output("simulated", "mjcf", "simulated.xml", {**(output.options if output else {}), "base": base})
+        text, problems = FORMATS["mjcf"].written(with_meshes, simulated, Templates(description.path.parent))
         if has_errors(problems):
             return refuse("it cannot be written for MuJoCo", problems)
         folder = (description.outputs / output.file).parent if output else description.outputs

@@ -14,8 +14,8 @@ import pytest
 
 from rosorin_compile import __version__
 from rosorin_compile.cli.main import main
-from rosorin_compile.cli.registry import COMMANDS as GROUPS
 from rosorin_compile.cli.registry import commands
+from rosorin_compile.cli.table import COMMANDS as GROUPS
 from rosorin_compile.formats import schema_names as names
 from rosorin_compile.language.schema import own_schema
 from support.commands import parse

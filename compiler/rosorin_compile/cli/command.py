@@ -24,7 +24,7 @@ from rosorin_compile.source.system import missed
 
 from . import complete
 from .console import FINE, PROBLEMS, Console, show_progress
-from .registry import BUILT_IN, CHECK
+from .table import BUILT_IN, CHECK
 
 RULES = (
     Rule(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 from click.shell_completion import CompletionItem
 
-from .registry import names
+from .table import names
 
 if TYPE_CHECKING:
     from rosorin_compile.source.project import Description

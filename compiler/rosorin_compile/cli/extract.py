@@ -14,8 +14,8 @@ from rosorin_compile.source.yaml_text import Scalar
 
 from . import command as cli
 from .console import FINE, PROBLEMS, give
-from .registry import COMMANDS
 from .run import Run, refuse_stdin
+from .table import COMMANDS
 
 
 class _Numbers(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4

@@ -201,7 +201,7 @@ def test_verify(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (home / "notes.md").write_text(BY_HAND)
     recording = str(DATA / "recordings" / "session.txt")
     assert main(["verify", recording, "--junit", "notes.md"]) == 2
-    assert "notes.md is there, and verify did not write it; name another file" in capsys.readouterr().err
+    assert "this tool did not write notes.md: it is not replaced; name another file" in capsys.readouterr().err
     assert (home / "notes.md").read_text() == BY_HAND
     for _ in range(2):
         assert main(["verify", recording, "--junit", "new.xml"]) == 1

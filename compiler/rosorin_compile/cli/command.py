@@ -154,7 +154,7 @@ class Command(click.Command):
         if refused := cache_refused():
             notes.insert(0, Diagnostic("cache-not-private", NOTE, refused[0], help=refused[1]))
         if notes and not console.quiet:
-            console.show(notes)
+            console.show(notes, listed=True)
         fail_on = getattr(options, "fail_on", "error")
         if fail_on == "never" and code == PROBLEMS:
             return FINE

@@ -25,6 +25,7 @@ from rosorin_compile.source.version import __version__
 
 from . import registry
 from .console import FINE, PROBLEMS, USAGE, Console, guarded
+from .table import ALIASES, CHECK, names
 
 PROGRAM = "rosorin-compile"
 COMPLETE = "_ROSORIN_COMPILE_COMPLETE"  # the variable with which the scripts of shells call the program
@@ -41,7 +42,7 @@ class Program(click.Group):
     """The commands, in groups; a module of a command is imported when it is called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(registry.names("commands"))
+        return list(names("commands"))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         return registry.command(cmd_name)
@@ -54,7 +55,7 @@ class Program(click.Group):
         found = registry.command(name)
         if found is None:
             raise click.UsageError(f'there is no command "{name}"; {_suggestion(name)}')
-        if name == registry.CHECK:
+        if name == CHECK:
             return registry.resolve_check(found, rest)
         return name, found, rest
 
@@ -68,7 +69,7 @@ class Program(click.Group):
                         formatter.write(f"{'':{formatter.current_indent}}{entry.name:<{width}}  {entry.help}\n")
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
-        entries = registry.names("commands").items()
+        entries = names("commands").items()
         items = [CompletionItem(name, help=help) for name, help in entries if name.startswith(incomplete)]
         return items + click.Command.shell_complete(self, ctx, incomplete)
 
@@ -77,7 +78,7 @@ def _suggestion(word: str) -> str:
     from rosorin_compile.formats import FORMATS
 
     instead = _INSTEAD.get(word) or (f"print ROBOT {word}" if word in FORMATS else "")
-    return f'say "{instead}"' if instead else did_you_mean(word, [*registry.names("commands"), *registry.ALIASES])
+    return f'say "{instead}"' if instead else did_you_mean(word, [*names("commands"), *ALIASES])
 
 
 def _version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:

@@ -124,4 +124,4 @@ def _save(name: str, text: str, kind: bytes) -> None:
             raise RequestError(f"{name} cannot be written: it is no regular file")
         write_file(Path(name), text.encode(), may_replace=is_ours)
     except OutputError as problem:
-        raise RequestError(problem.diagnostic.message) from None
+        raise RequestError(f"{problem.diagnostic.message}; {problem.diagnostic.help}") from None

@@ -77,7 +77,11 @@ class Variant:
 
 @dataclass(frozen=True)
 class Compiled:
-    """The robot and its artifacts, if there are no errors, all diagnostics, and the ``inputs`` that may change them."""
+    """The robot and its artifacts, which exist only without errors, and all diagnostics.
+
+    A change of a file in ``inputs`` may change the result; ``missing`` are those that were not found. ``meshes`` are
+    None if they were not requested, and ``variant`` is set by ``sweep``.
+    """
 
     robot: Robot | None
     artifacts: tuple[Artifact, ...]

@@ -35,12 +35,10 @@ from . import FORMATS as RECORDS
 
 _FIND = "Correct the name, put the file there, or say where the package is: `--package NAME=FOLDER`."
 _AMBIGUOUS = "Two files that differ would be one beside the artifacts. A warning if the URDF alone names them."
-_NOT_FOUND = "A mesh or a texture is not found: an error if the MJCF needs it, a warning if the MJCF leaves it out, a "
-_NOT_FOUND += "note if the URDF alone names it."
-_NO_FILE = "An element of `mjcf` names a file that is not found."
+_NOT_FOUND = "A mesh or texture is not found: an error or warning with an MJCF, a note if only the URDF names it."
 RULES = (
     Rule("mesh-not-found", _NOT_FOUND, _FIND, FORMATS, accept="robot", imported="always", asked="meshes"),
-    Rule("element-file-not-found", _NO_FILE, "Add or correct it.", FORMATS, asked="meshes"),
+    Rule("element-file-not-found", "An element of `mjcf` names a missing file.", "Add it.", FORMATS, asked="meshes"),
     Rule("mesh-not-a-file", "A mesh or a texture is no regular file.", "Name a file.", FORMATS, asked="meshes"),
     Rule("mesh-ambiguous", _AMBIGUOUS, "Give one of them another name.", FORMATS, asked="meshes"),
 )

@@ -27,13 +27,11 @@ if TYPE_CHECKING:
     from .templating import Templates
 
 _CANNOT_SAY = "A warning: the driver's model has no room for a shape, a mimic, a planar, a floating or a ball joint."
-_UNKNOWN = "An option names a joint, a link or a servo group that does not exist."
-_GROUPS = "The driver's model has room for one of several servo groups."
 RULES = (
     Rule("robot-model-cannot-say", _CANNOT_SAY, "The URDF carries it; or leave the joint out with `joints`.", FORMATS),
-    Rule("robot-model-unknown-name", _UNKNOWN, "Correct the name.", FORMATS),
+    Rule("robot-model-unknown-name", "An option names an unknown joint, link or servo group.", "Correct it.", FORMATS),
     Rule("robot-model-same-name", "`rename` gives two links one name.", "Rename one to another.", FORMATS),
-    Rule("robot-model-servos", _GROUPS, "Select one with `servos`.", FORMATS),
+    Rule("robot-model-servos", "The driver's model has one servo group, the robot several.", "Set `servos`.", FORMATS),
     Rule("json-syntax", "The file is not JSON.", "Correct the place that is named; numbers are finite.", READING),
 )
 _RANGE_NOTE = "the driver's model does not say which pulses exist; these are those between the limits"

@@ -39,10 +39,9 @@ if TYPE_CHECKING:
 
     from .templating import Templates
 
-_SIX = "`number_format: six` for arguments of static_transform_publisher."
 _NO_URDF = "A warning: robot_state_publisher needs a URDF, and no output is one."
 RULES = (
-    Rule("number-format", _SIX, "`exact`, or leave it out.", OUTPUTS),
+    Rule("number-format", "`number_format: six` for static_transform_publisher.", "`exact`, or leave it out.", OUTPUTS),
     Rule("static-tf-no-urdf", _NO_URDF, "Add an output `urdf`.", FORMATS),
 )
 

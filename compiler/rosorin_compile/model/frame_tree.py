@@ -65,8 +65,7 @@ def rows(robot: Robot) -> tuple[Row, ...]:
         if joint.child not in robot.simulated_frames:
             first.setdefault(joint.child, joint.parent)
             if joint.name not in robot.turns or joint.publisher.kind != UNPUBLISHED:  # else it is an edge for each mode
-                who, moves = robot.publisher_of(joint), joint.moves_on_tf
-                add(joint.parent, joint.child, who, moves, "", joint.name, joint.type)
+                add(joint.parent, joint.child, robot.publisher_of(joint), joint.moves_on_tf, "", joint.name, joint.type)
     for edge in robot.edges:
         same = joints.get((edge.parent, edge.child))
         name, kind = (same.name, same.type) if same is not None else ("", "")

@@ -22,8 +22,7 @@ Schema = Mapping[str, Any]
 Adds = Callable[["Robot", Any], "Robot"]
 Lower = Callable[[Mapping[str, Any], Any], Any]  # of the tree, and of what reports a problem (``Problem``)
 
-# The module of each section of ROS and MuJoCo, in which the record has its name in capitals. A value is the field of
-# ``Robot`` with the name of the section.
+# The module of each section of ROS and MuJoCo; its record and the field of ``Robot`` have the name of the section.
 SECTIONS = {
     "control": "rosorin_compile.ros.sections.control",
     "controllers": "rosorin_compile.ros.sections.controllers",

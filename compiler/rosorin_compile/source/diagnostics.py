@@ -24,6 +24,9 @@ class Source(NamedTuple):
     path: str
     text: str
 
+    def __repr__(self) -> str:
+        return f"Source({self.path!r})"
+
     def line(self, number: int) -> str:
         """Return line ``number`` (1-based) without its line end; empty beyond the end of the file."""
         lines = split_lines(self.text)

@@ -337,8 +337,7 @@ _SPATIAL = {"pos", "quat", "axis", "axisangle", "euler", "xyaxes", "zaxis", "fro
 
 def _check_elements(use: str, fragment: Map, scope: Scope) -> None:
     """Raise Failed if a mirrored part has elements of MJCF with a place: only what has words is mirrored."""
-    links = fragment.get("links")
-    entries = links.values() if isinstance(links, Map) else ()
+    entries = fragment["links"].values() if isinstance(fragment.get("links"), Map) else ()
     listed = [fragment.get("mjcf"), *(entry.get("mjcf_elements") for entry in entries if isinstance(entry, Map))]
     failed = None
     for texts in (one for one in listed if isinstance(one, Seq)):

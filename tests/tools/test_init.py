@@ -63,7 +63,7 @@ def test_every_template_compiles_with_stand_ins_at_most(template: str, capsys: p
     made = compiled(folder / "robot.yaml")
     assert made.robot is not None
     notes = {"not-in-format"} if template == "mobile_manipulator" else set()  # an SDF for all readers has no actuators
-    assert {found.rule for found in made.diagnostics} == {"stand-in", *notes}
+    assert {found.rule for found in made.diagnostics} <= {"stand-in", *notes}
     assert len(made.artifacts) > 5
     capsys.readouterr()
     assert main(["all", "-q"]) == main(["check", "-q"]) == 0

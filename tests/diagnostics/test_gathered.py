@@ -195,11 +195,7 @@ def test_what_is_no_yaml_is_an_error(text: str) -> None:
             '<robot name="r">\n' + "<a>" * DEEP + "</a>" * DEEP + "</robot>",
             "robot.urdf:2:599: error[xml-too-deep]",
         ),
-        (
-            "robot.json",
-            '{"links": ' + "[" * DEEP + "]" * DEEP + "}",
-            "robot.json:1:110: error[json-syntax]",
-        ),
+        ("robot.json", '{"links": ' + "[" * DEEP + "]" * DEEP + "}", "robot.json:1:110: error[json-syntax]"),
     ],
 )
 def test_a_file_that_is_nested_too_deep_has_its_place(

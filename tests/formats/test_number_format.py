@@ -137,10 +137,7 @@ def test_a_flat_plate_is_printed_with_all_digits() -> None:
         "0.3333333333333333",
         "0.6666666666666666",
     ]
-    assert Inertial(1, Pose(), 1 / 3, 1 / 3, 1 / 3, 1e-30).printed(short) == [
-        *["0.333333333333"] * 3,
-        *["0"] * 3,
-    ]
+    assert Inertial(1, Pose(), 1 / 3, 1 / 3, 1 / 3, 1e-30).printed(short) == [*["0.333333333333"] * 3, *["0"] * 3]
 
 
 @pytest.mark.slow

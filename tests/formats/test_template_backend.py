@@ -217,10 +217,7 @@ GROWING = "{% set a = namespace(x='a') %}{% for i in range(60) %}{% set a.x = a.
         (GROWING.replace("OP", "+"), "too much memory"),
         (GROWING.replace("OP", "~"), "too much memory"),
         ("{{ (9**9999)**9999 }}", "s of CPU time"),
-        (
-            "{% macro m(n) %}{% if n %}{{ m(n - 1) }}{{ m(n - 1) }}{% endif %}{% endmacro %}{{ m(60) }}",
-            "s of CPU time",
-        ),
+        ("{% macro m(n) %}{% if n %}{{ m(n - 1) }}{{ m(n - 1) }}{% endif %}{% endmacro %}{{ m(60) }}", "s of CPU time"),
         ("{{ ('x' * 60000000) }}", "50,000,000 characters"),
     ],
 )

@@ -115,16 +115,8 @@ CASES = {
         "laser_frame",
         'size="2 2 0.1"',
     ),
-    "shape-size": (
-        {"hand": f"{BODY}, collision: [{{box: {{size: [1, 0, 1]}}}}]"},
-        "hand",
-        'size="1 0 1"',
-    ),
-    "mesh-scale": (
-        {"hand": f"{BODY}, visual: [{{mesh: {{file: a.stl, scale: [1, 1, 0]}}}}]"},
-        "hand",
-        'scale="1 1 0"',
-    ),
+    "shape-size": ({"hand": f"{BODY}, collision: [{{box: {{size: [1, 0, 1]}}}}]"}, "hand", 'size="1 0 1"'),
+    "mesh-scale": ({"hand": f"{BODY}, visual: [{{mesh: {{file: a.stl, scale: [1, 1, 0]}}}}]"}, "hand", 'scale="1 1 0"'),
     "mass-implausible": (
         {"arm": "inertial: {mass: 850, of: collision}, collision: [{box: {size: [0.1, 0.1, 0.1]}}]"},
         "arm",

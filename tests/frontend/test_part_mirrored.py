@@ -58,16 +58,14 @@ PART: dict[str, Any] = {
         "glide": {"type": "planar", "parent": "arm", "child": "plane", **POSE, "axis": AXIS},
     },
     "sensors": {
-        "view": {"type": "camera", "frame": "lens", "parent": "arm", **POSE, "optical": {"frame": "image", **POSE}},
+        "view": {"type": "camera", "frame": "lens", "parent": "arm", **POSE, "optical": {"frame": "image", **POSE}}
     },
     "edges": [{"parent": "arm", "child": "target", "publisher": "p", **POSE}],
     "constraints": {
         "glue": {"type": "weld", "links": ["hand", "slide"], **POSE},
         "pin": {"type": "connect", "links": ["hand", "roll"], "at": [0.1, 0.2, 0.3]},
     },
-    "actuators": {
-        "jet": {"site": "spot", "type": "motor", "gear": [1, 2, 3, 4, 5, 6]},
-    },
+    "actuators": {"jet": {"site": "spot", "type": "motor", "gear": [1, 2, 3, 4, 5, 6]}},
     "drive": {"mecanum": WHEELS, "frame": "arm"},
     "moveit": {"spheres": {"arm": [{"radius": 0.1, "xyz": [0, 0, 0]}]}},
 }

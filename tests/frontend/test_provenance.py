@@ -80,9 +80,7 @@ use: {u1: {part: ball, parent: base_link, with: {radius: text}}}
 """
 
 
-@example(
-    {"robot.yaml": "include: [f1.yaml]\nrobot: r\nlinks: {base_link: {}}\n", "f1.yaml": f"{BALL}\n{WITH_PART}"},
-)
+@example({"robot.yaml": "include: [f1.yaml]\nrobot: r\nlinks: {base_link: {}}\n", "f1.yaml": f"{BALL}\n{WITH_PART}"})
 @given(projects())
 @settings(max_examples=60, deadline=None)
 def test_each_step_begins_in_the_file_that_contains_it(tmp_path_factory: Any, files: dict[str, str]) -> None:

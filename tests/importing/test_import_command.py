@@ -283,12 +283,7 @@ def test_examples_come_in(here: Path, name: str, capsys: pytest.CaptureFixture[s
     assert "largest difference 0\n" in capsys.readouterr().out
     made = compile_robot(here / "descriptions" / name / "robot.yaml")
     assert made.robot is not None
-    assert {artifact.backend for artifact in made.artifacts} == {
-        "urdf",
-        "mjcf",
-        "frames",
-        "frames_picture",
-    }
+    assert {artifact.backend for artifact in made.artifacts} == {"urdf", "mjcf", "frames", "frames_picture"}
 
 
 ODD_NAMES = (

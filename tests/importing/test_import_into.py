@@ -371,10 +371,7 @@ def told_lines(told: str, file: Path) -> list[str]:
     return taken
 
 
-KINDS = [
-    "ament_python",
-    pytest.param("ament_cmake", marks=NEEDS_CMAKE),
-]
+KINDS = ["ament_python", pytest.param("ament_cmake", marks=NEEDS_CMAKE)]
 
 
 @pytest.mark.tier("builds")

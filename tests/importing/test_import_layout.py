@@ -8,15 +8,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.importing.layout import (
-    Remarks,
-    Verbatim,
-    cleaned,
-    escaped,
-    in_degrees,
-    layout,
-    number,
-)
+from rosorin_compile.importing.layout import Remarks, Verbatim, cleaned, escaped, in_degrees, layout, number
 from rosorin_compile.language.expand.expansion import Expansion
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.source.diagnostics import Source, Span

@@ -7,20 +7,7 @@ import pytest
 from rosorin_compile.importing.xacro.merge import merged, renewed, with_more
 from support.paths import data_text
 
-from .test_import_into import (
-    BOX,
-    INCLUDE,
-    POLE,
-    SHARED,
-    TEST,
-    brought,
-    described,
-    files,
-    package,
-    robots,
-    run,
-    tried,
-)
+from .test_import_into import BOX, INCLUDE, POLE, SHARED, TEST, brought, described, files, package, robots, run, tried
 
 __all__ = ["package"]
 COMMON = "descriptions/common/body.yaml"

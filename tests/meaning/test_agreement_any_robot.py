@@ -32,11 +32,9 @@ def pose(chance: random.Random) -> str:
 def shape(chance: random.Random) -> str:
     a, b, c = (10 ** chance.uniform(-3.5, 0.5) for _ in range(3))
     kind = chance.choice(["box", "cylinder", "capsule", "sphere", "ellipsoid"])
-    sizes = {
-        "box": f"size: [{a}, {b}, {c}]",
-        "sphere": f"radius: {a}",
-        "ellipsoid": f"radii: [{a}, {b}, {c}]",
-    }.get(kind, f"radius: {a}, length: {b}")
+    sizes = {"box": f"size: [{a}, {b}, {c}]", "sphere": f"radius: {a}", "ellipsoid": f"radii: [{a}, {b}, {c}]"}.get(
+        kind, f"radius: {a}, length: {b}"
+    )
     return f"{{{kind}: {{{sizes}}}, {pose(chance)}}}"
 
 

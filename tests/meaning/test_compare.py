@@ -122,7 +122,7 @@ CHANGES = [
         ("chassis.yaml", "step: 10 mm", "step: 5 mm"),
         [
             "base_footprint collision: 35 -> 39 shapes, 28 of them changed, up to 180.0 mm"
-            " (and therefore the shapes of base_link): urdf, urdf_sim, mjcf",
+            " (and therefore the shapes of base_link): urdf, urdf_sim, mjcf"
         ],
         id="height-step",
     ),

@@ -43,12 +43,7 @@ def test_a_root_that_hangs_below_another_known_link_is_where_it_was() -> None:
 
 
 @pytest.mark.parametrize(
-    ("printings", "how"),
-    [
-        ((exact, exact), {"arm": "moved"}),
-        ((ROUGH, exact), {}),
-        ((exact, ROUGH), {}),
-    ],
+    ("printings", "how"), [((exact, exact), {"arm": "moved"}), ((ROUGH, exact), {}), ((exact, ROUGH), {})]
 )
 def test_a_link_moved_farther_than_the_digits_of_one_of_the_two_leave_open(
     printings: tuple[Precision, Precision], how: dict[str, str]

@@ -53,10 +53,7 @@ TOLD = {
     "planning": (
         replace(ROBOT, moveit=Moveit(urdf="r.urdf", search=CollisionSearch(trials=10))),
         replace(ROBOT, moveit=Moveit(urdf="s.urdf", search=CollisionSearch(trials=20))),
-        [
-            ("moveit urdf r.urdf -> s.urdf", "r.urdf", "s.urdf"),
-            ("moveit search trials 10 -> 20", 10.0, 20.0),
-        ],
+        [("moveit urdf r.urdf -> s.urdf", "r.urdf", "s.urdf"), ("moveit search trials 10 -> 20", 10.0, 20.0)],
     ),
     "a named pose more": (
         ROBOT,

@@ -75,10 +75,7 @@ def differential(track: float, x: float, pairs: int = 1) -> Robot:
 
 
 @given(
-    st.one_of(
-        st.builds(mecanum, size, size, speed, speed),
-        st.builds(omni, st.integers(3, 6), size, speed),
-    ),
+    st.one_of(st.builds(mecanum, size, size, speed, speed), st.builds(omni, st.integers(3, 6), size, speed)),
     speed,
     speed,
     speed,

@@ -190,8 +190,7 @@ def test_joints_of_several_coordinates_are_at_zero_unless_they_are_given(kind: s
 
 
 @pytest.mark.parametrize(
-    ("kind", "coordinates"),
-    [("floating", (0.1, 0.2, 0.3, 0.5, -0.5, 0.1, 0.7)), ("ball", (0.5, -0.5, 0.1, 0.7))],
+    ("kind", "coordinates"), [("floating", (0.1, 0.2, 0.3, 0.5, -0.5, 0.1, 0.7)), ("ball", (0.5, -0.5, 0.1, 0.7))]
 )
 def test_floating_joints_backwards_are_the_inverse(kind: str, coordinates: tuple[float, ...]) -> None:
     joint = Joint("free", kind, "a", "b", Pose((1, 2, 3), (0.1, 0.2, 0.3)))

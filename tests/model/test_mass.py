@@ -33,10 +33,9 @@ POSES = st.builds(lambda x, y, z, r, p, w: Pose((x, y, z), (r, p, w)), *[st.floa
 
 def geom(shape: Shape, density: float) -> str:
     geometry: Any = shape.geometry
-    sizes = {
-        Box: lambda: [extent / 2 for extent in geometry.size],
-        Sphere: lambda: [geometry.radius],
-    }.get(type(geometry), lambda: [geometry.radius, geometry.length / 2])()
+    sizes = {Box: lambda: [extent / 2 for extent in geometry.size], Sphere: lambda: [geometry.radius]}.get(
+        type(geometry), lambda: [geometry.radius, geometry.length / 2]
+    )()
     place = shape.origin()
     quaternion = " ".join(map(repr, place.transform().quaternion()))
     kind = type(geometry).__name__.lower()

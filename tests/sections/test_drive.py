@@ -34,8 +34,7 @@ def test_the_wheels_of_a_drive() -> None:
 
 
 @pytest.mark.parametrize(
-    ("robot", "base", "free"),
-    [(ROBOT, "", False), (DRIVEN, "", True), (ROBOT, "free", True), (DRIVEN, "fixed", False)],
+    ("robot", "base", "free"), [(ROBOT, "", False), (DRIVEN, "", True), (ROBOT, "free", True), (DRIVEN, "fixed", False)]
 )
 def test_a_base_that_drives_is_free_unless_an_output_says_otherwise(robot: Robot, base: str, free: bool) -> None:
     assert robot.has_free_base(Output("mjcf", "mjcf", "base.xml", {"base": base} if base else {})) == free

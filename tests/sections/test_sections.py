@@ -94,10 +94,7 @@ BAD: Mapping[str, tuple[tuple[str, str], list[Any]]] = {
         ("height: 20 mm", "height: .nan"),
         ["not-finite", "markers[0] height is not a finite number", "number", 29],
     ),
-    "a rule of its own": (
-        ("3000 g", "300 kg"),
-        ["payload-too-heavy", "it weighs 300 kg", "", 27],
-    ),
+    "a rule of its own": (("3000 g", "300 kg"), ["payload-too-heavy", "it weighs 300 kg", "", 27]),
     "a link that is there": (
         ("frame: lid_spot", "frame: box"),
         ["duplicate-name", 'the link "box" is defined twice', "rename one", 29],
@@ -129,10 +126,7 @@ OTHER: Mapping[str, tuple[list[tuple[str, str]], list[str]]] = {
         [("magnet: catch", "gauge: 2, magnet: catch")],
         ["cable left_loom strands left_signal gauge 1 -> 2", "cable right_loom strands right_signal gauge 1 -> 2"],
     ),
-    "other-gone": (
-        [("payload: {link: box, mass: 3000 g, xyz: [0.1, 0, 0]}\n", "")],
-        ["removed: payload"],
-    ),
+    "other-gone": ([("payload: {link: box, mass: 3000 g, xyz: [0.1, 0, 0]}\n", "")], ["removed: payload"]),
     "other-new": (
         [("  - {link: box, frame", "  - {link: base, frame: floor}\n  - {link: box, frame")],
         ["new: markers 1"],

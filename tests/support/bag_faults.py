@@ -238,10 +238,7 @@ FAULTS: dict[str, tuple[dict[str, Any], list[str]]] = {
         ["edge-not-described"],
     ),
     "the laser on /tf": ({"change": on_the_other_topic("laser", to_static=False)}, ["edge-not-static"]),
-    "the turntable on /tf_static": (
-        {"change": on_the_other_topic("link1", to_static=True)},
-        ["edge-not-moving"],
-    ),
+    "the turntable on /tf_static": ({"change": on_the_other_topic("link1", to_static=True)}, ["edge-not-moving"]),
     "the laser on both": (
         {"change": more(edge(ns(1.0), "base_link", "laser", bags.robot().joint_to["laser"].transform()))},
         ["edge-static-and-moving"],

@@ -3,16 +3,7 @@
 from hypothesis import strategies as st
 
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import (
-    STATIC_TRANSFORM_PUBLISHER,
-    Edge,
-    Joint,
-    Limit,
-    Link,
-    Output,
-    Publisher,
-    Robot,
-)
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Limit, Link, Output, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.viewer import frames_picture
 

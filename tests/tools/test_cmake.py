@@ -55,10 +55,7 @@ def test_the_committed_artifacts_of_the_arm_are_those_of_today(monkeypatch: pyte
 
 @pytest.mark.parametrize(
     ("asked", "found"),
-    [
-        *[("", 1), ("0.3.0 EXACT", 1), ("0.2.9", 1), ("0.2...<0.4", 1)],
-        *[("0.4", 0), ("0.3.1", 0), ("0.2...<0.3", 0)],
-    ],
+    [*[("", 1), ("0.3.0 EXACT", 1), ("0.2.9", 1), ("0.2...<0.4", 1)], *[("0.4", 0), ("0.3.1", 0), ("0.2...<0.3", 0)]],
 )
 def test_versions(tmp_path: Path, asked: str, found: int) -> None:
     (tmp_path / "CMakeLists.txt").write_text(

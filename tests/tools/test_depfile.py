@@ -84,10 +84,7 @@ def test_every_file_that_was_opened_stands_in_the_depfile(
     assert all(Path(name).exists() for name in inputs)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [" a  b", "$HOME", "a # b", "x\\ y", "x\\\\ y", "é", "c:\\d", "[1]"],
-)
+@pytest.mark.parametrize("name", [" a  b", "$HOME", "a # b", "x\\ y", "x\\\\ y", "é", "c:\\d", "[1]"])
 def test_a_name_is_escaped_as_ninja_and_make_take_it(name: str, home: Path) -> None:
     """Both read the name back: a file that is there is one that they can stat, and its absence is told by its name."""
     (home / name).write_text("")

@@ -56,9 +56,7 @@ BROKEN |= {f"cut-{at}.stl": stl()[:at] for at in (10, 60, 84, 100, len(stl()) - 
 BROKEN |= {"cut.obj": OBJ[:20].encode(), "same.obj": b"v 0 0 0\n" * 4 + b"f 1 2 3\n", "only-faces.obj": b"f 1 2 3\n"}
 BROKEN |= {"none.stl": bytes(84), "same.stl": bytes(80) + struct.pack("<I", 4) + bytes(200), "more.stl": stl() + b"x"}
 BROKEN |= {"many.stl": stl(count=999_999_999)}
-BROKEN |= {
-    "letters.stl": b"solid a\nfacet normal 0 0 1\n",
-}
+BROKEN |= {"letters.stl": b"solid a\nfacet normal 0 0 1\n"}
 
 
 def compiled(folder: Path, name: str, data: bytes, purpose: str) -> None:

@@ -195,10 +195,7 @@ HABITS: dict[str, tuple[dict[str, Any], list[str]]] = {
     "a map that turns to and fro": ({"change": noisy_map(0.0, 0.02)}, []),
     "a camera with frames of its own": ({"change": depth_camera}, ["edge-not-described"]),
     "four wheels that nobody described": ({"change": wheels}, ["joint-state-unknown"]),
-    "a robot that boots": (
-        {"change": booting},
-        ["recording-no-static", "edge-late", "edge-late", "edge-late"],
-    ),
+    "a robot that boots": ({"change": booting}, ["recording-no-static", "edge-late", "edge-late", "edge-late"]),
     "localisation that is started by hand": ({"slam": lambda seconds: seconds > 5.0}, ["edge-late"]),
     "a simulation whose localisation stops": (
         {"seconds": 20.0, "slam": lambda seconds: not 5.0 < seconds < 15.3, "change": simulated(0.5, clock=False)},

@@ -146,8 +146,7 @@ def test_other_encodings(name: str, way: str, tmp_path: Path, monkeypatch: pytes
 
 
 @pytest.mark.parametrize(
-    "path",
-    ["robot.yaml", ".", "", "/etc/passwd", "../x", "a" * 5_000, "a\\0b", "\\ud800", "big.yaml", "no/such/file"],
+    "path", ["robot.yaml", ".", "", "/etc/passwd", "../x", "a" * 5_000, "a\\0b", "\\ud800", "big.yaml", "no/such/file"]
 )
 def test_names_of_files(path: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A file that is named by a description: itself, none, outside, too large, or no name at all."""

@@ -18,10 +18,7 @@ include: [links.yaml]
 joints: {mast_joint: {type: fixed, parent: base_link, child: mast, xyz: [0, 0, 100 mm]}}
 outputs: {urdf: {file: mast.urdf}}
 """
-FILES = {
-    "descriptions/mast/robot.yaml": ROBOT,
-    "descriptions/mast/links.yaml": "links: {base_link: {}, mast: {}}\n",
-}
+FILES = {"descriptions/mast/robot.yaml": ROBOT, "descriptions/mast/links.yaml": "links: {base_link: {}, mast: {}}\n"}
 DESCRIPTION = Path("descriptions/mast/robot.yaml")
 
 

@@ -99,10 +99,7 @@ def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], lis
     """Return the links of one robot that the other one's file leaves out by its nature, and sentences on them."""
     names: set[str] = set()
     lines: list[str] = []
-    for robot, other, side, its in (
-        (pairing.a.robot, pairing.b.robot, a, b),
-        (pairing.b.robot, pairing.a.robot, b, a),
-    ):
+    for robot, other, side, its in ((pairing.a.robot, pairing.b.robot, a, b), (pairing.b.robot, pairing.a.robot, b, a)):
         output = _output_without(robot, side, its)
         absent = [link.name for link in robot.walk() if link.name not in other.link]
         left = [name for name in absent if output or _is_left_out(robot, name, side, its)]

@@ -167,7 +167,7 @@ FORMAT = Format(
         "of": {
             "type": "string",
             "description": "The output of MJCF that is in the scene, by its name; default: the only one.",
-        },
+        }
     },
     file="scene.xml",
     endings=(".xml",),

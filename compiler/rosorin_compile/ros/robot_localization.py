@@ -15,16 +15,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.drive import driving_of
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    WARNING,
-    Diagnostic,
-    Help,
-    Suggestion,
-    error,
-    listed,
-    quoted,
-)
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Help, Suggestion, error, listed, quoted
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.wording import swaps
 

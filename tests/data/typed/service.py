@@ -10,25 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import rosorin_compile
-from rosorin_compile import (
-    Artifact,
-    Checked,
-    Compiled,
-    Diagnostic,
-    Difference,
-    Explained,
-    Reading,
-    Written,
-)
-from rosorin_compile.extend import (
-    ERROR,
-    Case,
-    Format,
-    Span,
-    Templates,
-    did_you_mean,
-    rule,
-)
+from rosorin_compile import Artifact, Checked, Compiled, Diagnostic, Difference, Explained, Reading, Written
+from rosorin_compile.extend import ERROR, Case, Format, Span, Templates, did_you_mean, rule
 from rosorin_compile.model import Box, Joint, Link, Mesh, Output, Pose, Robot, Transform, Vector
 from rosorin_compile.output import OutputError, write_file
 from rosorin_compile.source.diagnostics import counted, has_errors, listed

@@ -106,11 +106,7 @@ def test_a_height_map_becomes_boxes_that_cover_it() -> None:
     for collision in link(emit(robot), "a").iterfind("collision"):
         centre, size = numbers(collision[0].get("xyz")), numbers(collision.find("geometry/box").get("size"))  # type: ignore[union-attr]
         found.append([round(c - s / 2, 9) for c, s in zip(centre, size, strict=True)] + [round(s, 9) for s in size])
-    assert found == [
-        [1.0, 2.0, 0.0, 0.5, 1.0, 0.2],
-        [1.5, 2.0, 0.0, 0.5, 0.5, 0.2],
-        [1.5, 3.0, 0.0, 0.5, 0.5, 0.3],
-    ]
+    assert found == [[1.0, 2.0, 0.0, 0.5, 1.0, 0.2], [1.5, 2.0, 0.0, 0.5, 0.5, 0.2], [1.5, 3.0, 0.0, 0.5, 0.5, 0.3]]
 
 
 def test_height_maps_of_an_output_are_cut_as_it_asks_and_begin_at_their_bottom() -> None:

@@ -393,7 +393,7 @@ def test_frames_in_the_urdf_of_simulators_are_proved(tmp_path: Path) -> None:
     spoilt = [replace(a, text=a.text.replace('<mass value="2"/>', '<mass value="1"/>')) for a in made.artifacts]
     assert spoilt != list(made.artifacts)
     assert [d.message for d in agreement(robot, spoilt)] == [
-        "held.urdf is not as it is meant to be: mast mass 2 -> 1 kg (-1.0 kg)",
+        "held.urdf is not as it is meant to be: mast mass 2 -> 1 kg (-1.0 kg)"
     ]
 
 

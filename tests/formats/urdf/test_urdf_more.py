@@ -79,11 +79,7 @@ def test_what_is_read_back(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        (
-            "rgba: [0.7,",
-            "rgba: [0.6,",
-            "material Light Grey colour 0.6 0.7 0.7 1 -> 0.7 0.7 0.7 1 (and therefore the",
-        ),
+        ("rgba: [0.7,", "rgba: [0.6,", "material Light Grey colour 0.6 0.7 0.7 1 -> 0.7 0.7 0.7 1 (and therefore the"),
         (
             '{texture: "package://carrier/wood.png"}',
             "{texture: b.png}",

@@ -202,8 +202,7 @@ CHOOSING = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro"NAME>
 
 
 @pytest.mark.parametrize(
-    ("name", "mecanum"),
-    [("", "mecanum.xacro"), (' name="any"', "$(find nano_description)/urdf/${machine}.xacro")],
+    ("name", "mecanum"), [("", "mecanum.xacro"), (' name="any"', "$(find nano_description)/urdf/${machine}.xacro")]
 )
 def test_a_file_that_chooses_the_robot_is_named(package: Path, capsys: Said, name: str, mecanum: str) -> None:
     (package / "urdf" / "entry.xacro").write_text(CHOOSING.replace("NAME", name).replace("MECANUM", mecanum))

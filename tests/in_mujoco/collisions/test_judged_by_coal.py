@@ -89,10 +89,7 @@ def judged(search: Search, coal: Coal) -> tuple[int, int]:
                 assert (pair in ours) == (far < 0), (pair, ours.get(pair), far, state)
                 touching += far < 0
             if ROUNDING < far < FAR and near < MOST_NEAR:
-                assert next(search.distances(pair, [state], 2 * FAR)) == pytest.approx(far, abs=ROUNDING), (
-                    pair,
-                    state,
-                )
+                assert next(search.distances(pair, [state], 2 * FAR)) == pytest.approx(far, abs=ROUNDING), (pair, state)
                 near += 1
     return touching, near
 

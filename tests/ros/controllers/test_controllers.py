@@ -152,10 +152,7 @@ def test_texts_stay_texts(tmp_path: Path) -> None:
 
 
 def test_in_a_part_the_names_have_its_prefix(tmp_path: Path) -> None:
-    (tmp_path / "side.yaml").write_text(
-        data_text("robots/controllers_side.yaml"),
-        "utf-8",
-    )
+    (tmp_path / "side.yaml").write_text(data_text("robots/controllers_side.yaml"), "utf-8")
     path = tmp_path / "robot.yaml"
     path.write_text(
         """robot: two

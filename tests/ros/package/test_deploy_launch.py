@@ -8,16 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.formats import static_tf
-from rosorin_compile.model import (
-    STATIC_TRANSFORM_PUBLISHER,
-    Edge,
-    Joint,
-    Limit,
-    Link,
-    Pose,
-    Publisher,
-    Robot,
-)
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Limit, Link, Pose, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.output.ros_packages import is_launch_file
 from rosorin_compile.ros.launch_reader import LaunchError

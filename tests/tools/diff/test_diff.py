@@ -21,18 +21,12 @@ LIMIT = "limit: {lower: -2, upper: 2, effort: 5, velocity: 3}"
 
 PLANTED: list[tuple[list[tuple[str, str]], str]] = [
     ([("xyz: [0, 0, 0.22]", "xyz: [0, 0, 0.25]")], "laser moved 30.0 mm in mast: origin z 0.22 -> 0.25 m"),
-    (
-        [("rpy: [0, 0, 3.141592653589793]", "rpy: [0, 0, 0]")],
-        "laser turned 180.0 deg in mast: yaw 3.14159 -> 0 rad",
-    ),
+    ([("rpy: [0, 0, 3.141592653589793]", "rpy: [0, 0, 0]")], "laser turned 180.0 deg in mast: yaw 3.14159 -> 0 rad"),
     (
         [("xyz: [-0.1, 0, 0.1]}", "xyz: [-0.1, 0.002, 0.1]}")],
         "mast moved 2.0 mm in base_link, and with it laser: origin y 0 -> 0.002 m",
     ),
-    (
-        [("xyz: [0.1, 0, 0.16]", "xyz: [0.1, 0, 0.17]")],
-        "upper_arm moved 10.0 mm in base_link: origin z 0.16 -> 0.17 m",
-    ),
+    ([("xyz: [0.1, 0, 0.16]", "xyz: [0.1, 0, 0.17]")], "upper_arm moved 10.0 mm in base_link: origin z 0.16 -> 0.17 m"),
     (
         [("xyz: [0.1, 0, 0.16]\n    rpy: [0, 0, 0.1]", "xyz: [0.1, 0, 0.17]\n    rpy: [0, 0, 0.2]")],
         "upper_arm moved 10.0 mm and turned 5.7 deg in base_link: origin z 0.16 -> 0.17 m, yaw 0.1 -> 0.2 rad",
@@ -82,10 +76,7 @@ PLANTED: list[tuple[list[tuple[str, str]], str]] = [
         [("xyz: [0.1, 0, 0], rpy: [0, 0, 0.3]", "xyz: [0.1, 0, 0.01], rpy: [0, 0, 0.3]")],
         "upper_arm centre of mass moved 10.0 mm: z 0 -> 0.01 m",
     ),
-    (
-        [("izz: 0.04", "izz: 0.03")],
-        "base_link inertia izz 0.04 -> 0.03 kg*m^2 (by 25 % of the largest moment)",
-    ),
+    ([("izz: 0.04", "izz: 0.03")], "base_link inertia izz 0.04 -> 0.03 kg*m^2 (by 25 % of the largest moment)"),
     (
         [("radius: 0.04, length: 0.06", "radius: 0.04, length: 0.07")],
         "base_link collision: cylinder length 0.06 -> 0.07 m (+10.0 mm)",
@@ -133,10 +124,7 @@ PLANTED: list[tuple[list[tuple[str, str]], str]] = [
     ),
     ([("  mast_joint: {type: fixed", "  mast_fix: {type: fixed")], "joint mast_joint renamed to mast_fix"),
     ([("publisher: tf_laser}", "publisher: tf_scan}")], "laser: published by tf_laser -> tf_scan"),
-    (
-        [("publisher: ekf}]", "publisher: ekf, moving: false}]")],
-        "base_link: topic /tf -> /tf_static",
-    ),
+    ([("publisher: ekf}]", "publisher: ekf, moving: false}]")], "base_link: topic /tf -> /tf_static"),
     ([("zero_pulse: 500", "zero_pulse: 510")], "servo of shoulder zero pulse 500 -> 510"),
     ([("flipped: true", "flipped: false")], "servo of shoulder rad per pulse -0.004 -> 0.004 rad (+0.46 deg)"),
     ([("elbow: -1", "elbow: -1.1")], "pose ready: elbow -1 -> -1.1 rad (-5.7 deg)"),

@@ -55,10 +55,7 @@ CASES: dict[str, tuple[str, str, list[str]]] = {
     "a size and a colour of one shape": (
         BALL.format(0.1, 0),
         BALL.format(0.2, 1),
-        [
-            "base visual: sphere radius 0.1 -> 0.2 m (+100.0 mm)",
-            "base visual colour 1 0 0 1 -> 1 1 0 1",
-        ],
+        ["base visual: sphere radius 0.1 -> 0.2 m (+100.0 mm)", "base visual colour 1 0 0 1 -> 1 1 0 1"],
     ),
     "a place and a turn": (
         TWO + ARM + HAND,
@@ -75,11 +72,7 @@ CASES: dict[str, tuple[str, str, list[str]]] = {
         TWO
         + ARM
         + HAND.replace("parent: arm", "parent: base").replace("0.2, 0", "0.3, 0").replace("0, 0, 1", "0, 1, 0"),
-        [
-            "hand parent arm -> base",
-            "hand origin x 0.2 -> 0.3 m",
-            "bend axis 0 0 1 -> 0 1 0 (turned 90.0 deg)",
-        ],
+        ["hand parent arm -> base", "hand origin x 0.2 -> 0.3 m", "bend axis 0 0 1 -> 0 1 0 (turned 90.0 deg)"],
     ),
     "a fixed joint that moves now, under another name": (
         TWO + ARM + PLATE,

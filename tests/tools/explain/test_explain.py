@@ -134,9 +134,7 @@ def test_what_a_named_value_holds_is_found_in_it() -> None:
     assert upper.value == pytest.approx(math.pi / 2)
     assert upper.origin is not None
     assert place(upper.origin.where) == 'robot.yaml:8:35: "${upper}"'
-    assert meanings(upper.origin.names) == [
-        f"upper = {math.pi / 2} rad (named value) robot.yaml:9:3: ${{45*deg * 2}}",
-    ]
+    assert meanings(upper.origin.names) == [f"upper = {math.pi / 2} rad (named value) robot.yaml:9:3: ${{45*deg * 2}}"]
     assert [place(where) for where in upper.origin.expressions] == ["parts.yaml:13:16: ${finger_limit}"]
     (mass,) = [n for n in finger.inertial if n.name == "mass"]
     assert mass.origin is not None
@@ -183,8 +181,7 @@ def test_frames_of_other_nodes() -> None:
 def test_names_of_all_kinds() -> None:
     assert [e.name for e in found("eye", "shelf_joint", "shelf", "eye_link")] == ["eye_link", "shelf"]
     with pytest.raises(
-        NotThere,
-        match=r'there is no frame, link, joint, sensor, use, value or number "shelv"; did you mean "shelf"',
+        NotThere, match=r'there is no frame, link, joint, sensor, use, value or number "shelv"; did you mean "shelf"'
     ):
         found("shelv")
     with pytest.raises(NotThere, match=r'there is no pose "opn"; did you mean "open"'):
@@ -281,10 +278,7 @@ def test_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (
-            ["shlf"],
-            'handy: there is no frame, link, joint, sensor, use, value or number "shlf"; did you mean "shelf"?',
-        ),
+        (["shlf"], 'handy: there is no frame, link, joint, sensor, use, value or number "shlf"; did you mean "shelf"?'),
         (["shelf", "--pose", "x"], 'handy: there is no pose "x"; known: open'),
         (["nobody", "shelf"], 'there is no frame, link, joint, sensor, use, value or number "nobody"'),
     ],

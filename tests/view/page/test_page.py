@@ -187,10 +187,7 @@ def solid(count: int) -> bytes:
     return bytes(80) + struct.pack("<I", 12 * count) + facets * count
 
 
-@pytest.mark.parametrize(
-    ("option", "inside"),
-    [("", 2), (", max_megabytes: 0.01", 1), (", meshes: false", 0)],
-)
+@pytest.mark.parametrize(("option", "inside"), [("", 2), (", max_megabytes: 0.01", 1), (", meshes: false", 0)])
 def test_meshes_are_in_the_page_up_to_a_limit(home: Path, capsys: Shown, option: str, inside: int) -> None:
     write_files(home, {"descriptions/r/robot.yaml": WITH_MESHES % option})
     (home / "descriptions/r/box.stl").write_bytes(solid(1))

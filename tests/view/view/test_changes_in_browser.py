@@ -33,10 +33,7 @@ WORDS = [
 # Asks the page what it shows when it is ready, and leaves the answer where the test finds it.
 PROBE = data_text("robots/changes_in_browser.html")
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(CHROMIUM is None, reason="Chromium opens the page"),
-]
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="Chromium opens the page")]
 
 
 @pytest.mark.parametrize("distance", [10, pytest.param(100, marks=pytest.mark.tier("outside"))])

@@ -116,17 +116,7 @@ def test_a_slider_moves_the_robot_as_tf_says(browser: Browser, sent: Path, capsy
     assert value == pytest.approx(-0.5, abs=0.01), "the step of a slider"
     near_model(browser, robot, {"joint2": value})
     told = json.loads(
-        ask(
-            capsys,
-            "tf",
-            str(ROSORIN),
-            "base_link",
-            "link3",
-            "--joint",
-            f"joint2={value!r}",
-            "--format",
-            "json",
-        )
+        ask(capsys, "tf", str(ROSORIN), "base_link", "link3", "--joint", f"joint2={value!r}", "--format", "json")
     )["result"]
     place = browser.evaluate("(({p}) => p)(app.kinematics.between('base_link', 'link3', app.state))")
     assert place == pytest.approx(told["translation"], abs=1e-9)

@@ -226,11 +226,7 @@ def _expand(path: Path, options: ReadOptions, plan: Mapping[str, Any] | None = N
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return {
-            "error": f"it does not end within {wait:g} s",
-            "help": _MORE_TIME,
-            "stack": [str(path)],
-        }
+        return {"error": f"it does not end within {wait:g} s", "help": _MORE_TIME, "stack": [str(path)]}
     except OSError as problem:
         return {"error": f"no child process can be started: {problem}", "stack": [str(path)]}
     output = child.stderr.decode("utf-8", "replace")

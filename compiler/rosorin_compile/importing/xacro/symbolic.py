@@ -1331,12 +1331,7 @@ class Program(Expansion):
             examples = {
                 n: v if isinstance(v, (str, int, float, bool)) else None for n, v in node.rosorin_examples.items()
             }
-            return {
-                **made,
-                "call": node.getAttribute("macro"),
-                "given": node.rosorin_given,
-                "examples": examples,
-            }
+            return {**made, "call": node.getAttribute("macro"), "given": node.rosorin_given, "examples": examples}
         if node.tagName == "xacro-if":
             test = int(TOKEN.fullmatch(node.getAttribute("test"))[1])  # type: ignore[index]
             return {**made, "test": test, "holds": node.getAttribute("holds") == "1", "body": list(self.nodes(node))}

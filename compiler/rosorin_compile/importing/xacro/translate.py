@@ -309,12 +309,7 @@ class _Search:
     # The result.
 
     def finished(
-        self,
-        made: WrittenFiles,
-        rows: list[Combination],
-        possible: int,
-        refused: Sequence[Combination],
-        late: int,
+        self, made: WrittenFiles, rows: list[Combination], possible: int, refused: Sequence[Combination], late: int
     ) -> Translation:
         program, words, plain = made.program, Found(), None
         made = self.written(program)  # the combinations may break rules that have to be accepted

@@ -29,7 +29,7 @@ RULES = declare(
     WRITING,
     {
         "collisions-refused": "The collision matrix cannot be computed or written: the robot has no URDF, a mesh of "
-        "its shapes cannot be read, or the file is not one that the tool has written. Fix: As the message says.",
+        "its shapes cannot be read, or the file is not one that the tool has written. Fix: As the message says."
     },
 )
 

@@ -336,11 +336,7 @@ def _constant(joint: Joint, place: Transform, geom: Geom) -> tuple[float, float]
 
 
 def _always_touch(
-    robot: Robot,
-    joint: Joint,
-    places: Mapping[str, Transform],
-    links: tuple[str, str],
-    meeting: Sequence[Meeting],
+    robot: Robot, joint: Joint, places: Mapping[str, Transform], links: tuple[str, str], meeting: Sequence[Meeting]
 ) -> bool:
     """Return True if two links touch at zero, in each pose, and all over the range of the joint between them."""
     one, other = (places[name] for name in links)
@@ -357,10 +353,7 @@ def _always_touch(
 
 
 _ROUND = ("cylinder", "ellipsoid")
-CANNOT = {
-    *(frozenset((one, other)) for one in _ROUND for other in ("box", "mesh", HFIELD)),
-    frozenset((HFIELD,)),
-}
+CANNOT = {*(frozenset((one, other)) for one in _ROUND for other in ("box", "mesh", HFIELD)), frozenset((HFIELD,))}
 
 
 def refused(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, str], tuple[str, int], tuple[str, int]]]:

@@ -156,11 +156,7 @@ def constraints(case: Case) -> Iterator[Diagnostic]:
 
 
 _ENDS = {"connect": ("links", "sites"), "weld": ("links", "sites"), "joint": ("joints",)}
-_MORE = {
-    "connect": ("at",),
-    "weld": ("at", "xyz", "rpy", "torque_scale"),
-    "joint": ("polynomial",),
-}
+_MORE = {"connect": ("at",), "weld": ("at", "xyz", "rpy", "torque_scale"), "joint": ("polynomial",)}
 
 
 def _constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:

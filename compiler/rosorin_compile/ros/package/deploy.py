@@ -12,13 +12,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
-from rosorin_compile.output import (
-    MANIFEST,
-    OutputError,
-    PackageFolder,
-    digest,
-    open_package_folder,
-)
+from rosorin_compile.output import MANIFEST, OutputError, PackageFolder, digest, open_package_folder
 from rosorin_compile.output.ros_packages import (
     files_below,
     install_space,
@@ -35,17 +29,7 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 
 from . import options as mapping
 from .checking import launch_files, unreadable
-from .copies import (
-    Difference,
-    ProtectedFile,
-    copies,
-    difference,
-    forms,
-    kept,
-    other_robot,
-    placed,
-    protected_files,
-)
+from .copies import Difference, ProtectedFile, copies, difference, forms, kept, other_robot, placed, protected_files
 from .meshes import named_files, not_placed, settle
 from .options import NOWHERE
 from .package import folder_of

@@ -5,9 +5,7 @@ from launch_ros.actions import Node
 
 def generate_launch_description():
     manager = Node(
-        package="controller_manager",
-        executable="ros2_control_node",
-        remappings=[(LaunchConfiguration("from"), "/tf")],
+        package="controller_manager", executable="ros2_control_node", remappings=[(LaunchConfiguration("from"), "/tf")]
     )
     spawner = Node(
         package="controller_manager",

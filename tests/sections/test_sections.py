@@ -28,86 +28,8 @@ WORDS = Path(__file__).parent / "words"
 ROBOT = (WORDS / "robot.yaml").read_text("utf-8")
 ASKING = Path(__file__).parent / "asking.py"
 
-# A change of the robot, and what is told: the rule, the message, the way out, the line.
-BAD: Mapping[str, tuple[tuple[str, str], list[Any]]] = {
-    "unknown link of one entry": (
-        ("{link: box, mass", "{link: bx, mass"),
-        ["unknown-link", 'there is no link "bx", the link of payload', 'did you mean "box"?', 27],
-    ),
-    "unknown link of a list in a part": (
-        ("{link: plate, frame: spot", "{link: plat, frame: spot"),
-        ["unknown-link", 'there is no link "plat", the link of markers[1]', 'did you mean "plate"?', 14],
-    ),
-    "unknown sensor, two deep": (
-        ("sensor: eye,", "sensor: eyy,"),
-        ["unknown-name", 'there is no sensor "eyy", the sensor of cable "left_loom"', "eye", 18],
-    ),
-    "unknown name that another section gives": (
-        ("magnet: catch", "magnet: cach"),
-        ["unknown-name", 'there is no magnet "cach", the magnet of cable "left_loom"', "catch", 18],
-    ),
-    "unknown key": (
-        ("strength: 2", "strenght: 2"),
-        ["unknown-key", 'magnet "left_foot" has no key "strenght"', "strength", 12],
-    ),
-    "what others call a key": (
-        ("strength: 2", "power: 2"),
-        ["unknown-key", 'magnet "left_foot" has no key "power"', 'did you mean "strength"?', 12],
-    ),
-    "missing key": (
-        ("direction: [1, 1, 0]", ""),
-        ["missing-key", 'magnet "left_catch" needs the key "direction"', "", 11],
-    ),
-    "not more than the least": (
-        ("strength: 2", "strength: 0"),
-        ["wrong-value", 'magnet "left_foot" strength is 0, and has to be more than 0', "", 12],
-    ),
-    "not less than the most": (
-        ("strength: 2", "strength: 9"),
-        ["wrong-value", 'magnet "left_foot" strength is 9, and has to be less than 9', "", 12],
-    ),
-    "between the steps": (
-        ("strength: 2", "strength: 2.2"),
-        ["wrong-value", 'magnet "left_foot" strength is 2.2, no multiple of 0.5', "", 12],
-    ),
-    "twice in a list": (
-        ("strength: 2", "poles: [n, s, n]"),
-        ["wrong-value", 'magnet "left_foot" poles has an item twice', "", 12],
-    ),
-    "a text that is too long": (
-        ("loom:", "loom:\n        colour: greenish yellow"),
-        ["wrong-value", 'cable "left_loom" colour is longer than 8 letters', "as on the sheath", 17],
-    ),
-    "a text that is too short": (
-        ("loom:", "loom:\n        colour: no"),
-        ["wrong-value", 'cable "left_loom" colour is shorter than 3 letters', "as on the sheath", 17],
-    ),
-    "what others call it": (
-        ("\npayload:", "\ncargo:"),
-        ["unknown-key", 'the description has no key "cargo"', 'did you mean "payload"?', 27],
-    ),
-    "another unit": (
-        ("3000 g", "3 m"),
-        ["wrong-unit", "payload mass is a mass (kg), but 3 m is a length (m)", "unit", 27],
-    ),
-    "no number": (
-        ("height: 20 mm", "height: .nan"),
-        ["not-finite", "markers[0] height is not a finite number", "number", 29],
-    ),
-    "a rule of its own": (("3000 g", "300 kg"), ["payload-too-heavy", "it weighs 300 kg", "", 27]),
-    "a link that is there": (
-        ("frame: lid_spot", "frame: box"),
-        ["duplicate-name", 'the link "box" is defined twice', "rename one", 29],
-    ),
-    "twice the same name": (
-        ("frame: lid_spot", "frame: left_spot"),
-        ["duplicate-name", 'the link "left_spot" is defined twice', "rename one", 14],
-    ),
-    "a number that nobody can calculate with": (
-        ("xyz: [0.1, 0, 0]}", "xyz: [1e160, 0, 0]}"),
-        ["not-finite", "payload xyz[0] is 1e+160, and nothing can be calculated with more than 1e+150", "number", 27],
-    ),
-}
+# Changes of the robot that are mistakes, with what is reported.
+BAD = yaml.safe_load((WORDS / "mistakes.yaml").read_text("utf-8"))
 # Markers on markers, the inner one first, and in a circle.
 MARKS = "markers:\n  - {link: one, frame: two}\n  - {link: THREE, frame: one}\n  -"
 LINKED = {
@@ -176,8 +98,8 @@ def answers(packages: Path) -> Any:
     robots.mkdir()
     (robots / "robot.yaml").write_text(ROBOT, "utf-8")
     (robots / "accepted.yaml").write_text(changed(*ACCEPTED), "utf-8")
-    for name, (pair, _) in BAD.items():
-        (robots / f"{name}.yaml").write_text(changed(pair), "utf-8")
+    for name, mistake in BAD.items():
+        (robots / f"{name}.yaml").write_text(changed((mistake["old"], mistake["new"])), "utf-8")
     for name, pair in LINKED.items():
         (robots / f"{name}.yaml").write_text(changed(pair), "utf-8")
     for name, (pairs, _) in OTHER.items():
@@ -222,13 +144,12 @@ def test_what_a_section_adds_is_in_every_artifact(answers: Any) -> None:
 
 @pytest.mark.parametrize("name", BAD)
 def test_what_is_wrong_is_told(answers: Any, name: str) -> None:
-    rule, message, way_out, line = BAD[name][1]
-    told = answers["robots"][name]["told"]
-    found = [one for one in told if one[0] == rule]
+    told, mistake = answers["robots"][name]["told"], BAD[name]
+    found = [one for one in told if one[0] == mistake["rule"]]
     assert found, told
-    assert message in found[0][1]
-    assert way_out in found[0][2]
-    assert found[0][3] == line
+    assert mistake["message"] in found[0][1]
+    assert mistake["help"] in found[0][2]
+    assert found[0][3] == mistake["line"]
     assert not answers["robots"][name]["texts"]
 
 

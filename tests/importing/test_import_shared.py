@@ -133,8 +133,7 @@ OWN_HIGH = '<xacro:property name="high" value="4"/>'
         (
             OWN_HIGH + INCLUDE + BOX + POLE,
             INCLUDE + BOX + POLE,
-            "is another: with more in it descriptions/two does not compile any more: "
-            'the value "high" is named twice (robot.yaml:7)',
+            'is another: line 2, value "high" differs (body.xacro:8)',
         ),
         (
             INCLUDE + BOX + POLE,

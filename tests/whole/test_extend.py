@@ -439,10 +439,10 @@ def _yields(words: str) -> str:
 # What the module of the rule is, and what is said of it.
 RULES = {
     "another severity": (_yields('"fatal", "oh"'), "the severity of ball-too-heavy is error, warning or note"),
-    "a message that is no text": (_yields('"error", 3'), "message of a Diagnostic is a text, not '3'"),
+    "a message that is no text": (_yields('"error", 3'), "message of a Diagnostic is a str, not '3'"),
     "a line for a place": (_yields('"error", "oh", 7'), "the place of a Diagnostic is a Span"),
     "related texts": (_yields('"error", "oh", None, ("here",)'), "related of a Diagnostic is a tuple of Related"),
-    "numbers that are none": (_yields('"error", "oh", numbers=((1,),)'), "numbers of a Diagnostic are pairs"),
+    "numbers that are none": (_yields('"error", "oh", numbers=((1,),)'), "element #0 has length 1; 2 is required"),
     "a text": (_rule('yield "oh"'), "yields oh, no Diagnostic of its rules (ball-too-heavy)"),
     "a rule of others": (_yields('"error", "oh"').replace('ic("ball', 'ic("a'), "no Diagnostic of its rules"),
     "nothing": (_rule("return None"), "fails: TypeError: 'NoneType' object is not iterable"),

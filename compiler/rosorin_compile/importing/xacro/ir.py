@@ -254,11 +254,11 @@ def flattened(pieces: Pieces) -> Pieces:
     return made
 
 
-def usable(name: str, taken: Any = ()) -> str:
-    """Return a name for an expression of the language that is not taken."""
+def usable(name: str, taken: Any = (), shadows: bool = False) -> str:
+    """Return a name for an expression of the language that is not taken; ``shadows``: it may be that of a function."""
     name = re.sub(r"\W", "_", name, flags=re.ASCII) or "value"
     made, number = name, 1
-    reserved = {*functions(), *OF_DESCRIPTIONS, *_CONSTANTS, *taken}
+    reserved = {*(() if shadows else functions()), *OF_DESCRIPTIONS, *_CONSTANTS, *taken}
     while made in reserved or iskeyword(made):
         number += 1
         made = f"{name}_{number}"

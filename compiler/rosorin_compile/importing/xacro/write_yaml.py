@@ -29,6 +29,7 @@ from ..description import _Document, _written, tree_of
 from ..key_order import in_order, sorted_sections
 from ..layout import Expression, Remarks, Verbatim, cleaned, in_degrees, layout
 from .choices import any_of, conditional, covers, merged, node_of
+from .dimensions import declare_dimensions
 from .formulas import Formulas, all_of, as_angle, folded, in_words, literal, negated, type_of_values, written
 from .ir import (
     ANY,
@@ -280,8 +281,8 @@ class Writer:
         """Give the macros and the properties that are used names that are unique where they are read."""
         taken: set[str] = set()
         for variable in self.program.variables.values():
-            if variable.kind == ARGUMENT:
-                variable.ours = usable(variable.name, taken)
+            if variable.kind == ARGUMENT:  # people set it by its name
+                variable.ours = usable(variable.name, taken, shadows=True)
                 taken.add(variable.ours)
         for macro in self.program.macros.values():
             macro.ours = macro.name.replace(".", "_") if macro.level == "robot" else usable(macro.name, taken)
@@ -1339,6 +1340,7 @@ def write(
     words = words or Found()
     writer = Writer(program, target, explicit, words.spots)
     documents = writer.render()
+    declare_dimensions(documents.files)
     options: dict[str, Any] = {}
     for option in sorted(documents.conditions.keys() & words.options.keys()):
         value, conditions = words.options[option], documents.conditions[option]

@@ -125,7 +125,7 @@ DEFAULT = DEFAULT.replace('length="2"', 'length="${high}"')
 OWN_HIGH = '<xacro:property name="high" value="4"/>'
 
 
-@pytest.mark.landing("builds", "first0-second0-why0")
+@pytest.mark.landing("builds", "first")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("first", "second", "why"),
@@ -141,6 +141,7 @@ OWN_HIGH = '<xacro:property name="high" value="4"/>'
             'would make another robot of it: the value "high" is named twice (robot.yaml:7)',
         ),
     ],
+    ids=["first", "second"],
 )
 def test_a_default_that_one_robot_sets_anew_is_told(
     package: Path, capsys: pytest.CaptureFixture[str], first: str, second: str, why: str

@@ -18,7 +18,6 @@ _ANGULAR = frozenset(("acos", "asin", "atan", "atan2", "radians"))
 _TEXTUAL = frozenset(("str", "join", "upper", "lower", "replace", "find", "strip"))
 _BOOLEAN = frozenset(("bool", "all", "any", "startswith", "endswith", "isclose"))
 _LISTS = frozenset(("split", "keys", "values", "items", "list", "range", "sorted", "reversed", "zip", "numbers"))
-_NUMERIC = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
 def literal(text: Any) -> Any:

@@ -4,7 +4,7 @@ A format is a module of this folder (or a folder) that exports ``FORMAT``; its n
 another package comes by an entry point (``docs/extend.md``). Nothing else in the program names a format.
 
 A format carries the keys of the language that it ``covers``, without those that are ``unsupported`` and those that name
-another format (``mjcf``, ``gazebo``). A key stands for all keys below it, and "*" for the name of an entry.
+another format (``mjcf``, ``gazebo``). A key includes all keys below it; "*" is any name of an entry.
 """
 
 from __future__ import annotations
@@ -330,7 +330,7 @@ OF_PUBLISHERS: Mapping[str, Unsupported] = {
 
 
 def is_within(key: str, prefixes: Iterable[str]) -> bool:
-    """Return True if a key is one of some keys, or below one of them; "*" in these stands for any name."""
+    """Return True if a key is one of some keys, or below one of them; "*" in these is any name."""
     return any(f"{key}.".startswith(f"{prefix.replace('.*', '')}.") for prefix in prefixes)
 
 
@@ -381,7 +381,7 @@ def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -
 
 
 def _places(value: Any, pattern: str) -> Iterator[Any]:
-    """Yield the values that are set at a key; "*" stands for each entry of a mapping or a list, 1 for the second."""
+    """Yield the values that are set at a key; "*" is each entry of a mapping or a list, 1 the second."""
     step, _, rest = pattern.partition(".")
     if step == "*":
         inner = list(value.values() if isinstance(value, Mapping) else value if isinstance(value, list) else ())

@@ -40,8 +40,8 @@ RULES = (
     Rule(
         "package-open",
         "A node that the package starts reads a topic that nothing publishes, or in another type of message, or what "
-        "it publishes reaches nobody. The message says what happens on the robot.",
-        "As the message says: name the topic that is published, or add the sensor or the controller.",
+        "it publishes has no reader. The message describes the symptom on the robot.",
+        "See the message: name the topic that is published, or add the sensor or the controller.",
         Heading.PACKAGES,
     ),
     Rule(
@@ -205,18 +205,18 @@ def _add_drivers(made: Graph, robot: Robot, first: Mapping[str, Output], topics:
 
 
 def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
-    """Yield what a node reads and nothing publishes, once for each topic, and velocities that reach nobody."""
-    told: set[tuple[str, str]] = set()
+    """Yield a diagnostic for each topic that is read and not published, and for velocities without a reader."""
+    reported: set[tuple[str, str]] = set()
     for end in made.read:
         others = made.publishers(end)
-        if any(one.type == end.type for one in others) or (end.topic, end.type) in told:
+        if any(one.type == end.type for one in others) or (end.topic, end.type) in reported:
             continue
-        told.add((end.topic, end.type))
+        reported.add((end.topic, end.type))
         found = _open(robot, made, end, others)
         if found is not None:
             yield found
     for end in made.published:
-        known = end.topic in {topic for topic, _ in told}
+        known = end.topic in {topic for topic, _ in reported}
         if end.port.role == VELOCITY and CONTROL in made.starts and not known and not made.readers(end):
             message = f"{end.node} sends {short_type(end.type)} on {end.topic}, and no node of the package takes that"
             help = "give the controllers and nav2 the same distribution, and the package a controller of the drive"
@@ -292,11 +292,12 @@ class RobotGraph:
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
     def text(self) -> str:
-        """Return the graph as text: each topic with its type, and the nodes before and behind it."""
+        """Return the graph as text: each topic with its type, its publishers and its readers."""
         lines = []
         for one in self.topics:
             lines += [f"{one.topic}  {one.type}"]
-            lines += [f"  {', '.join(one.published_by) or 'NOBODY'} -> {', '.join(one.read_by) or 'nobody'}"]
+            publishers, readers = ", ".join(one.published_by), ", ".join(one.read_by)
+            lines += [f"  {publishers or '(no publisher)'} -> {readers or '(no reader)'}"]
         return "\n".join(lines)
 
     def svg(self) -> str:

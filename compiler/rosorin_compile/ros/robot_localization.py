@@ -19,7 +19,7 @@ from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Help, 
 from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.wording import swaps
 
-from .controllers.filled import drivers, is_of_nobody
+from .controllers.filled import drivers, intended_topic
 from .navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
 from .parameters import options_of, read, syntax
 from .parameters.files import Node, Parameters, asked, parameters_of, text
@@ -135,7 +135,7 @@ def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
         driving = drivers(robot) if kind == "odom" else []
         # In a namespace a controller is known by its own name, too: that is what people write.
         names = ((own, driver) for driver in driving for own in (driver.name, driver.topic("").strip("/")))
-        meant = is_of_nobody(heard, {own: driver.topic(driver.odometry) for own, driver in names})
+        meant = intended_topic(heard, {own: driver.topic(driver.odometry) for own, driver in names})
         if meant:
             message = f'no node publishes "{heard}", which "{name}" listens to: the controller publishes "{meant}"'
             yield Found(rule, message, (*path, "topic"), f'write "{meant}"', WARNING)

@@ -320,7 +320,7 @@ class LiveRobot:
         Progress.begin()
         looked = look(self.request)
         Progress.wipe()
-        errors = [told for told in looked.diagnostics if told.severity == ERROR]
+        errors = [one for one in looked.diagnostics if one.severity == ERROR]
         self.console.show(errors)
         for file in looked.files:
             with suppress(OSError):
@@ -329,7 +329,7 @@ class LiveRobot:
         if shown is None:
             if not page.text:
                 self._publish({"robot": None})
-            page.problem = "".join(told.as_text() for told in errors)
+            page.problem = "".join(error.as_text() for error in errors)
             page.changed()
             return
         if page.problem:

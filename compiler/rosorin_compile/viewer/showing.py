@@ -76,7 +76,7 @@ def look(request: Request) -> Looked:
         path = case.places.get(("link", link["name"]))
         if path is not None:
             link["where"] = _place(case.tree.locate(path, key=True).span)
-    for warning in [told for told in diagnostics if told.severity == WARNING]:
+    for warning in [one for one in diagnostics if one.severity == WARNING]:
         text = f"{warning.message} [{warning.rule}]" + (f"\n{warning.help}" if warning.help else "")
         entry = {"text": printable(text, keep="\n"), **({"where": _place(warning.span)} if warning.span else {})}
         data.setdefault("warnings", []).append(entry)

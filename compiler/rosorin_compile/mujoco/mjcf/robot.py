@@ -85,8 +85,8 @@ def _no_body(markup: Markup) -> Diagnostic:
     if not outside:
         message = "the file has no body: it is a scene without a robot"
         return error("mjcf-no-body", message, markup.root.span, "name the file that has the robot")
-    count = "its body stands" if len(outside) == 1 else f"its {len(outside)} bodies stand"
-    message = f"{count} outside of <worldbody>, where MuJoCo passes over them: this is a part of an MJCF"
+    count = "its body is" if len(outside) == 1 else f"its {len(outside)} bodies are"
+    message = f"{count} outside of <worldbody>, which MuJoCo ignores: this is a part of an MJCF"
     help = "name the MJCF that includes it, or put them into a <worldbody>"
     return error("mjcf-no-body", message, outside[0].span, help)
 

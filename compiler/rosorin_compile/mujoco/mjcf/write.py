@@ -107,8 +107,8 @@ _AT_ORIGIN = {"planar": (0.0, 0.0, 0.0), "floating": (0.0, 0.0, 0.0, 1.0, 0.0, 0
 _AT_ORIGIN |= {"ball": (1.0, 0.0, 0.0, 0.0)}
 
 
-def stands(joint: Joint) -> Pose:
-    """Return where the body of a joint stands in the one above it."""
+def body_pose(joint: Joint) -> Pose:
+    """Return the pose of the child body of a joint in the parent body, in metres and radians."""
     ref = reference(joint)
     return pose_of(joint.transform(ref)) if ref else joint.origin
 
@@ -186,11 +186,11 @@ Key = tuple[str, list[float], list[float], dict[str, Attribute]]
 
 
 def keys(
-    robot: Robot, joints: Sequence[Joint], drives: Sequence[Drive], stands: Callable[[JointPose], Pose] | None
+    robot: Robot, joints: Sequence[Joint], drives: Sequence[Drive], base_pose: Callable[[JointPose], Pose] | None
 ) -> list[Key]:
-    """Return name, qpos, ctrl and the rest of each pose: where the base ``stands`` if it is free, then the joints.
+    """Return name, qpos, ctrl and the rest of each pose: the ``base_pose`` if the base is free, then the joints.
 
-    The first key is home. A robot without that pose has it all the same, if anything of it can move. One that was
+    The first key is home. A robot that can move has it even if the description has no such pose. One that was
     imported has its poses in the order of its source, and what is made up behind them: simulators begin at the first.
     """
     made: list[Key] = []
@@ -210,7 +210,7 @@ def keys(
             if drive.actuator.holds_position and moved is not None and moved.moves:  # it is to hold the pose
                 control = at[moved.name][0] * (gear[0] if gear else 1.0)
             ctrl += controls_of(drive, pose.controls.get(drive.name, control))
-        place = stands(pose) if stands else None
+        place = base_pose(pose) if base_pose else None
         qpos = [*place.xyz, *place.transform().quaternion()] if place else []
         qpos += [number for joint in joints for number in at[joint.name]]
         if qpos or ctrl or pose in robot.poses:
@@ -329,8 +329,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "kept": [indented(text, "  ") for text in robot.mjcf],
     }
     text = templates.own("mujoco/robot.xml.jinja", values)
-    told = [*refused(robot, free), *omitted(robot, joints), *unpaired(touching.left), *diagnostics]
-    return text, [*told, *(named(text, geoms.left_out) if geoms.left_out else ())]
+    found = [*refused(robot, free), *omitted(robot, joints), *unpaired(touching.left), *diagnostics]
+    return text, [*found, *(named(text, geoms.left_out) if geoms.left_out else ())]
 
 
 def _walk(robot: Robot) -> Iterator[Frame]:
@@ -350,7 +350,7 @@ def _walk(robot: Robot) -> Iterator[Frame]:
             waiting.append(Frame(name, depth, pose, None, None))
         for joint in reversed(robot.joints_from.get(frame.name, ())):
             moving = None if joint.is_fixed else joint
-            waiting.append(Frame(joint.child, depth, stands(joint), moving, robot.link[joint.child]))
+            waiting.append(Frame(joint.child, depth, body_pose(joint), moving, robot.link[joint.child]))
 
 
 def _free_joint(robot: Robot, printer: ElementPrinter) -> Markup:

@@ -233,6 +233,6 @@ def _damaged(sensor: Sensor, part: Simulated, text: str) -> Iterator[Diagnostic]
         yield error("template-failed", f"{what} is no XML: {problem}", None, help)
         return
     if any(True for name in ("joint", "freejoint") for _ in made.iter(name)):
-        yield error("template-failed", f"{what} has a joint", None, "a joint stands in joints of the description")
+        yield error("template-failed", f"{what} has a joint", None, "define the joint under joints of the description")
     if any(not body.get("name") for body in made.iter("body") if body is not made):
         yield error("template-failed", f"{what} has a body without a name", None, "name it")

@@ -32,7 +32,7 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.checking import against_robot, missing
 from ..controllers.derived import derived
-from ..controllers.filled import is_of_nobody
+from ..controllers.filled import intended_topic
 from ..controllers.types import full, of_type
 from ..parameters.tables import MANAGER
 from ..ports import IMU, ODOMETRY, OUT, VELOCITY, Port, controller_ports, ports, short_type
@@ -259,7 +259,7 @@ def _ends(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) -> 
 
 
 def _unheard(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) -> Iterator[Diagnostic]:
-    """Yield topics that nodes read and nobody publishes, where a controller publishes the like, and other messages."""
+    """Yield topics that nodes read and no node publishes, if a controller publishes a similar one, and wrong types."""
     ends = list(_ends(nodes, remaps, distribution))
     published = [one for one in ends if one.port.direction == OUT]
     for end in ends:
@@ -275,7 +275,7 @@ def _unheard(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) 
             help = "give both the same value of enable_stamped_cmd_vel"
             yield Diagnostic("parameters-topic", WARNING, message, end.node.span, help=help)
         elif end.port.role == ODOMETRY and sources:
-            yield from _nobody(end, sources)
+            yield from _unpublished_odometry(end, sources)
         elif end.port.role == IMU and sources and not there:
             message = f"{end.node.shown} listens to the IMU {end.topic}, and in the files {sources[0].node.shown} "
             message += f"publishes {sources[0].topic}"
@@ -283,9 +283,9 @@ def _unheard(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) 
             yield Diagnostic("parameters-topic", NOTE, message, end.setting.span, help=help)
 
 
-def _nobody(end: _End, sources: Sequence[_End]) -> Iterator[Diagnostic]:
+def _unpublished_odometry(end: _End, sources: Sequence[_End]) -> Iterator[Diagnostic]:
     node, heard, setting = end.node, end.topic, end.setting
-    meant = is_of_nobody(heard, {source.node.full.strip("/"): source.topic for source in sources})
+    meant = intended_topic(heard, {source.node.full.strip("/"): source.topic for source in sources})
     of_drive = heard in (full_name(_USUAL, node.namespace, ""), f"/{_USUAL}") or _OF_CONTROLLER.search(heard)
     if not meant and not of_drive:
         return  # of somebody else, such as a camera

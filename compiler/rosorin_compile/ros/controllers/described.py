@@ -32,8 +32,8 @@ RULES = (
     ),
     Rule(
         "controllers-odometry",
-        "A note: a controller could publish where the base of the robot is, and no edge says who does. It is told not "
-        "to: the description says who publishes what.",
+        "A note: a controller can publish the pose of the base, and no edge names it as the publisher. Its parameters "
+        "switch that off: the description defines who publishes each edge.",
         "Add the edge with the controller as its publisher; or nothing, if no node is to publish it.",
         Heading.CONTROL,
     ),

@@ -190,10 +190,10 @@ def _is_whole(robot: Robot) -> bool:
     return all(name in robot.joint for name in names) and (not drive.frame or drive.frame in robot.link)
 
 
-def is_of_nobody(topic: str, published: Mapping[str, str]) -> str:
-    """Return the topic that is meant by one that is below the name of a controller which does not publish it.
+def intended_topic(topic: str, published: Mapping[str, str]) -> str:
+    """Return the odometry topic of the controller whose name ``topic`` begins with; empty if it is ``topic`` itself.
 
-    ``published`` are the topics of the odometry by names of controllers; a topic of others is nobody's to judge.
+    ``published`` has the odometry topics by name of the controller. Topics of other nodes give an empty text, too.
     """
     meant = published.get(topic.strip("/").rpartition("/")[0], "")
     return meant if meant.strip("/") != topic.strip("/") else ""

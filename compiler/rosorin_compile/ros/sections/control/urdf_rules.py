@@ -161,10 +161,10 @@ def _component(case: Case, block: Block, section: str, one: Component) -> Iterat
             message = f'{of} has a parameter "{name}", which comes from the mimic of the joint'
             yield case.problem("control-param", message, (*path, "params", name), "leave it out", key=True)
     if not one.command and not one.state:
-        severity, help = WARNING, "say what it can be told and what it says: command, state"
+        severity, help = WARNING, "list its command and state interfaces: command, state"
         if section == "sensors":
             severity = ERROR
-            help = "say what it says: state; or call it as a sensor of the description: imu, range_finder, force_torque"
+            help = "list its state interfaces: state; or give it the name of a sensor of the description"
             near = nearest(one.name, [sensor.name for sensor in case.robot.sensors])
             help = f'did you mean "{near}"? else {help}' if near else help
         yield case.problem("control-interface", f"{of} has no interface", path, help, severity=severity, key=True)

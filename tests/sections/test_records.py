@@ -8,8 +8,8 @@ import pytest
 
 from rosorin_compile import Robot
 from rosorin_compile.extend import Section
+from rosorin_compile.language import lower as lowering
 from rosorin_compile.language import schema as sections
-from rosorin_compile.language.lower import sections as lowering
 from rosorin_compile.language.schema import Plugged, _marks
 from rosorin_compile.model import Joint, Link, Pose
 from rosorin_compile.model.sections import Sections

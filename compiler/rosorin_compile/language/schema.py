@@ -58,7 +58,7 @@ def plugged() -> Plugged:
             problems.append(broken(plugin, f'has a schema that names "{kind}", of which there is none; {guess}'))
         if not unknown:
             sections.append((plugin, section))
-            OF_PLUGINS.update((rule.id, rule) for check in section.checks for rule in check.rules)
+            OF_PLUGINS.update((rule.id, rule) for check in section.all_checks() for rule in check.rules)
     return Plugged(tuple(sections), tuple(problems))
 
 
@@ -96,12 +96,12 @@ def _looked_up(fragment: Any) -> Any:
 
 def _marks(section: Section[Any]) -> Collection[str]:
     section.check()
-    if not all(isinstance(check, Check) for check in section.checks):
+    if not all(isinstance(check, Check) for check in section.all_checks()):
         raise TypeError("its checks are functions under @rule")
     own = {"type": "object", "properties": {section.name: section.schema}}
     check_schema(own, {**own_schema(), **own})
     schema_words.check_annotations(piece(section), own_schema())
-    rules = [rule for check in section.checks for rule in check.rules]
+    rules = [rule for check in section.all_checks() for rule in check.rules]
     return [section.name, *(rule.id for rule in rules)]
 
 
@@ -304,7 +304,7 @@ def authoring_schema() -> str:
         if name in of_parts():
             definitions["part"]["properties"][name] = fragment
             definitions["use"]["properties"]["content"]["properties"][name] = fragment
-        rules += [rule.id for check in section.checks for rule in check.rules if rule.accept or rule.mild]
+        rules += [rule.id for check in section.all_checks() for rule in check.rules if rule.accept or rule.mild]
     properties |= after
     return json.dumps(committed, indent=1, ensure_ascii=False) + "\n"
 

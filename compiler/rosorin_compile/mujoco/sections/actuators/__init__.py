@@ -1,4 +1,4 @@
-"""Whether actuators act on one thing, and have the words and numbers that MuJoCo takes of their type.
+"""The section ``actuators``: they act on one thing, and have the words and numbers that MuJoCo takes of their type.
 
 Found by giving MuJoCo 4.0 every word of every type: what it refuses is reported here at its line.
 """
@@ -6,9 +6,12 @@ Found by giving MuJoCo 4.0 every word of every type: what it refuses is reported
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from dataclasses import replace
+from typing import Any, NamedTuple
 
+from rosorin_compile.language.records import Problem, actuator_of, entries_of
 from rosorin_compile.model import Joint
+from rosorin_compile.model.sections import Section
 from rosorin_compile.model.simulation import Actuator, Attribute
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.simulated import BALL, several
@@ -27,6 +30,15 @@ TARGETS = {
     "body": "body",
 }
 """What an actuator acts on: the word of the language, and that of MuJoCo."""
+
+
+def _actuators(tree: Mapping[str, Any], _: Problem) -> tuple[Actuator, ...]:
+    made = ((name, entry, actuator_of(entry)) for name, entry in entries_of(tree, "actuators"))
+    return tuple(
+        replace(one, name=name, targets={word: entry[key] for key, word in TARGETS.items() if key in entry})
+        for name, entry, one in made
+        if one is not None
+    )
 
 
 def _set(words: str) -> frozenset[str]:
@@ -335,3 +347,7 @@ def _numbers(value: Attribute) -> tuple[float, ...]:
     if isinstance(value, tuple):
         return tuple(map(float, value))
     return (value,) if isinstance(value, float) else ()
+
+
+# The rules of numbers are about joints, contacts of shapes and constraints as well.
+SECTION: Section[Any] = Section("actuators", Actuator, lower=_actuators, checks=(__name__, f"{__name__}.numbers"))

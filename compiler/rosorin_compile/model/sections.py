@@ -1,11 +1,14 @@
-"""Sections of the language that are defined outside the core: by a plug-in, or by the folders for ROS and MuJoCo."""
+"""The record of a section of the language, of the tool or of a plug-in, and the values of those of plug-ins."""
 
 from __future__ import annotations
 
+import inspect
+import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, is_dataclass
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 from rosorin_compile.source.rule_registry import Check, checks_of
@@ -38,13 +41,13 @@ class Section(Generic[T]):
 
     ``entry`` is the dataclass of one entry: each field is the key of its name, in SI units; ``name`` is that of an
     entry by name, and a field of type ``Pose`` is made of ``xyz`` and ``rpy``. ``schema`` is JSON Schema of draft 7
-    with the annotations of docs/extend.md; it may refer to the definitions of ours. ``checks`` are functions under
-    ``@rule``, and names of modules with such functions. ``lower`` converts the tree and ``problem(rule, message, path,
-    help)`` to the value of the section where the fields of the dataclass are not enough. ``adds`` returns the robot
-    with what the value means for it.
+    with the annotations of docs/extend.md, by default ``schema.json`` in the folder of the dataclass; it may refer to
+    the definitions of ours. ``checks`` are functions under ``@rule``, and names of modules with such functions.
+    ``lower`` converts the tree and ``problem(rule, message, path, help)`` to the value of the section where the fields
+    of the dataclass are not enough. ``adds`` returns the robot with what the value means for it.
 
-    Only of the tool: ``urdf`` returns elements for a URDF whose output has an option with the name of the section, and
-    ``check_urdf`` validates them.
+    Only of the tool, whose pieces of the schema are in schemas/description.schema.json: ``urdf`` returns elements for
+    a URDF whose output has an option with the name of the section, and ``check_urdf`` validates them.
     """
 
     name: str
@@ -58,16 +61,20 @@ class Section(Generic[T]):
     check_urdf: Callable[[Case, Output], Iterator[Diagnostic]] | None = None
 
     @classmethod
-    def by_name(cls, name: str, entry: type[Entry], schema: Schema, **more: Any) -> Section[Mapping[str, Entry]]:
-        return Section(name, entry, schema, ENTRIES, **more)
+    def by_name(
+        cls, name: str, entry: type[Entry], schema: Schema | None = None, **more: Any
+    ) -> Section[Mapping[str, Entry]]:
+        return Section(name, entry, schema or _beside(entry), ENTRIES, **more)
 
     @classmethod
-    def listed(cls, name: str, entry: type[Entry], schema: Schema, **more: Any) -> Section[tuple[Entry, ...]]:
-        return Section(name, entry, schema, ITEMS, **more)
+    def listed(
+        cls, name: str, entry: type[Entry], schema: Schema | None = None, **more: Any
+    ) -> Section[tuple[Entry, ...]]:
+        return Section(name, entry, schema or _beside(entry), ITEMS, **more)
 
     @classmethod
-    def single(cls, name: str, entry: type[Entry], schema: Schema, **more: Any) -> Section[Entry | None]:
-        return Section(name, entry, schema, ONE, **more)
+    def single(cls, name: str, entry: type[Entry], schema: Schema | None = None, **more: Any) -> Section[Entry | None]:
+        return Section(name, entry, schema or _beside(entry), ONE, **more)
 
     def empty(self) -> Any:
         return {ENTRIES: {}, ITEMS: (), ONE: None}[self.form]
@@ -91,6 +98,10 @@ class Section(Generic[T]):
         form = ENTRIES if isinstance(self.schema.get("additionalProperties"), Mapping) else form
         if form != self.form:
             raise ValueError(f"the schema of section {self.name} is of {form}, its record of {self.form}")
+
+
+def _beside(entry: type[Any]) -> Any:
+    return json.loads(Path(inspect.getfile(entry)).with_name("schema.json").read_text("utf-8"))
 
 
 @cache

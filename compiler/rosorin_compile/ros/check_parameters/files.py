@@ -17,22 +17,15 @@ from typing import Any, NamedTuple
 import yaml
 
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, error
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import Heading, declare
 
-RULES = (
-    Rule(
-        "parameters-syntax",
-        "A parameter file is none, or one that ROS 2 refuses: no node starts with it. A warning where ROS 2 reads it "
-        "otherwise than it looks.",
-        "As the message says.",
-        Heading.PARAMETERS,
-    ),
-    Rule(
-        "parameters-twice",
-        "A warning: a parameter is repeated for one node; the last one counts.",
-        "Remove one.",
-        Heading.PARAMETERS,
-    ),
+RULES = declare(
+    Heading.PARAMETERS,
+    {
+        "parameters-syntax": "A parameter file is none, or one that ROS 2 refuses: no node starts with it. A warning "
+        "where ROS 2 reads it otherwise than it looks. Fix: As the message says.",
+        "parameters-twice": "A warning: a parameter is repeated for one node; the last one counts. Fix: Remove one.",
+    },
 )
 
 PARAMETERS_KEY = "ros__parameters"

@@ -6,19 +6,18 @@ import re
 from collections.abc import Iterator
 
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error, quoted
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import Heading, declare
 
 from ..parameters.checking import against_kind
 from .files import Parameter
 from .nodes import Node
 
-RULES = (
-    Rule(
-        "parameters-gap",
-        "An input of the EKF is never read, for it reads odom0, odom1, ... up to the first number that is missing.",
-        "Number the inputs from 0, without gaps.",
-        Heading.PARAMETERS,
-    ),
+RULES = declare(
+    Heading.PARAMETERS,
+    {
+        "parameters-gap": "An input of the EKF is never read, for it reads odom0, odom1, ... up to the first number "
+        "that is missing. Fix: Number the inputs from 0, without gaps.",
+    },
 )
 
 INPUTS = ("odom", "pose", "twist", "imu")

@@ -13,7 +13,7 @@ from rosorin_compile.formats.format import described_by as known_distribution
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Controller, Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.rule_registry import Heading, declare
 
 from ..parameters import files
 from ..parameters.files import Node, asked
@@ -24,19 +24,14 @@ from ..sections.controllers import flat
 from .derived import Derived, derived
 from .types import full
 
-RULES = (
-    Rule(
-        "controllers-later",
-        "A note: the parameters of controllers are known up to Jazzy, and a later distribution is asked for.",
-        "Nothing, as long as the controllers start.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "controllers-remap",
-        "A note: a controller owns odom -> base, and publishes it beside /tf.",
-        "Start it with the remap that the message names.",
-        Heading.CONTROL,
-    ),
+RULES = declare(
+    Heading.CONTROL,
+    {
+        "controllers-later": "A note: the parameters of controllers are known up to Jazzy, and a later distribution "
+        "is asked for. Fix: Nothing, as long as the controllers start.",
+        "controllers-remap": "A note: a controller owns odom -> base, and publishes it beside /tf. Fix: Start it with "
+        "the remap that the message names.",
+    },
 )
 
 UPDATE_RATE = 100  # Hz

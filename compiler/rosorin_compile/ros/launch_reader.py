@@ -172,7 +172,7 @@ def _python_node(words: Mapping[str, ast.expr], names: Names, span: Span) -> Lau
 
 
 def _pairs(pairs: Any, span: Span) -> tuple[Remap, ...] | None:
-    rows = pairs if isinstance(pairs, list) else [None]
+    rows: list[Any] = pairs if isinstance(pairs, list) else [None]
     if not all(isinstance(row, list) and len(row) == 2 and all(isinstance(one, str) for one in row) for row in rows):
         return None
     return tuple(Remap(old, new, span) for old, new in rows)

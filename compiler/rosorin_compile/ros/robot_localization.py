@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.drive import driving_of
@@ -21,7 +20,7 @@ from rosorin_compile.source.wording import swaps
 
 from .controllers.filled import drivers, intended_topic
 from .navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
-from .parameters import options_of, read, syntax
+from .parameters import parameter_file
 from .parameters.files import Node, Parameters, asked, parameters_of, text
 
 RULES = declare(
@@ -237,21 +236,14 @@ def booleans(uses: Sequence[str]) -> list[bool]:
     return [state in uses for state in STATES]
 
 
-FORMAT = Format(
-    name="robot_localization",
+FORMAT = parameter_file(
+    "robot_localization",
     word="parameter file for robot_localization",
-    article="a",
     about="frames, ownership and inputs of an EKF",
     rank=63,
     covers=("robot", "edges.parent", "edges.child", "edges.publisher", "publishers.node"),
-    options=options_of("robot_localization"),
     file="ekf.yaml",
     check=check,
     write=write,
     view=view,
-    read=read,
-    names_robot=False,
-    syntax=syntax,
-    folder="config",
-    deploys=True,
 )

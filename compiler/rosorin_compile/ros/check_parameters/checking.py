@@ -34,10 +34,10 @@ from ..controllers.checking import against_robot, missing
 from ..controllers.derived import derived
 from ..controllers.filled import intended_topic
 from ..controllers.types import full, of_type
+from ..parameters.files import NoParameters, Section, read_file
 from ..parameters.tables import MANAGER
 from ..ports import IMU, ODOMETRY, OUT, VELOCITY, Port, controller_ports, full_topic, ports, short_type
 from . import frames, owners, values
-from .files import NoParameters, Section, read_file
 from .nodes import Files, Node, Setting, found
 from .remaps import Remap, of_launch, of_word, topic
 

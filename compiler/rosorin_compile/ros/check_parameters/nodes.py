@@ -11,8 +11,8 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, did_yo
 from rosorin_compile.source.rule_registry import Heading, declare
 
 from ..controllers.types import full as full_type
+from ..parameters.files import Parameter, Section
 from ..parameters.tables import MANAGER, Kind, by_name, by_signs, controller, controller_by_keys, is_of, plugins
-from .files import Parameter, Section
 
 RULES = declare(
     Heading.PARAMETERS,

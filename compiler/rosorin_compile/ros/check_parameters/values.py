@@ -9,7 +9,7 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, 
 from rosorin_compile.source.rule_registry import Heading, declare
 
 from ..parameters.checking import against_kind
-from .files import Parameter
+from ..parameters.files import Parameter
 from .nodes import Node
 
 RULES = declare(

@@ -14,23 +14,9 @@ from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import holds, modes_in
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Help, Suggestion, listed, quoted
-from rosorin_compile.source.rule_registry import Heading, declare
 from rosorin_compile.source.tree import Path, exists
 
 from .parameters.tables import kinds
-
-RULES = declare(
-    Heading.NAVIGATION,
-    {
-        "navigation-frames": "The description does not say what nodes of navigation have to know: which frame the "
-        "odometry moves, or which of several. Fix: Add the edge to `edges`, with who publishes it; or name the frames "
-        "in the output.",
-        "navigation-no-map": "A warning: no edge leads from a map to the odometry, so what needs a map is left out. "
-        "Fix: Add it to `edges`: `{parent: map, child: odom, publisher: amcl}`.",
-        "navigation-owner": "A node is to publish an edge that nodes of its kind do not publish, or two. Fix: Correct "
-        "the edge, or its publisher.",
-    },
-)
 
 AMCL, SLAM, FILTER = "amcl", "slam_toolbox", "ekf"
 _NO_FILTER = "navsat"  # a node of robot_localization that is none

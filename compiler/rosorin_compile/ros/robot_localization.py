@@ -15,26 +15,12 @@ from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.drive import driving_of
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Help, Suggestion, error, listed, quoted
-from rosorin_compile.source.rule_registry import Heading, declare
 from rosorin_compile.source.wording import swaps
 
 from .controllers.filled import drivers, intended_topic
 from .navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
 from .parameters import parameter_file
 from .parameters.files import Node, Parameters, asked, parameters_of, text
-
-RULES = declare(
-    Heading.NAVIGATION,
-    {
-        "filter-unclear": "An output does not say which filter it is for, or names a node that is none. Fix: `node: "
-        "NAME`, one of `publishers` of the package robot_localization.",
-        "filter-owns-nothing": "A note: no edge is of the filter, so it is written with `publish_tf: false`. Fix: "
-        "Name it as the publisher of an edge, if it is to publish one.",
-        "filter-input": "An input of a filter has no topic or a number with a gap before it, or lacks the values that "
-        "are used of it, or it is to give what such messages do not have. A warning where the filter has no inputs, "
-        "or listens to an odometry that no node publishes. Fix: As the message says.",
-    },
-)
 
 # What a filter estimates, in the order of its fifteen booleans (robot_localization: filter_common.hpp).
 STATES = (*("x", "y", "z", "roll", "pitch", "yaw"), *("vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az"))

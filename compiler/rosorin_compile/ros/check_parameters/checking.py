@@ -28,7 +28,6 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import no_file
-from rosorin_compile.source.rule_registry import Heading, declare
 
 from ..controllers.checking import against_robot, missing
 from ..controllers.derived import derived
@@ -40,19 +39,6 @@ from ..ports import IMU, ODOMETRY, OUT, VELOCITY, Port, controller_ports, full_t
 from . import frames, owners, values
 from .nodes import Files, Node, Setting, found
 from .remaps import Remap, of_launch, of_word, topic
-
-RULES = declare(
-    Heading.PARAMETERS,
-    {
-        "parameters-odometry": "A warning: a node listens to an odometry below the name of a controller that "
-        "publishes another one. A note: it listens to `odom`, or below a `..._controller` that no file has, and the "
-        "drive publishes elsewhere. Fix: Name the topic that is published; or say by `--remap` or `--launch` which "
-        "remap there is.",
-        "parameters-topic": "A warning: two nodes of one topic have other messages, Twist and TwistStamped. A note: a "
-        "filter listens to another IMU than the broadcaster in the files publishes. Fix: As the message says; or say "
-        "by `--remap` or `--launch` which remap there is.",
-    },
-)
 
 _USUAL = "odom"
 _OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # as controllers of a drive are called

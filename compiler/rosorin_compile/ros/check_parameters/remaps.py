@@ -8,18 +8,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, error
-from rosorin_compile.source.rule_registry import Heading, declare
 
 from ..launch_reader import LaunchError, nodes_of
 from ..ports import full_topic
-
-RULES = declare(
-    Heading.PARAMETERS,
-    {
-        "parameters-launch": "A launch file cannot be read; a warning where it says remaps that are known only when it "
-        "runs. Fix: Say them by `--remap NODE:FROM:=TO`.",
-    },
-)
 
 TF = "tf"
 # Nodes that run others in their process: what they are told holds for all of them.

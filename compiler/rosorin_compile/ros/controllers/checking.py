@@ -12,28 +12,11 @@ from typing import Any
 from rosorin_compile.model import Robot
 from rosorin_compile.ros.sections.control.hardware import JOINT_WORDS, POSITION, VELOCITY
 from rosorin_compile.source.diagnostics import WARNING, Suggestion, listed, nearest, quoted
-from rosorin_compile.source.rule_registry import Heading, declare
 
 from ..parameters.checking import Finding
 from ..parameters.tables import Kind
 from .derived import COMMANDS, Derived
 from .types import SHORT
-
-RULES = declare(
-    Heading.CONTROL,
-    {
-        "controller-missing": "A controller lacks a parameter that it needs. Fix: Give it; or say in the description "
-        "what it follows from: `drive`, `sensors`, `control`.",
-        "controller-name": "A controller names a joint, a frame or a sensor that the robot does not have. Fix: "
-        "Correct the name.",
-        "controller-differs": "A controller is told something else than the robot says: the radius of a wheel, the "
-        "distance between two, which is on the left. A warning in a description. Fix: Correct one of the two; what is "
-        "left out of a description is filled in.",
-        "controller-interface": "Two controllers that are started claim one command of a joint: the second one does "
-        "not start. A warning: a controller commands what no hardware block has. Fix: Start one of the two with "
-        "`inactive: true`; give the joint this command in `control`, or name another joint.",
-    },
-)
 
 _TOLERANCE = 0.005  # of a size: people round, and measure wheels that are pressed flat
 _LEAST = 0.0005  # m

@@ -15,7 +15,6 @@ from rosorin_compile.model import Mesh, Output, Publisher, Robot, Sensor
 from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error, listed
-from rosorin_compile.source.rule_registry import Heading, declare
 
 from ..controllers.derived import owned
 from ..controllers.filled import Driver, drivers
@@ -23,24 +22,6 @@ from ..navigation import AMCL, FILTER, SLAM, Found, Frames, diagnose, frames_of,
 from ..parameters.files import Node, Parameters, asked, parameters_of, text
 from ..ports import IN, OBSTACLES, ODOMETRY, VELOCITY, message_of_sensor, ports, short_type
 from .footprint import CORNERS, Footprint, footprint, left_out, padded, solids
-
-RULES = declare(
-    Heading.NAVIGATION,
-    {
-        "nav2-footprint": "A warning: the footprint is left out, for the robot has no collision shapes, or meshes of "
-        "unknown size, so it would be too small; or the base frame is not within it, which Nav2 takes for granted. "
-        "Fix: Give the links shapes; or name another `base_frame`.",
-        "nav2-base": "The base frame for Nav2 is no frame of the robot, or it moves against the one that the odometry "
-        "moves. Fix: Name a frame that is fixed to it.",
-        "nav2-pose": "The robot has no pose of this name. Fix: Name one of `poses`.",
-        "nav2-pose-left-out": "A warning: the pose of the footprint does not name a joint, and what that moves "
-        "decides on the footprint, for it is where it reaches farthest. Fix: Name the joint in the pose.",
-        "nav2-source": "An observation source is no sensor that sees obstacles, has no topic, or is lower than any "
-        "obstacle. Fix: As the message says.",
-        "nav2-command": "A warning: a controller of the drive takes velocities in another message than Nav2 sends: "
-        "nothing drives. Fix: Give the controller `use_stamped_vel: false`, or both outputs the same `distribution`.",
-    },
-)
 
 LOCAL, GLOBAL = "local_costmap", "global_costmap"
 _LAYERS = {LOCAL: "voxel_layer", GLOBAL: "obstacle_layer"}  # nav2_bringup/params/nav2_params.yaml

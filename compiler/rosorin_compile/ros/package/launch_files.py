@@ -23,22 +23,8 @@ from rosorin_compile.model import (
 )
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Source, Span
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, fixed
-from rosorin_compile.source.rule_registry import Heading, declare
 
 from ..launch_reader import nodes_of
-
-RULES = declare(
-    Heading.PACKAGES,
-    {
-        "deployed-launch-differs": "A launch file gives a static transform other values, or another parent. Fix: "
-        "Write the described values into it.",
-        "deployed-launch-owner": "A launch file publishes a frame that belongs to another node. Fix: Publish it once.",
-        "deployed-launch-refused": "static_transform_publisher would refuse its arguments. Fix: Correct them.",
-        "deployed-launch-unknown": "A warning: a launch file publishes a frame that is not described. Fix: Describe "
-        "it.",
-    },
-)
-
 
 # Less than these is the rounding of somebody who typed the number: 0.01 mm, 0.006 deg.
 METRES, RADIANS = 1e-5, 1e-4

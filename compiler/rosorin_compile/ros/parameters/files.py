@@ -24,19 +24,9 @@ from rosorin_compile.formats.format import JAZZY
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, error
-from rosorin_compile.source.rule_registry import Heading, declare
 
 from .tables import Kind, kinds
 from .values import converted, written
-
-RULES = declare(
-    Heading.PARAMETERS,
-    {
-        "parameters-syntax": "A parameter file is none, or one that ROS 2 refuses: no node starts with it. A warning "
-        "where ROS 2 reads it otherwise than it looks. Fix: As the message says.",
-        "parameters-twice": "A warning: a parameter is repeated for one node; the last one counts. Fix: Remove one.",
-    },
-)
 
 PARAMETERS = "ros__parameters"
 _DEEPEST = 42  # mappings and lists in each other

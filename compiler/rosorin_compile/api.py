@@ -49,7 +49,6 @@ from rosorin_compile.source.diagnostics import (
     MissingPackages,
     RequestError,
     UnknownName,
-    did_you_mean,
     error,
     has_errors,
 )
@@ -600,7 +599,7 @@ def init(name: str, template: str = "base", project: FilePath = ".") -> NewRobot
     from rosorin_compile.importing import new_robot
 
     if template not in new_robot.TEMPLATES:
-        raise UnknownName(f'there is no template "{template}"; take one of {", ".join(new_robot.TEMPLATES)}')
+        raise UnknownName("template", template, new_robot.TEMPLATES)
     return new_robot.start(name, Path(project), template)
 
 
@@ -649,7 +648,7 @@ def explain_rules(ids: Sequence[str] = ()) -> Rules:
     known = {**OF_PLUGINS, **find(ids or None)}
     for id in ids:
         if id not in known:
-            raise UnknownName(f'there is no rule "{id}"; {did_you_mean(id, {**find(), **OF_PLUGINS})}')
+            raise UnknownName("rule", id, {**find(), **OF_PLUGINS})
     return Rules(tuple(known[id] for id in dict.fromkeys(ids or sorted(known))), diagnostics)
 
 
@@ -662,7 +661,7 @@ def schema(name: str = "authoring") -> dict[str, Any]:
         'object'
     """
     if name not in (known := schema_names()):
-        raise UnknownName(f'there is no schema "{name}"; {did_you_mean(name, known)}')
+        raise UnknownName("schema", name, known)
     found: dict[str, Any] = json.loads(schema_text(name))
     return found
 

@@ -1,7 +1,7 @@
 """rosorin-compile schema: print a JSON Schema: of descriptions, for editors, or of a format for programs."""
 
 from rosorin_compile.formats import schema_names, schema_text
-from rosorin_compile.source.diagnostics import RequestError, did_you_mean
+from rosorin_compile.source.diagnostics import RequestError, UnknownName
 
 from .command import Options, argument, command, flag
 from .console import FINE, give, table
@@ -21,6 +21,6 @@ def run(options: Options) -> int:
     if options.format != "text":
         raise RequestError("--format goes with --list: a schema is printed as it is")
     if options.name not in names:
-        raise RequestError(f'there is no schema "{options.name}"; {did_you_mean(options.name, names)}')
+        raise UnknownName("schema", options.name, names)
     give(schema_text(options.name))
     return FINE

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.model import Robot
 from rosorin_compile.model.sections import ENTRIES, ITEMS, NO_SECTIONS, ONE, Section, Sections, own_sections
-from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
+from rosorin_compile.source.diagnostics import Diagnostic, UnknownName
 from rosorin_compile.source.plugins import Plugin, aside, failed
 from rosorin_compile.source.tree import Map, Path
 
@@ -174,7 +174,7 @@ def _checked(made: object, before: Robot) -> Robot:
             if end not in names:
                 raise ValueError(f'it adds joint "{joint.name}" at link "{end}", which there is not')
         if joint.type not in types:
-            raise ValueError(f'it adds joint "{joint.name}" of type "{joint.type}"; {did_you_mean(joint.type, types)}')
+            raise UnknownName(f'type for joint "{joint.name}"', joint.type, types)
     return made
 
 

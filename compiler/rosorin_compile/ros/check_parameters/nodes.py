@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import Controller, Publisher
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, did_you_mean, error, nearest
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, error, nearest
 
 from ..controllers.types import full as full_type
 from ..parameters.files import Parameter, Section
@@ -163,7 +163,7 @@ def _types(named: Mapping[str, list[Section]], files: Files) -> dict[str, _Type]
 
 
 def _is_type(text: str) -> bool:
-    return text in plugins("") or did_you_mean(text, plugins("")).startswith("did")
+    return text in plugins("") or nearest(text, plugins("")) is not None
 
 
 def _homeless(named: dict[str, list[Section]], types: Mapping[str, _Type]) -> Iterator[Diagnostic]:

@@ -226,9 +226,7 @@ def _placed(case: Case, found: Finding, entry: Path, within: Path) -> Diagnostic
     path = (*path, value.index(found.unknown)) if isinstance(value, Seq) and found.unknown in value else path
     help = found.help
     if found.known:
-        from rosorin_compile.language.suggestions import suggest_name
-
-        help = suggest_name(case.tree, path, found.unknown, found.known)
+        help = case.suggest(path, found.unknown, found.known)
     return case.problem(found.rule, found.message, path, help, severity=found.severity, key=key)
 
 

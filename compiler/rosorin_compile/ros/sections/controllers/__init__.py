@@ -7,7 +7,6 @@ from typing import Any
 
 from rosorin_compile.language.records import Problem, entries_of, record_of
 from rosorin_compile.language.schema import named_as
-from rosorin_compile.language.suggestions import suggest_name
 from rosorin_compile.model import Controller
 from rosorin_compile.model.sections import Section
 from rosorin_compile.rules.case import Case
@@ -65,7 +64,7 @@ def controller_names(case: Case) -> Iterator[Diagnostic]:
             if name and name not in known:
                 path: Path = ("controllers", one.name, key)
                 message = f'the controller "{one.name}" names the {word} "{name}", which there is not'
-                help = suggest_name(case.tree, path, name, known) if known else f"the robot has no {word}"
+                help = case.suggest(path, name, known, none=f"the robot has no {word}")
                 yield case.problem("controller-name", message, path, help)
 
 

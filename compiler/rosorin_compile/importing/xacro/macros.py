@@ -82,12 +82,19 @@ def _parameters(text: str) -> Iterator[tuple[str, str | None]]:
 def how_to_call(path: Path, macros: Mapping[str, Parameters]) -> str:
     """Return the help for a file that only defines macros: an include that calls one of them."""
     name, parameters = next(iter(macros.items()))
-    needed = [one.lstrip("*") for one, default in parameters.items() if default is None and one not in _POSES]
-    values = ", ".join(f"{key}: VALUE" for key in needed if key not in _PARENTS)
-    keys = f", with: {{{values}}}" if values else ""
-    keys += ", parent: LINK" if any(key in _PARENTS for key in needed) else ""
+    keys = _keys_for([one for one, default in parameters.items() if default is None and one not in _POSES])
     others = f"; its macros are {listed(macros)}" if len(macros) > 1 else ""
-    return f"call one in a description: include: [{{file: {path.name}, macro: {name}{keys}}}]{others}"
+    return (
+        f"call one in a description: include: [{{{', '.join((f'file: {path.name}, macro: {name}', *keys))}}}]{others}"
+    )
+
+
+def _keys_for(parameters: Iterable[str]) -> list[str]:
+    """Return the keys of an include that pass values to some parameters."""
+    forms = {"": "VALUE", "*": "'<ELEMENT/>'", "**": "'<ELEMENT/><ELEMENT/>'"}
+    values = {key: forms[one.removesuffix(key)] for one in parameters if (key := one.lstrip("*")) not in _PARENTS}
+    keys = [f"with: {{{', '.join(f'{key}: {form}' for key, form in values.items())}}}"] if values else []
+    return [*keys, "parent: LINK"] if any(one in _PARENTS for one in parameters) else keys
 
 
 def _included(name: str, file: Path, packages: Packages) -> Path | None:
@@ -129,8 +136,9 @@ def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions)
             problems.append(error("package-missing", f'the package "{package[1]}" is not found', span, help))
     if missing:
         message = f'the macro "{name}" needs {quoted(one.lstrip("*") for one in missing)}'
-        help = "; ".join(map(_how_to_pass, missing))
-        problems.append(error("missing-argument", message, entry.value_spans["macro"], help))
+        problems.append(
+            error("missing-argument", message, entry.value_spans["macro"], f"write {', '.join(_keys_for(missing))}")
+        )
     if problems:
         return Call("", passed, problems)
     file = quoteattr(_as_text(os.path.abspath(path)))
@@ -174,17 +182,10 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
         values |= {key: (texts[key], entry.value_spans[key]) for key in pose}
         passed.update(pose)
     elif pose and "parent" in passed:
-        message, help = f'the macro "{name}" has no block "origin" to which "{pose[0]}" is passed', "pass it in with"
+        message = f'the macro "{name}" has no block "origin" to which "{pose[0]}" is passed'
+        help = f"pass the pose in with, by its parameters: {listed(keys)}"
         problems.append(error("bad-argument", message, entry.key_spans[pose[0]], help))
     return values, frozenset(passed), problems
-
-
-def _how_to_pass(parameter: str) -> str:
-    key = parameter.lstrip("*")
-    if key in _PARENTS:
-        return "write parent: LINK"
-    value = "VALUE" if key == parameter else "'<ELEMENT/>'" if parameter.startswith("**") else f"'<{key} .../>'"
-    return f"write with: {{{key}: {value}}}"
 
 
 def _as_text(text: str) -> str:

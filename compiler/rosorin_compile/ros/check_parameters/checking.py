@@ -28,35 +28,17 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import no_file
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.checking import against_robot, missing
 from ..controllers.derived import derived
 from ..controllers.filled import intended_topic
 from ..controllers.types import full, of_type
+from ..parameters.files import NoParameters, Section, read_file
 from ..parameters.tables import MANAGER
-from ..ports import IMU, ODOMETRY, OUT, VELOCITY, Port, controller_ports, ports, short_type
+from ..ports import IMU, ODOMETRY, OUT, VELOCITY, Port, controller_ports, full_topic, ports, short_type
 from . import frames, owners, values
-from .files import NoParameters, Section, read_file
 from .nodes import Files, Node, Setting, found
-from .remaps import Remap, full_name, of_launch, of_word, topic
-
-RULES = (
-    Rule(
-        "parameters-odometry",
-        "A warning: a node listens to an odometry below the name of a controller that publishes another one. A note: "
-        "it listens to `odom`, or below a `..._controller` that no file has, and the drive publishes elsewhere.",
-        "Name the topic that is published; or say by `--remap` or `--launch` which remap there is.",
-        Heading.PARAMETERS,
-    ),
-    Rule(
-        "parameters-topic",
-        "A warning: two nodes of one topic have other messages, Twist and TwistStamped. A note: a filter listens to "
-        "another IMU than the broadcaster in the files publishes.",
-        "As the message says; or say by `--remap` or `--launch` which remap there is.",
-        Heading.PARAMETERS,
-    ),
-)
+from .remaps import Remap, of_launch, of_word, topic
 
 _USUAL = "odom"
 _OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # as controllers of a drive are called
@@ -286,7 +268,7 @@ def _unheard(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) 
 def _unpublished_odometry(end: _End, sources: Sequence[_End]) -> Iterator[Diagnostic]:
     node, heard, setting = end.node, end.topic, end.setting
     meant = intended_topic(heard, {source.node.full.strip("/"): source.topic for source in sources})
-    of_drive = heard in (full_name(_USUAL, node.namespace, ""), f"/{_USUAL}") or _OF_CONTROLLER.search(heard)
+    of_drive = heard in (full_topic(_USUAL, node.namespace, ""), f"/{_USUAL}") or _OF_CONTROLLER.search(heard)
     if not meant and not of_drive:
         return  # of somebody else, such as a camera
     source = next((one for one in sources if one.topic == meant), sources[0])

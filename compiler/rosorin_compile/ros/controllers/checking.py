@@ -12,41 +12,11 @@ from typing import Any
 from rosorin_compile.model import Robot
 from rosorin_compile.ros.sections.control.hardware import JOINT_WORDS, POSITION, VELOCITY
 from rosorin_compile.source.diagnostics import WARNING, Suggestion, listed, nearest, quoted
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.checking import Finding
 from ..parameters.tables import Kind
 from .derived import COMMANDS, Derived
 from .types import SHORT
-
-RULES = (
-    Rule(
-        "controller-missing",
-        "A controller lacks a parameter that it needs.",
-        "Give it; or say in the description what it follows from: `drive`, `sensors`, `control`.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "controller-name",
-        "A controller names a joint, a frame or a sensor that the robot does not have.",
-        "Correct the name.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "controller-differs",
-        "A controller is told something else than the robot says: the radius of a wheel, the distance between two, "
-        "which is on the left. A warning in a description.",
-        "Correct one of the two; what is left out of a description is filled in.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "controller-interface",
-        "Two controllers that are started claim one command of a joint: the second one does not start. A warning: a "
-        "controller commands what no hardware block has.",
-        "Start one of the two with `inactive: true`; give the joint this command in `control`, or name another joint.",
-        Heading.CONTROL,
-    ),
-)
 
 _TOLERANCE = 0.005  # of a size: people round, and measure wheels that are pressed flat
 _LEAST = 0.0005  # m

@@ -11,7 +11,6 @@ from rosorin_compile.model import Edge, Output, Robot
 from rosorin_compile.ros.sections.control.hardware import POSITION, VELOCITY
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, Seq, at, exists
 
 from ..parameters.checking import Finding, against_kind, unwritable
@@ -21,37 +20,6 @@ from .checking import against_robot, claims, frames_of, missing
 from .derived import owned
 from .filled import Filled, filled, managed
 from .types import full, of_type
-
-RULES = (
-    Rule(
-        "controllers-none",
-        "A file that has to name controllers (`check parameters --controllers`) names none. A warning: an output is "
-        "for the controllers of a description that has none.",
-        "`controllers: {NAME: {type: TYPE}}`.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "controllers-odometry",
-        "A note: a controller can publish the pose of the base, and no edge names it as the publisher. Its parameters "
-        "switch that off: the description defines who publishes each edge.",
-        "Add the edge with the controller as its publisher; or nothing, if no node is to publish it.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "controllers-joint-states",
-        "A warning: hardware blocks have states of joints, and no controller publishes them: a "
-        "`joint_state_broadcaster` does, and without `joint_states` robot_state_publisher moves no frame.",
-        "`controllers: {joint_state_broadcaster: {type: joint_state_broadcaster}}`.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "controllers-distribution",
-        "A warning: the controllers are for one distribution, and the hardware blocks of every URDF for another one.",
-        "Write the same `control` and `distribution`; or a URDF for each.",
-        Heading.CONTROL,
-    ),
-)
-
 
 _BLOCKS = "control"  # the option of a URDF that asks for hardware blocks
 _BROADCASTER = "joint_state_broadcaster/JointStateBroadcaster"

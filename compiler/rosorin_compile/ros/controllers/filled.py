@@ -13,7 +13,6 @@ from rosorin_compile.formats.format import described_by as known_distribution
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Controller, Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters import files
 from ..parameters.files import Node, asked
@@ -23,21 +22,6 @@ from ..ports import ODOMETRY, VELOCITY, port_of
 from ..sections.controllers import flat
 from .derived import Derived, derived
 from .types import full
-
-RULES = (
-    Rule(
-        "controllers-later",
-        "A note: the parameters of controllers are known up to Jazzy, and a later distribution is asked for.",
-        "Nothing, as long as the controllers start.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "controllers-remap",
-        "A note: a controller owns odom -> base, and publishes it beside /tf.",
-        "Start it with the remap that the message names.",
-        Heading.CONTROL,
-    ),
-)
 
 UPDATE_RATE = 100  # Hz
 CONTROLLERS = "controllers"  # the backend

@@ -5,21 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Suggestion, listed, nearest
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.checking import Finding
 from ..parameters.tables import DISTRIBUTIONS, plugins
 from ..ports import facts
-
-RULES = (
-    Rule(
-        "controller-type",
-        "A distribution has no controller of this type. A note where it is of another package, whose types are not "
-        "known: its parameters are not checked. A warning where that is nearly the name of a known one.",
-        "The message names the nearest one, or the distribution that has it.",
-        Heading.CONTROL,
-    ),
-)
 
 # Short words for types; each means the same in every distribution that has it.
 SHORT: Mapping[str, str] = facts("ros2_ports")["controllers"]["short"]

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, listed
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.filled import COMMAND, TF, Filled, distribution_of, drivers, filled, remaps
 from ..graph import DRIVER, Graph, graph_of, open_ends
@@ -27,24 +26,6 @@ if TYPE_CHECKING:
     from rosorin_compile.formats.format import Artifact
 
     from ..srdf.planning import Planning
-
-RULES = (
-    Rule("package-start", "A package starts what no output is for, or what its nodes cannot load.",
-         "Add the output that the message names, or follow its advice.", Heading.PACKAGES),
-    Rule(
-        "package-gazebo",
-        "A note: Nav2 is started, and an SDF gives sensors no frames: what Gazebo publishes is in no frame of tf.",
-        "`gazebo: harmonic` in the output; nothing, where the SDF is for other readers.",
-        Heading.PACKAGES,
-    ),
-    Rule(
-        "package-acceleration",
-        "A note: MoveIt of Jazzy and later plans nothing for a joint without a limit of acceleration, which a "
-        "description does not have: `joint_limits.yaml` has a stand-in, 1 rad/s^2 or 1 m/s^2, as MoveIt of Humble.",
-        "Nothing, if that is what you want; else give MoveIt the limits of the maker.",
-        Heading.PACKAGES,
-    ),
-)  # fmt: skip
 
 BRINGUP = "bringup.launch.py"
 _URDF, _CONTROLLERS, _SRDF, _NAV2, _EKF = "urdf", "controllers", "srdf", "nav2", "robot_localization"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from rosorin_compile.language.lower.records import Problem, record_of, vector_of
+from rosorin_compile.language.records import Problem, record_of, vector_of
 from rosorin_compile.model import DisabledCollision
 from rosorin_compile.model.sections import Section
 from rosorin_compile.ros.moveit import Ball, CollisionMatrix, CollisionSearch, EndEffector, Group, Moveit, VirtualJoint
@@ -96,4 +96,4 @@ def state_path(case: Case, group: Group, state: str) -> Path:
     return (*path, state) if exists(case.tree, (*path, state)) else (*path, list(group.states or ()).index(state))
 
 
-MOVEIT: Section[Moveit | None] = Section("moveit", lower=moveit_of, checks=(planning,))
+SECTION: Section[Moveit | None] = Section("moveit", lower=moveit_of, checks=(planning,))

@@ -19,7 +19,7 @@ from rosorin_compile.model.simulation import Actuator, Attribute, Values
 from rosorin_compile.source.diagnostics import Help
 from rosorin_compile.source.tree import Path
 
-from ..schema import fragment_at
+from .schema import fragment_at
 
 T = TypeVar("T")
 Convert = Callable[[Any], Any]

@@ -11,7 +11,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, counted
 from rosorin_compile.source.rule_registry import SIMULATED, Check, rule
 from rosorin_compile.source.tree import Path, at
 
-from .actuators import drivers
+from . import drivers
 
 _CONDIMS = (1, 3, 4, 6)
 # Words of MuJoCo whose two numbers are a smallest and a largest one.

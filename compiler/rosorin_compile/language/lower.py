@@ -1,13 +1,17 @@
-"""Lower sections by their records: sections of the tool and of plug-ins are converted in the same way."""
+"""Lower: make the robot from a tree that ``validate`` accepts.
+
+Each section is converted by its record (``Section``), those of plug-ins in the same way. Only what prevents a value
+from being made is reported; whether the robot makes sense is for the rules.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
-from typing import Any
+from typing import Any, NamedTuple
 
 from rosorin_compile.model import Robot
 from rosorin_compile.model.sections import ENTRIES, ITEMS, NO_SECTIONS, ONE, Section, Sections, own_sections
@@ -15,35 +19,71 @@ from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
 from rosorin_compile.source.plugins import Plugin, aside, failed
 from rosorin_compile.source.tree import Map, Path
 
-from ..schema import fragment_at, plugged, resolve, schema
-from ..symbols import SymbolTable
-from .records import Problem, named_records, plain, record_of
+from .expand.scope import Scope
+from .lowering import Lowering
+from .records import named_records, plain, record_of
+from .schema import fragment_at, plugged, resolve, schema
+from .sections.links import RULES
+from .suppressions import accepted
+from .symbols import SymbolTable
 
 Report = Callable[[Diagnostic, str], None]
 Place = Callable[[str, str, Path], None]
+_ACCEPTABLE = {rule.id: rule for rule in RULES if rule.accept}
 
 
-def lower_sections(
-    core: Iterable[Section[Any]], tree: Mapping[str, Any], problem: Problem, report: Report
-) -> tuple[dict[str, Any], Sections]:
+class Lowered(NamedTuple):
+    """The robot (None after an error), where each joint, link and pose is defined, and problems.
+
+    ``places`` is keyed by kind and name: ("joint", "lidar_joint") -> ("sensors", "lidar"); an edge of a publisher of a
+    joint that takes turns is named by its index in ``Robot.edges``.
+    """
+
+    robot: Robot | None
+    places: dict[tuple[str, str], Path]
+    diagnostics: list[Diagnostic]
+
+
+def lower(tree: Map, scope: Scope | None = None) -> Lowered:
+    """Return the robot of a tree without errors; ``scope``, if known, is that of its expressions."""
+    lowering = Lowering(tree, scope, _ACCEPTABLE)
+
+    def report(diagnostic: Diagnostic, section: str) -> None:
+        """Report a problem of the plug-in of a section, at that section."""
+        place = tree.locate((section,), key=True)
+        lowering.diagnostics.append(replace(diagnostic, span=place.span, related=place.stack()))
+
+    values, sections = _lower_sections(tree, lowering, report)
+    values |= {"name": tree["robot"], "sections": sections}
+    values |= {name: tuple(getattr(lowering, name)) for name in ("links", "joints", "edges", "urdf_elements")}
+    if "root" in values:
+        values["root_in_world"] = values.pop("root")
+    robot = Robot(**{name: value for name, value in values.items() if value is not None})
+    if sections.values:
+        robot = with_sections(robot, tree, report, lowering.place)
+    refused = [problem for problem in lowering.diagnostics if not accepted(tree, problem, _ACCEPTABLE)]
+    return Lowered(None if refused else robot, lowering.places, lowering.diagnostics)
+
+
+def _lower_sections(tree: Mapping[str, Any], lowering: Lowering, report: Report) -> tuple[dict[str, Any], Sections]:
     """Return the values of the sections of the tool by name, and those of plug-ins.
 
     ``report`` takes a problem of a plug-in and the name of its section, which has no value then.
     """
-    own = [section for section in (*core, *own_sections()) if tree.get(section.name) is not None]
-    values = {section.name: _value(section, tree, problem) for section in own}
+    own = [section for section in own_sections() if tree.get(section.name) is not None]
+    values = {section.name: _value(section, tree, lowering) for section in own}
     contents, added = {}, {}
     for plugin, section in plugged().sections:
         if tree.get(section.name) is not None:
             contents[section.name] = _contents(section, tree)
             with _guarded(plugin, section.name, report):
-                added[section.name] = _value(section, tree, problem)
+                added[section.name] = _value(section, tree, lowering)
     return values, Sections(added, contents) if contents else NO_SECTIONS
 
 
-def _value(section: Section[Any], tree: Mapping[str, Any], problem: Problem) -> Any:
+def _value(section: Section[Any], tree: Mapping[str, Any], lowering: Lowering) -> Any:
     if section.lower is not None:
-        return section.lower(tree, problem)
+        return section.lower(tree, lowering)
     entries = _contents(section, tree)
     if section.form == ITEMS:
         return tuple(record_of(section.entry, entry) for entry in entries)

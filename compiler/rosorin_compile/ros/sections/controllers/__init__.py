@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from rosorin_compile.language.lower.records import Problem, entries_of, record_of
+from rosorin_compile.language.records import Problem, entries_of, record_of
 from rosorin_compile.language.schema import named_as
 from rosorin_compile.language.suggestions import suggest_name
 from rosorin_compile.model import Controller
@@ -69,4 +69,4 @@ def controller_names(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("controller-name", message, path, help)
 
 
-CONTROLLERS: Section[tuple[Controller, ...]] = Section("controllers", lower=controllers_of, checks=(controller_names,))
+SECTION: Section[tuple[Controller, ...]] = Section("controllers", lower=controllers_of, checks=(controller_names,))

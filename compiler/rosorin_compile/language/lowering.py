@@ -14,14 +14,15 @@ from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.rule_registry import Rule
+from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Map, Path
 
-from ..expand.provenance import problem_at
-from ..expand.scope import Scope
-from ..suppressions import accepted, names_at
+from .expand.provenance import problem_at
+from .expand.scope import Scope
+from .suppressions import accepted, names_at
 
 T = TypeVar("T")
+RULES = (Rule("duplicate-name", "Two entries have the same name.", "Rename one, or use another `prefix`.", FILES),)
 
 
 class LoweringError(Exception):
@@ -44,6 +45,7 @@ class Lowering:
         self.edges: list[Edge] = []
         self.links: list[Link] = []
         self.joints: list[Joint] = []
+        self.urdf_elements: list[str] = []
         self.servos: tuple[ServoGroup, ...] = ()
         self.solids: dict[object, Inertial] = {}  # of mesh files by file and scale
         self._shared: dict[Hashable, Any] = {}

@@ -1,16 +1,15 @@
-"""Lower: make the robot from a tree that ``validate`` accepts.
+"""The sections of the language: ``SECTIONS`` has the record of each.
 
-Each section is converted by its record: those of plug-ins, those of the folders for ROS and MuJoCo, and ``CORE`` here.
-Only what prevents a value from being made is reported; whether the robot makes sense is for the rules.
+The folder of a section has its piece of the schema, ``schema.json``, and its conversion if that is long. What sections
+share, and what has no record, is in the ``schema.json`` here. The dataclasses are in ``model``, the rules in ``rules``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
-from rosorin_compile.model import Edge, Joint, Link, Output, Publisher, Robot, Sensor
+from rosorin_compile.model import Edge, Output, Publisher
 from rosorin_compile.model.drive import ROLES, Drive
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.model.link import Source
@@ -19,74 +18,23 @@ from rosorin_compile.model.sections import ITEMS, ONE, Section
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import Root
-from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.rule_registry import FILES, FRAMES, JOINTS, POSES, Rule
-from rosorin_compile.source.tree import Map, Path
+from rosorin_compile.source.rule_registry import FRAMES, JOINTS, POSES, Rule
+from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import listed
 
-from ..expand.scope import Scope
+from ..lowering import Lowering
+from ..records import Problem, entries_of, pose_of_entry, record_of, renamed_values, source_of, values_of
 from ..schema import backend_of
 from ..suggestions import suggest_name
-from ..suppressions import accepted
-from . import links
-from .joints import add_frames, lower_joint, lower_sensor, node
-from .lowering import Lowering
-from .records import Problem, entries_of, pose_of_entry, record_of, renamed_values, source_of, values_of
-from .sections import lower_sections, with_sections
+from . import joints, links, sensors
+from .joints import node
 
 RULES = (
-    Rule("duplicate-name", "Two entries have the same name.", "Rename one, or use another `prefix`.", FILES),
     Rule("unknown-publisher", "A publisher is not in `publishers`.", "Correct the name, or add the node.", FRAMES),
     Rule("drive-kind", "A drive has no kind of base, or several.", "Write one, such as `differential`.", JOINTS),
     Rule("unknown-servo", "No servo group has this joint.", "Correct the name, or add it to a group.", POSES),
     Rule("pulse-range", "A pulse is outside the range of its servo.", "Correct the pulse or the range.", POSES),
 )
-_ACCEPTABLE = {rule.id: rule for rule in links.RULES if rule.accept}
-
-
-class Lowered(NamedTuple):
-    """The robot (None after an error), where each joint, link and pose is defined, and problems.
-
-    ``places`` is keyed by kind and name: ("joint", "lidar_joint") -> ("sensors", "lidar"); an edge of a publisher of a
-    joint that takes turns is named by its index in ``Robot.edges``.
-    """
-
-    robot: Robot | None
-    places: dict[tuple[str, str], Path]
-    diagnostics: list[Diagnostic]
-
-
-def lower(tree: Map, scope: Scope | None = None) -> Lowered:
-    """Return the robot of a tree without errors; ``scope``, if known, is that of its expressions."""
-    lowering = Lowering(tree, scope, _ACCEPTABLE)
-
-    def report(diagnostic: Diagnostic, section: str) -> None:
-        """Report a problem of the plug-in of a section, at that section."""
-        place = tree.locate((section,), key=True)
-        lowering.diagnostics.append(replace(diagnostic, span=place.span, related=place.stack()))
-
-    values, sections = lower_sections(CORE, tree, lowering, report)
-    values |= {"name": tree["robot"], "urdf_elements": _urdf_elements(tree, lowering), "sections": sections}
-    values |= {"links": tuple(lowering.links), "joints": tuple(lowering.joints), "edges": tuple(lowering.edges)}
-    if "root" in values:
-        values["root_in_world"] = values.pop("root")
-    robot = Robot(**{name: value for name, value in values.items() if value is not None})
-    if sections.values:
-        robot = with_sections(robot, tree, report, lowering.place)
-    refused = [problem for problem in lowering.diagnostics if not accepted(tree, problem, _ACCEPTABLE)]
-    return Lowered(None if refused else robot, lowering.places, lowering.diagnostics)
-
-
-def _urdf_elements(tree: Map, lowering: Lowering) -> tuple[str, ...]:
-    texts = list(tree.get("urdf_elements") or ())
-    for name, entry in (tree.get("sensors") or {}).items():
-        for index, text in enumerate(entry.get("urdf_elements") or ()):
-            lowering.places["urdf_element", str(len(texts))] = ("sensors", name, "urdf_elements", index)
-            texts.append(text)
-    return tuple(texts)
-
-
-# Conversions of sections: each takes the tree and the lowering. A section is after those that it refers to.
 
 
 def _publishers(tree: Mapping[str, Any], lowering: Lowering) -> tuple[Publisher, ...]:
@@ -103,20 +51,6 @@ def _edges(tree: Mapping[str, Any], lowering: Lowering) -> None:
         pose = pose_of_entry(entry) if "xyz" in entry or "rpy" in entry else None
         moving = entry.get("moving", True)
         lowering.edges.append(record_of(Edge, entry, publisher=publisher, moving=moving, pose=pose, joint=""))
-
-
-def _links(tree: Mapping[str, Any], lowering: Lowering) -> None:
-    lowering.links += [links.lower_link(lowering, name, entry or {}) for name, entry in entries_of(tree, "links")]
-
-
-def _joints(tree: Mapping[str, Any], lowering: Lowering) -> None:
-    lowering.joints += [lower_joint(lowering, name, entry) for name, entry in entries_of(tree, "joints")]
-
-
-def _sensors(tree: Mapping[str, Any], lowering: Lowering) -> tuple[Sensor, ...]:
-    sensors = [lower_sensor(lowering, name, entry) for name, entry in entries_of(tree, "sensors")]
-    add_frames(lowering, sensors)
-    return tuple(sensors)
 
 
 def _servos(tree: Mapping[str, Any], lowering: Lowering) -> tuple[ServoGroup, ...]:
@@ -205,24 +139,31 @@ def _root(tree: Mapping[str, Any], _: Problem) -> Root:
     return record_of(Root, entry, values=values, placed="xyz" in entry or "rpy" in entry)
 
 
+def _urdf_elements(tree: Mapping[str, Any], lowering: Lowering) -> None:
+    lowering.urdf_elements += tree["urdf_elements"]
+
+
 def _disabled_contacts(tree: Mapping[str, Any], _: Problem) -> tuple[tuple[str, ...], ...]:
     return tuple(tuple(one["links"]) for one in tree["disabled_contacts"])
 
 
-CORE: tuple[Section[Any], ...] = (
-    Section("publishers", Publisher, lower=_publishers),
+# A section is after those that it refers to. The checks of the whole robot are in ``rules.check``.
+_RULES = "rosorin_compile.rules"
+SECTIONS: tuple[Section[Any], ...] = (
+    Section("publishers", Publisher, lower=_publishers, checks=(f"{_RULES}.publishers",)),
     Section("edges", Edge, form=ITEMS, lower=_edges),
-    Section("links", Link, lower=_links),
-    Section("joints", Joint, lower=_joints),
-    Section("sensors", Sensor, lower=_sensors),
+    links.SECTION,
+    joints.SECTION,
+    Section("urdf_elements", form=ITEMS, lower=_urdf_elements, checks=(f"{_RULES}.urdf_elements",)),
+    sensors.SECTION,
     Section("servos", ServoGroup, lower=_servos),
-    Section("drive", Drive, form=ONE, lower=_drive),
-    Section("poses", JointPose, lower=_poses),
-    Section("outputs", Output, lower=_outputs),
+    Section("drive", Drive, form=ONE, lower=_drive, checks=(f"{_RULES}.drive",)),
+    Section("poses", JointPose, lower=_poses, checks=(f"{_RULES}.positions",)),
+    Section("outputs", Output, lower=_outputs, checks=(f"{_RULES}.outputs",)),
     Section("modes", lower=lambda tree, _: tuple(name for name, _ in entries_of(tree, "modes"))),
     Section("source", Source, form=ONE, lower=lambda tree, _: source_of(tree["source"])),
     Section("materials", Material, lower=_materials),
     Section("root", Root, form=ONE, lower=_root),
     Section("disabled_contacts", form=ITEMS, lower=_disabled_contacts),
-    Section("mjcf", form=ITEMS, lower=lambda tree, _: tuple(tree["mjcf"])),
+    Section("mjcf", form=ITEMS, lower=lambda tree, _: tuple(tree["mjcf"]), checks=(f"{_RULES}.simulated",)),
 )

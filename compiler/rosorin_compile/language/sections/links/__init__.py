@@ -1,4 +1,4 @@
-"""Lower links: their shapes, and inertials as they are written or those of shapes of even density."""
+"""The section ``links``: their shapes, and inertials as they are written or those of shapes of even density."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from typing import Any
 from rosorin_compile.model import Inertial, Link, Transform
 from rosorin_compile.model.link import Source
 from rosorin_compile.model.mass import inertial_of, together
+from rosorin_compile.model.sections import Section
 from rosorin_compile.model.shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 from rosorin_compile.model.simulation import Marked
 from rosorin_compile.source.rule_registry import NUMBERS, Rule
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import listed
 
-from .lowering import Lowering, LoweringError
-from .records import record_of, source_of, vector_of
+from ...lowering import Lowering, LoweringError
+from ...records import entries_of, record_of, source_of, vector_of
 
 RULES = (
     Rule("shape-kind", "A shape has no kind or several; a box has no size or several.", "Write one.", NUMBERS),
@@ -29,11 +30,15 @@ _GEOMETRIES: dict[str, type[Geometry]] = {"box": Box, "cylinder": Cylinder, "cap
 _GEOMETRIES |= {"ellipsoid": Ellipsoid, "mesh": Mesh, "height_map": HeightMap}
 _PER_MASS = ("mass", "ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 Accepts = Callable[[LoweringError], bool]
+_CHECKS = ("rosorin_compile.rules.bodies", "rosorin_compile.rules.shapes")
 _MARKS = {"sites": "site", "cameras": "camera", "lights": "light"}
 
 
-def lower_link(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Link:
-    """Return a link. Keys that are named like a field of ``Link`` need nothing here."""
+def _links(tree: Mapping[str, Any], lowering: Lowering) -> None:
+    lowering.links += [_link(lowering, name, entry or {}) for name, entry in entries_of(tree, "links")]
+
+
+def _link(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Link:
     path: Path = ("links", name)
     lowering.place("link", name, path)
     source = source_of(entry.get("source"))
@@ -193,3 +198,6 @@ def _solid(lowering: Lowering, shape: Shape, path: Path) -> Inertial:
         message = f"the volume of the mesh {mesh.file} is unknown: {problem.diagnostic.message}"
         raise LoweringError("shape-kind", message, path, problem.diagnostic.help or help) from None
     return together([(lowering.solids[file, mesh.scale], shape.pose.transform())])
+
+
+SECTION: Section[Any] = Section("links", Link, lower=_links, checks=_CHECKS)

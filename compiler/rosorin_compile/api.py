@@ -54,7 +54,7 @@ from rosorin_compile.source.diagnostics import (
 )
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
-from rosorin_compile.source.project import Description, no_file
+from rosorin_compile.source.project import Description, all_here, no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, find
 from rosorin_compile.source.system import pip_install
 from rosorin_compile.viewer import frames as frame_trees
@@ -652,8 +652,11 @@ def explain_rules(ids: Sequence[str] = ()) -> Rules:
     return Rules(tuple(known[id] for id in dict.fromkeys(ids or sorted(known))), diagnostics)
 
 
-def schema(name: str = "authoring") -> dict[str, Any]:
+def schema(name: str = "authoring", macros: bool = False) -> dict[str, Any]:
     """Return a JSON Schema by its name in ``rosorin-compile schema --list``; by default that for editors.
+
+    Args:
+        macros: Add the names and parameters of the macros in xacro files that robots of this project include.
 
     Example:
         >>> import rosorin_compile
@@ -663,6 +666,12 @@ def schema(name: str = "authoring") -> dict[str, Any]:
     if name not in (known := schema_names()):
         raise UnknownName("schema", name, known)
     found: dict[str, Any] = json.loads(schema_text(name))
+    if macros:
+        from rosorin_compile.importing.xacro.macros import with_macros
+
+        if name != "authoring":
+            raise RequestError(f'the schema "{name}" has no include: macros goes with "authoring"')
+        found = with_macros(found, all_here())
     return found
 
 

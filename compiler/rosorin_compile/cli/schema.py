@@ -27,8 +27,7 @@ def run(options: Options) -> int:
     if options.name not in names:
         raise UnknownName("schema", options.name, names)
     if options.macros:
-        give(json.dumps(api.schema(options.name, macros=True), indent=1, ensure_ascii=False) + "
-")
+        give(json.dumps(api.schema(options.name, macros=True), indent=1, ensure_ascii=False) + "\n")
     else:
         give(schema_text(options.name))
     return FINE

@@ -14,7 +14,7 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import Robot
-from rosorin_compile.model.sections import ENTRIES, ITEMS, NO_SECTIONS, ONE, Section, Sections, own_sections
+from rosorin_compile.model.sections import ENTRIES, ITEMS, ONE, Section, Sections, own_sections
 from rosorin_compile.source.diagnostics import Diagnostic, UnknownName
 from rosorin_compile.source.plugins import Plugin, aside, failed
 from rosorin_compile.source.tree import Map, Path
@@ -78,7 +78,7 @@ def _lower_sections(tree: Mapping[str, Any], lowering: Lowering, report: Report)
             contents[section.name] = _contents(section, tree)
             with _guarded(plugin, section.name, report):
                 added[section.name] = _value(section, tree, lowering)
-    return values, Sections(added, contents) if contents else NO_SECTIONS
+    return values, Sections(added, contents)
 
 
 def _value(section: Section[Any], tree: Mapping[str, Any], lowering: Lowering) -> Any:

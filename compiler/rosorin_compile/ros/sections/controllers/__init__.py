@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from rosorin_compile.language.records import Problem, entries_of, record_of
+from rosorin_compile.language.records import Problem, entries_of, plain, record_of
 from rosorin_compile.language.schema import named_as
 from rosorin_compile.model import Controller
 from rosorin_compile.model.sections import Section
@@ -22,7 +22,7 @@ def controllers_of(tree: Mapping[str, Any], _: Problem) -> tuple[Controller, ...
             Controller,
             entry,
             name=name,
-            params={key: _plain(value) for key, value in flat(entry.get("params") or {}).items()},
+            params={key: plain(value) for key, value in flat(entry.get("params") or {}).items()},
         )
         for name, entry in entries_of(tree, "controllers")
     )
@@ -41,14 +41,6 @@ def flat(params: Mapping[str, Any], above: str = "") -> dict[str, Any]:
         else:
             found[f"{above}{key}"] = value
     return found
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, list):
-        return tuple(_plain(item) for item in value)
-    if isinstance(value, float):
-        return float(value)
-    return str(value) if isinstance(value, str) else value
 
 
 @Check

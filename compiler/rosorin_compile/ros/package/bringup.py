@@ -19,7 +19,7 @@ from ..graph import DRIVER, Graph, graph_of, open_ends
 from ..parameters.files import nodes_of
 from ..parameters.tables import plugins
 from ..parameters.values import written
-from ..ports import short_type
+from ..ports import interfaces_of, short_type
 from .options import CONTROL, MOVEIT, NAV2, STARTS
 
 if TYPE_CHECKING:
@@ -49,13 +49,6 @@ _MADE = {
     "config/kinematics.yaml": "kinematics.yaml",
     "config/moveit_controllers.yaml": "moveit_controllers.yaml",
     "rviz/moveit.rviz": "moveit.rviz",
-}
-# The action that MoveIt has for a type of controller.
-_ACTIONS = {
-    "joint_trajectory_controller/JointTrajectoryController": ("FollowJointTrajectory", "follow_joint_trajectory"),
-    "position_controllers/GripperActionController": ("GripperCommand", "gripper_cmd"),
-    "effort_controllers/GripperActionController": ("GripperCommand", "gripper_cmd"),
-    "parallel_gripper_action_controller/GripperActionController": ("ParallelGripperCommand", "gripper_cmd"),
 }
 _HUMBLE = "humble"
 _ONE_AXIS = ("revolute", "continuous", "prismatic")  # MoveIt limits each axis of other joints by a name of its own
@@ -224,8 +217,9 @@ class Bringup:
         moved = []
         for one in self._filled if _CONTROLLERS in self.outputs else ():
             joints = one.values.get("joints") or [one.values.get("joint", "")]
-            if one.type in _ACTIONS and all(name in planning.joints for name in joints):
-                moved.append((one.controller.name, *_ACTIONS[one.type], list(joints)))
+            action = interfaces_of(one.type).get("action")
+            if action and all(name in planning.joints for name in joints):
+                moved.append((one.controller.name, *action, list(joints)))
         solved = [group.name for group in planning.groups.values() if _is_chain(planning, group.name)]
         return {"solved": solved, "limited": list(self._limits(planning)), "moved": moved}
 

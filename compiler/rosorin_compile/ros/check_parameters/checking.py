@@ -29,13 +29,12 @@ from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import no_file
 
-from ..controllers.checking import against_robot, missing
+from ..controllers.checking import against_robot, missing, of_type
 from ..controllers.derived import derived
 from ..controllers.filled import intended_topic
-from ..controllers.types import full, of_type
 from ..parameters.files import NoParameters, Section, read_file
 from ..parameters.tables import MANAGER
-from ..ports import IMU, ODOMETRY, OUT, VELOCITY, Port, controller_ports, full_topic, ports, short_type
+from ..ports import IMU, ODOMETRY, OUT, VELOCITY, Port, controller_ports, full_topic, full_type, ports, short_type
 from . import frames, owners, values
 from .nodes import Files, Node, Setting, found
 from .remaps import Remap, of_launch, of_word, topic
@@ -147,7 +146,7 @@ def _of_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
     places = {one.span for one in told}
     fine = {key: one for key, one in node.parameters.items() if not one.substituted and one.span not in places}
     plain = {key: one.value for key, one in fine.items()}
-    kind = full(node.type)
+    kind = full_type(node.type)
     knows = derived(case.robot, Controller(node.name, kind, plain), kind)
     moving = any(not joint.is_fixed for joint in case.robot.joints)
     for one in against_robot(node.shown, kind, plain, knows, case.robot, ERROR):
@@ -227,7 +226,7 @@ def _ends(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) -> 
         kind = node.kind.name if node.kind is not None else ""
         known = ports(distribution, node=kind) if kind and not node.type else ()
         values = {key: one.value for key, one in node.parameters.items() if not one.substituted}
-        for port in (*known, *controller_ports(full(node.type), distribution)):
+        for port in (*known, *controller_ports(full_type(node.type), distribution)):
             if "<n>" in port.parameter:
                 pattern = re.compile(port.parameter.replace("<n>", r"\d+"))
                 keys = [key for key in node.parameters if pattern.fullmatch(key)]

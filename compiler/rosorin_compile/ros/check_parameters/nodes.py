@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 from rosorin_compile.model import Controller, Publisher
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, error, nearest
 
-from ..controllers.types import full as full_type
 from ..parameters.files import Parameter, Section
 from ..parameters.tables import MANAGER, Kind, by_name, by_signs, controller, controller_by_keys, is_of, plugins
+from ..ports import full_type
 
 DEFAULT = "by default"
 

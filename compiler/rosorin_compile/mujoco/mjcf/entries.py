@@ -16,10 +16,10 @@ from rosorin_compile.source.xml.markup import Element
 
 from .bodies import STIFF, TOUCHES, shifted
 from .contacts import Contacts, contacts
-from .reading import BALL, Reading
-from .shapes import ASSETS, is_scene, keep_asset, whole_geom
-from .values import (
+from .reading import (
+    BALL,
     Node,
+    Reading,
     floats,
     listing,
     numbers,
@@ -32,6 +32,7 @@ from .values import (
     tidy,
     transform,
 )
+from .shapes import ASSETS, is_scene, keep_asset, whole_geom
 
 # The kinds of objects that attributes name.
 _KINDS = {

@@ -32,9 +32,13 @@ from rosorin_compile.source.xml.markup import Element
 
 from .actuators import Drive
 from .omissions import LEAST, LEAST_EIGENVALUE
-from .reading import BALL, FREE, HINGE, SLIDE, Reading
-from .values import (
+from .reading import (
+    BALL,
+    FREE,
+    HINGE,
     NO_POSE,
+    SLIDE,
+    Reading,
     full_inertia,
     is_unturned,
     listing,

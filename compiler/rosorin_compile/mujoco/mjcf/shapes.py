@@ -24,9 +24,9 @@ from rosorin_compile.source.xml.markup import Element
 
 from .bodies import SHOWN, SHOWN_WHEEL
 from .omissions import texture_path
-from .reading import Reading
-from .values import (
+from .reading import (
     Node,
+    Reading,
     legal,
     numbers,
     placing,

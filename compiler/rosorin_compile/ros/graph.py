@@ -13,7 +13,6 @@ from xml.sax.saxutils import escape
 
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, listed
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .controllers.filled import COMMAND, drivers, filled
 from .navigation import frames_of, stated_topic
@@ -34,22 +33,6 @@ from .ports import (
     message_of_sensor,
     ports,
     short_type,
-)
-
-RULES = (
-    Rule(
-        "package-open",
-        "A node that the package starts reads a topic that nothing publishes, or in another type of message, or what "
-        "it publishes has no reader. The message describes the symptom on the robot.",
-        "See the message: name the topic that is published, or add the sensor or the controller.",
-        Heading.PACKAGES,
-    ),
-    Rule(
-        "package-external",
-        "A note: a node reads a topic that a driver outside of the package has to publish.",
-        "Start the driver with this topic, or name the one that it has.",
-        Heading.PACKAGES,
-    ),
 )
 
 CONTROL, MOVEIT, NAV2 = "control", "moveit", "nav2"

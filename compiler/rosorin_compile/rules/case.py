@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.language.expand.provenance import mistake_place
@@ -154,11 +154,10 @@ class Case:
     def _place(self, path: Path, key: bool = False) -> Span:
         return mistake_place(self.scope, self.tree, path, "", key)[0].span
 
-    def suggest(
-        self, path: Path, word: str, known: Collection[str], otherwise: str, more: Sequence[str] = ()
-    ) -> Suggestion:
-        """Return the help for an unknown name at a path, as ``suggest_name``."""
-        return suggest_name(self.tree, path, word, known, otherwise, more)
+    @property
+    def suggest(self) -> Callable[..., Suggestion]:
+        """Return the help for an unknown name at a path, as ``suggest_name`` in the tree of this robot."""
+        return partial(suggest_name, self.tree)
 
     def stands_in(self, path: Path) -> str:
         """Return " (a stand-in)" if the nearest source around a value marks it as one, else an empty text."""

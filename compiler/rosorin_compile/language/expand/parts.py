@@ -12,6 +12,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -252,7 +253,7 @@ def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
             home, definition = Scope(scope.expansion), shared.get(kind)
         span = sensor.value_spans["type"]
         if not isinstance(definition, Map):
-            help = word_meant(kind, [*types, *(shared or {})], "sensor type")
+            help = partial(word_meant, kind, [*types, *(shared or {})], "sensor type")
             message = f'sensor "{name}": unknown sensor type "{kind}"'
             scope.report("unknown-sensor-type", message, Place(span, sensor.via), help)
             continue

@@ -375,8 +375,7 @@ def add_kept(reading: Reading) -> None:
 def _with_files(reading: Reading, node: Node) -> Node:
     attributes = dict(node["attributes"])
     if "file" in attributes and node["tag"] == "skin":
-        file = posixpath.join(reading.facts["folders"]["skin"][""], attributes["file"])
-        attributes["file"] = reading.markup.place_of(file)
+        attributes["file"] = reading.markup.place_of(attributes["file"])
     return {**node, "attributes": attributes, "inner": [_with_files(reading, one) for one in node["inner"]]}
 
 

@@ -163,9 +163,8 @@ def _keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
     if not node["attributes"] or (kind, name) in reading.of_scene:
         return
     reading.of_scene.add((kind, name))
-    folder = reading.facts["folders"].get(kind, {}).get(name, "")
     files = {
-        word: reading.markup.place_of(posixpath.normpath(posixpath.join(folder, text.replace("\\", "/"))))
+        word: reading.markup.place_of(posixpath.normpath(text))
         for word, text in node["attributes"].items()
         if word.startswith("file")
     }
@@ -256,8 +255,7 @@ def _mesh_file(mesh: Thing) -> str:
     No file has a mesh that is turned before it is scaled by another factor along each axis.
     """
     is_stretched = any(mesh["reference"]["quat"][1:]) and len(set(mesh["scale"])) > 1
-    file: str = "" if is_stretched else mesh["file"]
-    return posixpath.normpath(posixpath.join(mesh["folder"], file.replace("\\", "/"))) if file else ""
+    return posixpath.normpath(mesh["file"]) if mesh["file"] and not is_stretched else ""
 
 
 class Looks:

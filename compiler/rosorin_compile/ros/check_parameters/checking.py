@@ -28,35 +28,16 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import no_file
-from rosorin_compile.source.rule_registry import Heading, Rule
 
-from ..controllers.checking import against_robot, missing
+from ..controllers.checking import against_robot, missing, of_type
 from ..controllers.derived import derived
 from ..controllers.filled import intended_topic
-from ..controllers.types import full, of_type
+from ..parameters.files import NoParameters, Section, read_file
 from ..parameters.tables import MANAGER
-from ..ports import IMU, ODOMETRY, OUT, VELOCITY, Port, controller_ports, ports, short_type
+from ..ports import IMU, ODOMETRY, OUT, VELOCITY, Port, controller_ports, full_topic, full_type, ports, short_type
 from . import frames, owners, values
-from .files import NoParameters, Section, read_file
 from .nodes import Files, Node, Setting, found
-from .remaps import Remap, full_name, of_launch, of_word, topic
-
-RULES = (
-    Rule(
-        "parameters-odometry",
-        "A warning: a node listens to an odometry below the name of a controller that publishes another one. A note: "
-        "it listens to `odom`, or below a `..._controller` that no file has, and the drive publishes elsewhere.",
-        "Name the topic that is published; or say by `--remap` or `--launch` which remap there is.",
-        Heading.PARAMETERS,
-    ),
-    Rule(
-        "parameters-topic",
-        "A warning: two nodes of one topic have other messages, Twist and TwistStamped. A note: a filter listens to "
-        "another IMU than the broadcaster in the files publishes.",
-        "As the message says; or say by `--remap` or `--launch` which remap there is.",
-        Heading.PARAMETERS,
-    ),
-)
+from .remaps import Remap, of_launch, of_word, topic
 
 _USUAL = "odom"
 _OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # as controllers of a drive are called
@@ -165,7 +146,7 @@ def _of_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
     places = {one.span for one in told}
     fine = {key: one for key, one in node.parameters.items() if not one.substituted and one.span not in places}
     plain = {key: one.value for key, one in fine.items()}
-    kind = full(node.type)
+    kind = full_type(node.type)
     knows = derived(case.robot, Controller(node.name, kind, plain), kind)
     moving = any(not joint.is_fixed for joint in case.robot.joints)
     for one in against_robot(node.shown, kind, plain, knows, case.robot, ERROR):
@@ -245,7 +226,7 @@ def _ends(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) -> 
         kind = node.kind.name if node.kind is not None else ""
         known = ports(distribution, node=kind) if kind and not node.type else ()
         values = {key: one.value for key, one in node.parameters.items() if not one.substituted}
-        for port in (*known, *controller_ports(full(node.type), distribution)):
+        for port in (*known, *controller_ports(full_type(node.type), distribution)):
             if "<n>" in port.parameter:
                 pattern = re.compile(port.parameter.replace("<n>", r"\d+"))
                 keys = [key for key in node.parameters if pattern.fullmatch(key)]
@@ -286,7 +267,7 @@ def _unheard(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) 
 def _unpublished_odometry(end: _End, sources: Sequence[_End]) -> Iterator[Diagnostic]:
     node, heard, setting = end.node, end.topic, end.setting
     meant = intended_topic(heard, {source.node.full.strip("/"): source.topic for source in sources})
-    of_drive = heard in (full_name(_USUAL, node.namespace, ""), f"/{_USUAL}") or _OF_CONTROLLER.search(heard)
+    of_drive = heard in (full_topic(_USUAL, node.namespace, ""), f"/{_USUAL}") or _OF_CONTROLLER.search(heard)
     if not meant and not of_drive:
         return  # of somebody else, such as a camera
     source = next((one for one in sources if one.topic == meant), sources[0])

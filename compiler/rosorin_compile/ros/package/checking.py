@@ -17,7 +17,6 @@ from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, error, has_errors
 from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.load import LoadError
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..launch_reader import LaunchError
 from . import launch_files as static_check
@@ -32,41 +31,6 @@ from .starting import PUBLISHER as STARTS_URDF
 
 if TYPE_CHECKING:
     from rosorin_compile.compare.changes import Change
-
-_TOPIC, _DEPLOY = Heading.PACKAGES, "`rosorin-compile deploy`"
-RULES = (
-    Rule("deployed-differs", "A copy is not the compiled one (in the forms for programs).", _DEPLOY, _TOPIC),
-    Rule(
-        "deployed-mixed",
-        "A run of `deploy` or `package` was ended while it wrote: some files are of that run, and others older.",
-        "Run it again.",
-        _TOPIC,
-    ),
-    Rule(
-        "deployed-missing",
-        "The URDF, or a file that `--map` put somewhere, is not there. A note for others.",
-        _DEPLOY,
-        _TOPIC,
-    ),
-    Rule(
-        "deployed-launch-unread",
-        "Arguments are known only when the launch file runs (a note), or it cannot be parsed (a warning).",
-        "Compare with `frames.md`.",
-        _TOPIC,
-    ),
-    Rule(
-        "deployed-static-missing",
-        "A warning: no launch file publishes a static frame.",
-        "Include `static_tf.launch.py`.",
-        _TOPIC,
-    ),
-    Rule(
-        "deployed-static-twice",
-        "A note: a launch file by hand and `static_tf.launch.py` publish the same frame.",
-        "Launch one of them.",
-        _TOPIC,
-    ),
-)
 
 _MAX_LAUNCH = 1_000_000  # bytes
 _NOT_AS_WRITTEN = "not as rosorin-compile package writes it"

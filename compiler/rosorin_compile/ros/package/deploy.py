@@ -25,7 +25,6 @@ from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, RequestError, error, has_errors
 from rosorin_compile.source.files import is_file, read_bytes, read_text, resolve
 from rosorin_compile.source.load import LoadError
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from . import options as mapping
 from .checking import launch_files, unreadable
@@ -33,49 +32,6 @@ from .copies import Difference, ProtectedFile, copies, difference, forms, kept, 
 from .meshes import named_files, not_placed, settle
 from .options import NOWHERE
 from .package import folder_of
-
-_TOPIC, _ELSEWHERE = Heading.PACKAGES, "`--map OUTPUT=PLACE`"
-RULES = (
-    Rule("deploy-unreadable", "The folder is unreadable, or has over 50,000 files.", "Name the package.", _TOPIC),
-    Rule("deploy-changes", "A note: what was changed (in the forms for programs).", topic=_TOPIC),
-    Rule("deploy-other-robot", "Where an artifact would go is that of another robot.", _ELSEWHERE, _TOPIC),
-    Rule("deploy-ambiguous", "An artifact has several copies, or two outputs one place.", _ELSEWHERE, _TOPIC),
-    Rule(
-        "deploy-not-ours",
-        "Where an artifact would go is a file that the tool did not write, or one of the package itself.",
-        "Move it away, or `--map OUTPUT=PLACE` (`none`: nowhere).",
-        _TOPIC,
-    ),
-    Rule(
-        "deploy-kept",
-        "A warning: a file was changed after the tool wrote it, or nothing records who wrote it. It is replaced, and"
-        " its old text is stored next to it.",
-        "Bring the change into the description, and remove the old text.",
-        _TOPIC,
-    ),
-    Rule("deploy-nowhere", "A note: the folder has no copy of these outputs yet.", "`--map OUTPUT=PLACE|none`", _TOPIC),
-    Rule("deploy-no-package", "A note: the folder is in no ROS package.", topic=_TOPIC),
-    Rule(
-        "deploy-not-installed",
-        "A warning: `setup.py` or `CMakeLists.txt` does not install a file.",
-        "Add the line that is given.",
-        _TOPIC,
-    ),
-    Rule(
-        "deploy-not-depended",
-        "A warning: `package.xml` does not name a package whose nodes the launch files start.",
-        "Add the line that is given.",
-        _TOPIC,
-    ),
-    Rule("deploy-not-built", "A warning: the install space has older copies, or none.", "`colcon build`", _TOPIC),
-    Rule("deploy-no-install", "The folder of `--install` lacks the package.", "Name the install folder.", _TOPIC),
-    Rule(
-        "deploy-install-space",
-        "A warning: the folder is an install space, which the next build overwrites.",
-        "Deploy into the sources.",
-        _TOPIC,
-    ),
-)
 
 # Files that make a folder a package, or are stored there by the tool: no artifact replaces them.
 _OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", mapping.FILE, MANIFEST)

@@ -6,15 +6,11 @@ evaluated.
 
 from __future__ import annotations
 
-import ast
 import math
 import re
-from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any
 
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
@@ -27,37 +23,8 @@ from rosorin_compile.model import (
 )
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Source, Span
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, fixed
-from rosorin_compile.source.rule_registry import Heading, Rule
 
-from ..launch_reader import LaunchError, Unknown, constants, entries_of, python_tree, split, value
-
-RULES = (
-    Rule(
-        "deployed-launch-differs",
-        "A launch file gives a static transform other values, or another parent.",
-        "Write the described values into it.",
-        Heading.PACKAGES,
-    ),
-    Rule(
-        "deployed-launch-owner",
-        "A launch file publishes a frame that belongs to another node.",
-        "Publish it once.",
-        Heading.PACKAGES,
-    ),
-    Rule(
-        "deployed-launch-refused",
-        "static_transform_publisher would refuse its arguments.",
-        "Correct them.",
-        Heading.PACKAGES,
-    ),
-    Rule(
-        "deployed-launch-unknown",
-        "A warning: a launch file publishes a frame that is not described.",
-        "Describe it.",
-        Heading.PACKAGES,
-    ),
-)
-
+from ..launch_reader import nodes_of
 
 # Less than these is the rounding of somebody who typed the number: 0.01 mm, 0.006 deg.
 METRES, RADIANS = 1e-5, 1e-4
@@ -190,92 +157,11 @@ class Call:
 
 def calls(name: str, text: str) -> list[Call]:
     """Return the static transforms that a launch file starts, in its order. Raises LaunchError."""
-    if PUBLISHER not in text:
-        return []
-    try:
-        if name.endswith(".py"):
-            return list(islice(_python(text), _MOST))
-        found, variables = entries_of(Source(name, text), name.endswith((".yaml", ".yml")))
-        ours = (one for one in found if PUBLISHER in one.executables)
-        return [Call(one.line, split(one.arguments, variables)) for one in islice(ours, _MOST)]
-    except RecursionError:
-        raise LaunchError("nested too deep") from None
+    nodes = nodes_of(Source(name, text)) if PUBLISHER in text else ()
+    ours = islice((node for node in nodes if node.executable == PUBLISHER), _MOST)
+    return [Call(node.span.line, _plain(node.arguments)) for node in ours]
 
 
-def _python(text: str) -> Iterator[Call]:
-    tree = python_tree(text)
-    names = constants(tree)
-    for node, function in _calls_in(tree):
-        given = {keyword.arg: keyword.value for keyword in node.keywords if keyword.arg}
-        executable = given.get("executable") or given.get("node_executable")
-        if executable is None or _plain(executable, names) != PUBLISHER:
-            continue
-        arguments = given.get("arguments", ast.List([], ast.Load()))
-        inside = names if function is None else constants(function, _without(names, _parameters(function)))
-        words = _words(arguments, inside)
-        if words is not None or function is None:
-            yield Call(node.lineno, words)
-            continue
-        # A helper: its parameters have the values of each call.
-        uses = [one for one in ast.walk(tree) if isinstance(one, ast.Call) and isinstance(one.func, ast.Name)]
-        uses = sorted((one for one in uses if ast.unparse(one.func) == function.name), key=lambda one: one.lineno)
-        for use in uses:
-            yield Call(use.lineno, _words(arguments, constants(function, _bound(function, use, names))))
-        if not uses:
-            yield Call(node.lineno, None)
-
-
-def _calls_in(tree: ast.AST) -> Iterator[tuple[ast.Call, ast.FunctionDef | None]]:
-    """Yield every call of a program with the function around it."""
-    waiting: deque[tuple[ast.AST, ast.FunctionDef | None]] = deque([(tree, None)])
-    while waiting:
-        node, function = waiting.popleft()
-        if isinstance(node, ast.Call):
-            yield node, function
-        inner = node if isinstance(node, ast.FunctionDef) else function
-        waiting += [(child, inner) for child in ast.iter_child_nodes(node)]
-
-
-def _plain(node: ast.expr, names: Mapping[str, Any]) -> Any:
-    try:
-        return value(node, names)
-    except Unknown:
-        return None
-
-
-def _words(node: ast.expr, names: Mapping[str, Any]) -> tuple[str, ...] | None:
-    """Return a list of arguments as words; launch joins an argument that is a list of pieces."""
-    found = _plain(node, names)
-    words = [
-        "".join(one) if isinstance(one, list) and all(isinstance(piece, str) for piece in one) else one
-        for one in (found if isinstance(found, list) else [None])
-    ]
-    return tuple(map(str, words)) if all(isinstance(word, str) for word in words) else None
-
-
-def _parameters(function: ast.FunctionDef) -> set[str]:
-    every = function.args
-    more = [one for one in (every.vararg, every.kwarg) if one is not None]
-    return {argument.arg for argument in (*every.posonlyargs, *every.args, *every.kwonlyargs, *more)}
-
-
-def _without(names: Mapping[str, Any], taken: set[str]) -> dict[str, Any]:
-    return {name: known for name, known in names.items() if name not in taken}
-
-
-def _bound(function: ast.FunctionDef, call: ast.Call, names: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``names`` inside a function, whose parameters have the plain values of a call, or no value."""
-    bound = _without(names, _parameters(function))
-    if any(isinstance(argument, ast.Starred) for argument in call.args) or any(not word.arg for word in call.keywords):
-        return bound  # which parameter gets what is known only when it runs
-    every, defaults = function.args, function.args.defaults
-    parameters = [argument.arg for argument in (*every.posonlyargs, *every.args)]
-    only = zip(every.kwonlyargs, every.kw_defaults, strict=True)
-    expressions: dict[str, ast.expr] = dict(zip(parameters[len(parameters) - len(defaults) :], defaults, strict=True))
-    expressions |= {argument.arg: default for argument, default in only if default is not None}
-    expressions |= dict(zip(parameters, call.args, strict=False))
-    expressions |= {keyword.arg: keyword.value for keyword in call.keywords if keyword.arg}
-    for name, expression in expressions.items():
-        with suppress(Unknown):
-            bound[name] = value(expression, names)
-    return bound
+def _plain(arguments: tuple[str | None, ...] | None) -> tuple[str, ...] | None:
+    words = [word for word in arguments or () if word is not None]
+    return None if arguments is None or len(words) < len(arguments) else tuple(words)

@@ -17,7 +17,6 @@ from rosorin_compile.model.robot import JointPose
 from rosorin_compile.ros.moveit import FIXED, PLANAR, Ball, Group
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, counted, error, first_of
 from rosorin_compile.source.numbers import NumberFormat, number_format, vector
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
 from .matrix import RENEW, ordered, stale_pairs, stale_text
@@ -25,21 +24,6 @@ from .planning import Planning, planning_of
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
-
-RULES = (
-    Rule(
-        "srdf-without-urdf",
-        "An SRDF belongs to a URDF, and the robot has none among its outputs, or none of that name.",
-        "Add `urdf` to `outputs`; `urdf` of `moveit` names one of several.",
-        Heading.FORMATS,
-    ),
-    Rule(
-        "srdf-cannot-say",
-        "A note: a pair of links that are not to collide is not in the URDF, so that the SRDF leaves it out.",
-        "Nothing, if that is meant. `frames: all` of a URDF has every link.",
-        Heading.FORMATS,
-    ),
-)
 
 Entries = Mapping[str, Mapping[str, Any]]
 _NOTHING = Ball((0.0, 0.0, 0.0), 0.0)  # of a link that touches nothing

@@ -114,7 +114,7 @@ def _check(options: cli.Options) -> int:
     try:
         code = for_each(options, work)
     except BrokenPipeError:  # the reader of the messages has left; the page is for somebody else
-        page.clear()
+        page.taken.clear()
         with Path(os.devnull).open("w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
             for_each(options, work)
             Run.of(options).write_page(page)

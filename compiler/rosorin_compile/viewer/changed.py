@@ -7,7 +7,6 @@ several robots.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -48,8 +47,7 @@ class Picture(NamedTuple):
     said: str = "nothing is committed to compare with"
 
 
-@dataclass(frozen=True)
-class ChangesPage:
+class ChangesPage(NamedTuple):
     """A page that was written: how many robots it shows, and what is left out of it; no robot: nothing was written.
 
     ``removed`` is True if the page of an earlier run was removed.
@@ -118,10 +116,6 @@ class Pictures:
         summary = f"{Path(a.label).name} -> {Path(b.label).name}: {found.summary()}"
         inputs = tuple(file for one in (first, second) for file in (*one.files, *one.meshes.values()))
         self.taken.append(Picture(second, overlay, first.meshes, inputs, changes, notes, summary))
-
-    def clear(self) -> None:
-        """Forget the robots that were taken."""
-        self.taken.clear()
 
     def write(self) -> ChangesPage:
         """Write the page, robots that changed first. Raises OutputError."""

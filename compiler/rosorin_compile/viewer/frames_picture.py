@@ -26,12 +26,7 @@ if TYPE_CHECKING:
 
 RULES = (
     Rule("picture-kind", "The file name of a picture does not end in `.svg`.", "End it in `.svg`.", OUTPUTS),
-    Rule(
-        "too-many-pictures",
-        "The tree of frames differs in more combinations of modes than one picture can show.",
-        "Fix `modes`, one picture for each combination.",
-        OUTPUTS,
-    ),
+    Rule("too-many-pictures", "The modes give more trees of frames than fit.", "Fix `modes` for each.", OUTPUTS),
 )
 
 _SIZE = 12.0  # of letters, in pixels
@@ -160,8 +155,14 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     try:
         return svg(robot, frame_trees(robot, {} if on is None else {mode: mode in on for mode in robot.modes})), []
     except TooMany as problem:
-        help = "say which modes are on, one picture each: modes: [NAME, ...]"
-        return "", [error("too-many-pictures", str(problem), None, help)]
+        return "", [
+            error(
+                "too-many-pictures",
+                str(problem.args[0]),
+                None,
+                "say which modes are on, one picture each: modes: [NAME, ...]",
+            )
+        ]
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:

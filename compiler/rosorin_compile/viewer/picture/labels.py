@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cache
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -70,10 +71,9 @@ def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera,
     The length of an axis follows from the ``size`` of the robot (m). Frames behind the camera are left out.
     """
     origins: list[tuple[float, float, str]] = []
-    length = _AXIS_LENGTH * size
+    axes = np.eye(4, 3, -1) * _AXIS_LENGTH * size
     for name, pose in frames.items():
-        ends = [pose.apply(end) for end in ((0, 0, 0), (length, 0, 0), (0, length, 0), (0, 0, length))]
-        x, y, depth = camera.project(np.array(ends))
+        x, y, depth = camera.project(np.array([pose.apply(tuple(end)) for end in axes.tolist()]))
         if (depth > 0).all():
             origin, *tips = zip(x.round(2).tolist(), y.round(2).tolist(), strict=True)
             origins.append((*origin, name))
@@ -99,19 +99,14 @@ def draw_markers(pixels: Pixels, points: Sequence[Vector], camera: Camera, marke
 
 def place_labels(origins: Sequence[tuple[float, float, str]], width: int, height: int) -> list[Label]:
     """Return a label for each frame, given by x, y (pixels) and name: close to it, and where no other label is."""
-    labels: list[Label] = []
+    labels, middle, reach = list[Label](), height / 2, (height - LINE_HEIGHT) / 2
     for x, y, text in origins:
         wide = Label(0, 0, text).width
         steps = ((step + 1) // 2 * (LINE_HEIGHT / 2 if step % 2 else -LINE_HEIGHT / 2) for step in range(60))
         # to the left first: most axes point up or to the right
         places = (Label(left, y + 3 + step, text) for step in steps for left in (x - _GAP - wide, x + _GAP))
-        free = (
-            label
-            for label in places
-            if 0 <= label.x <= width - wide
-            and LINE_HEIGHT / 2 <= label.y <= height - LINE_HEIGHT / 2
-            and not any(label.overlaps(other) for other in labels)
-        )
+        inside = (one for one in places if 0 <= one.x <= width - wide and abs(one.y - middle) <= reach)
+        free = (label for label in inside if not any(label.overlaps(other) for other in labels))
         labels.append(next(free, Label(min(max(x + _GAP, 0.0), max(width - wide, 0.0)), y, text)))
     return labels
 
@@ -142,11 +137,10 @@ def _strokes(letter: str) -> tuple[tuple[Point, Point], ...]:
     start = 5 * (ord(letter) - ord(" "))
     columns = _DOTS[start : start + 5] if " " <= letter <= "~" else _BOX
     dots = [(x, y) for x in range(5) for y in range(8) if columns[x] >> y & 1]
-    found: list[tuple[Point, Point]] = []
-    for x, y in dots:
-        for dx, dy in ((1, 0), (0, 1), (1, 1), (1, -1)):
-            crossed = dx and dy and ((x + dx, y) in dots or (x, y + dy) in dots)
-            if (x + dx, y + dy) in dots and not crossed:
-                found.append(((x, y), (x + dx, y + dy)))
-    joined = {point for line in found for point in line}
-    return (*found, *((point, point) for point in dots if point not in joined))
+    found: list[tuple[Point, Point]] = [(point, point) for point in dots]
+    for (x, y), (dx, dy) in product(dots, ((1, 0), (0, 1), (1, 1), (1, -1))):
+        crossed = dx and dy and ((x + dx, y) in dots or (x, y + dy) in dots)
+        if (x + dx, y + dy) in dots and not crossed:
+            found.append(((x, y), (x + dx, y + dy)))
+    joined = {point for start, end in found for point in (start, end) if start != end}
+    return tuple(line for line in found if line[0] != line[1] or line[0] not in joined)

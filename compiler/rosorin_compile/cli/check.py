@@ -143,7 +143,7 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
         return PROBLEMS
     comparison = committed.comparison
     if page is not None:
-        page.take(request, compiled, comparison, committed.committed, committed.meshes)
+        page.take(request, compiled, committed)
     if not committed.same:
         lines = committed.lines(full=getattr(options, "full", False))
         found = error("outputs-differ", "\n".join(lines), None, "run rosorin-compile all to write them again")

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from rosorin_compile.compare.changes import Change
     from rosorin_compile.compare.difference import Difference
     from rosorin_compile.formats.compiled import Compiled
-    from rosorin_compile.output.committed import Comparison
+    from rosorin_compile.output.committed import Committed
     from rosorin_compile.request import Request
 
 
@@ -69,16 +69,10 @@ class Pictures:
         self.embedding = Embedding(int(limit * 1_000_000)) if meshes else None
         self.taken: list[Picture] = []
 
-    def take(
-        self,
-        request: Request,
-        compiled: Compiled,
-        comparison: Comparison,
-        committed: Mapping[str, bytes],
-        meshes: Sequence[tuple[str, str]],
-    ) -> None:
-        """Add the changes of one robot since its artifacts were committed; ``meshes`` are those that differ."""
+    def take(self, request: Request, compiled: Compiled, found: Committed) -> None:
+        """Add the changes of one robot since its artifacts were committed."""
         shown, outputs = look(request).shown, request.description.outputs
+        comparison, committed, meshes = found.comparison, found.committed, found.meshes
         if shown is None:
             return
         inputs = (*compiled.inputs, *shown.meshes.values(), *(outputs / name for name in committed))
@@ -166,12 +160,9 @@ def _entry(text: str, frame: str, artifacts: Sequence[str], colours: Data | None
 
 
 def _colours(was: object, became: object) -> Data:
-    """Return two colours as the page draws them: four numbers each, or None for another text."""
-    was, became = (
-        [float(number) for number in numbers] if len(numbers) == 4 else None  # red, green, blue, alpha
-        for numbers in (str(was).split(), str(became).split())
-    )
-    return {"was": was, "is": became}
+    """Return two colours as the page draws them: red, green, blue and alpha each, or None for another text."""
+    texts = {"was": str(was).split(), "is": str(became).split()}
+    return {key: [*map(float, numbers)] if len(numbers) == 4 else None for key, numbers in texts.items()}
 
 
 def _frame(kind: str, name: str, robots: Iterable[Robot]) -> str:

@@ -57,11 +57,11 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
     panels: list[dict[str, Any]] = []
     for tree in trees:
         drawn = lines(tree.edges, robot.frames)
-        panel: dict[str, Any] = {"label": tree.label, "lines": drawn, "count": _count(drawn)}
-        panel["count_x"] = _MARGIN + (text_width(tree.label, 14) + 18 if tree.label else 0.0)
-        panel["last"] = {line.on: at for at, line in enumerate(drawn) if line.on >= 0}
-        panel["used"] = {name for row in _rows(drawn) for name, cell in cells_of(row, {}).items() if cell}
-        panels.append(panel)
+        count_x = _MARGIN + (text_width(tree.label, 14) + 18 if tree.label else 0.0)
+        last = {line.on: at for at, line in enumerate(drawn) if line.on >= 0}
+        used = {name for row in _rows(drawn) for name, cell in cells_of(row, {}).items() if cell}
+        panels.append({"label": tree.label, "lines": drawn, "count": _count(drawn), "count_x": count_x})
+        panels[-1] |= {"last": last, "used": used}
     every = [line for panel in panels for line in panel["lines"]]
     edges = _rows(every)
     whys = {why: at for at, why in enumerate(dict.fromkeys(row.why for row in edges if row.why), 1)}

@@ -17,7 +17,7 @@ from rosorin_compile.model.frame_tree import Row, publishers
 from rosorin_compile.model.joint import MOVING_TYPES
 from rosorin_compile.model.looks import own_colours
 
-from ..frame_trees import TooMany, colours, frame_trees
+from ..frame_trees import TooMany, Tree, colours, frame_trees
 from .images import Data, texture_names
 
 _PURPOSES = ("visual", "collision")
@@ -64,8 +64,8 @@ def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]],
         "root": robot.root,
         "at": placed(at),
         "links": [
-            {"name": link.name} | {key: _shapes(shapes.get((link.name, key), ())) for key in _PURPOSES}
-            for link in robot.links
+            {"name": one.name, **{key: _shapes(shapes.get((one.name, key), ())) for key in _PURPOSES}}
+            for one in robot.links
         ],
         "joints": [_joint(robot, joint) for joint in robot.joints],
         "collision_only": not robot.has_looks,
@@ -124,10 +124,10 @@ def _joint(robot: Robot, joint: Joint) -> Data:
 def _situations(robot: Robot) -> list[Data]:
     """Return the trees of frames with the modes in which each holds; the first one holds for all other modes."""
     try:
-        found = [(tree.label, [dict(states) for states in tree.modes], tree.edges) for tree in frame_trees(robot, {})]
+        trees: Sequence[Tree] = frame_trees(robot, {})
     except TooMany:
-        found = [("", [{}], robot.frame_tree())]
-    return [{"label": label, "modes": modes, "edges": [*map(_edge, edges)]} for label, modes, edges in found]
+        trees = [Tree("", "", ({},), robot.frame_tree())]
+    return [{"label": t.label, "modes": [*map(dict, t.modes)], "edges": [*map(_edge, t.edges)]} for t in trees]
 
 
 def _edge(row: Row) -> Data:

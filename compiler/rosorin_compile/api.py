@@ -54,10 +54,11 @@ from rosorin_compile.source.diagnostics import (
 )
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
-from rosorin_compile.source.project import Description, no_file
+from rosorin_compile.source.project import Description, all_here, no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, find
 from rosorin_compile.source.system import pip_install
-from rosorin_compile.viewer import frames as frame_trees
+from rosorin_compile.viewer import frames as viewer_frames
+from rosorin_compile.viewer.frame_trees import frame_trees
 from rosorin_compile.viewer.frames import Frames
 from rosorin_compile.viewer.picture.draw import Look, Picture, draw
 from rosorin_compile.viewer.showing import Page, write_page
@@ -433,10 +434,10 @@ def frames(
         return Frames(request.description.name, diagnostics=diagnostics)
     chosen = check_modes(case.robot, modes or {})
     if output is not None:
-        shown = frame_trees.trees(case.robot, chosen)
-        found = frame_trees.draw_frames(case.robot, shown, os.fsdecode(output), force)
+        shown = frame_trees(case.robot, chosen)
+        found = viewer_frames.draw_frames(case.robot, shown, os.fsdecode(output), force)
     else:
-        found = frame_trees.frames(case.robot, chosen, frame, publisher)
+        found = viewer_frames.frames(case.robot, chosen, frame, publisher)
     return replace(found, diagnostics=(*diagnostics, *found.diagnostics))
 
 
@@ -652,8 +653,11 @@ def explain_rules(ids: Sequence[str] = ()) -> Rules:
     return Rules(tuple(known[id] for id in dict.fromkeys(ids or sorted(known))), diagnostics)
 
 
-def schema(name: str = "authoring") -> dict[str, Any]:
+def schema(name: str = "authoring", macros: bool = False) -> dict[str, Any]:
     """Return a JSON Schema by its name in ``rosorin-compile schema --list``; by default that for editors.
+
+    Args:
+        macros: Add the names and parameters of the macros in xacro files that robots of this project include.
 
     Example:
         >>> import rosorin_compile
@@ -663,6 +667,12 @@ def schema(name: str = "authoring") -> dict[str, Any]:
     if name not in (known := schema_names()):
         raise UnknownName("schema", name, known)
     found: dict[str, Any] = json.loads(schema_text(name))
+    if macros:
+        from rosorin_compile.importing.xacro.macros import with_macros
+
+        if name != "authoring":
+            raise RequestError(f'the schema "{name}" has no include: macros goes with "authoring"')
+        found = with_macros(found, all_here())
     return found
 
 

@@ -1,5 +1,8 @@
 """rosorin-compile schema: print a JSON Schema: of descriptions, for editors, or of a format for programs."""
 
+import json
+
+from rosorin_compile import api
 from rosorin_compile.formats import schema_names, schema_text
 from rosorin_compile.source.diagnostics import RequestError, UnknownName
 
@@ -12,6 +15,7 @@ from .console import FINE, give, table
     "name", default="authoring", metavar="[NAME]", help="a schema, see below; default: authoring", offers=("schema",)
 )
 @flag("--list", help="list the schemas")
+@flag("--macros", help="add the macros of the xacro files that robots of this project include, and their parameters")
 def run(options: Options) -> int:
     """Print a schema as it is, or list them."""
     names = schema_names()
@@ -22,5 +26,8 @@ def run(options: Options) -> int:
         raise RequestError("--format goes with --list: a schema is printed as it is")
     if options.name not in names:
         raise UnknownName("schema", options.name, names)
-    give(schema_text(options.name))
+    if options.macros:
+        give(json.dumps(api.schema(options.name, macros=True), indent=1, ensure_ascii=False) + "\n")
+    else:
+        give(schema_text(options.name))
     return FINE

@@ -14,7 +14,7 @@ from .geometry import Pose, Transform
 from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
 from .link import NO_SOURCE, Inertial, Link, Source
 from .mass import together
-from .sections import NO_SECTIONS, Sections
+from .sections import Sections
 from .shape import Material, Rgba, Shape
 from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values
 
@@ -163,7 +163,7 @@ class Robot:
     actuators: tuple[Actuator, ...] = ()
     constraints: tuple[Entry, ...] = ()
     mjcf: tuple[str, ...] = ()
-    sections: Sections = NO_SECTIONS
+    sections: Sections = field(default_factory=Sections)
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
     mesh_contents: Mapping[str, tuple[bytes, str]] = field(default_factory=dict, compare=False)

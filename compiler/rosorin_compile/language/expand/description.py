@@ -113,11 +113,9 @@ def expand(
 
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Return the diagnostics; if a section or a loop is misspelt that, and not all names that are missing by it."""
-    known = {*schema("description")["properties"], *_FORMS}
-    sections = Map(root.span)
-    for key, value in root.items():
-        if key not in known:
-            sections.put(key, value, root.key_spans[key], root.value_spans[key])
+    sections = root.copied()
+    for key in (*schema("description")["properties"], *_FORMS):
+        sections.pop(key, None)
     misnamed = [one for one in validate(sections, {}) if one.rule == "unknown-key"] if sections else []
     waiting: list[Any] = [root]
     while waiting:

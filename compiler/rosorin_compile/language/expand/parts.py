@@ -285,10 +285,8 @@ def _with_type(name: str, kind: str, sensor: Map, definition: Map, scope: Scope)
     scope.define_all(definition.get("let"))
     if len(scope.expansion.diagnostics) > before:
         raise Failed
-    made = Map(sensor.span, sensor.via)
-    for key, value in sensor.items():
-        if key != "with":
-            made.put(key, value, sensor.key_spans[key], sensor.value_spans[key])
+    made = sensor.copied()
+    made.pop("with", None)
     changes = sensor["gazebo"] if isinstance(sensor.get("gazebo"), Map) else None
     for key in of_types():
         changed = key == "gazebo" and changes is not None

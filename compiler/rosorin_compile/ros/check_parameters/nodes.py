@@ -8,21 +8,10 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.model import Controller, Publisher
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, error, nearest
-from rosorin_compile.source.rule_registry import Heading, Rule
 
-from ..controllers.types import full as full_type
+from ..parameters.files import Parameter, Section
 from ..parameters.tables import MANAGER, Kind, by_name, by_signs, controller, controller_by_keys, is_of, plugins
-from .files import Parameter, Section
-
-RULES = (
-    Rule(
-        "parameters-reach-nobody",
-        "No controller is called as parameters say that are for one. A warning: a node in a namespace does not get "
-        "parameters that name it without.",
-        "`/NAMESPACE/NODE:`, or `/**/NODE:`; or correct the name.",
-        Heading.PARAMETERS,
-    ),
-)
+from ..ports import full_type
 
 DEFAULT = "by default"
 
@@ -43,7 +32,7 @@ class Setting(NamedTuple):
         return "" if self.given else f" {DEFAULT}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Node:
     """A node of the files: its full name, the place that names it, its kind if it is known, and its parameters.
 

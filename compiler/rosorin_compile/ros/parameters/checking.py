@@ -22,34 +22,9 @@ from rosorin_compile.source.diagnostics import (
     listed,
     nearest,
 )
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .tables import Key, Kind, is_of_all_nodes
 from .values import as_type, fits, refused, type_in_words, value_text
-
-RULES = (
-    Rule(
-        "parameters-unknown-key",
-        "A node does not know a key, or that of another distribution: it starts, and does not do what is written. A "
-        "warning where only some keys of the node are known, and this is nearly one of them.",
-        "Correct it.",
-        Heading.PARAMETERS,
-    ),
-    Rule(
-        "parameters-wrong-type",
-        "A value has another type than its node takes: it throws when it starts. 1 is no double, 1.0 is one.",
-        "Write it as that type.",
-        Heading.PARAMETERS,
-    ),
-    Rule(
-        "parameters-wrong-value",
-        "A list has another length than its node takes, a number or a text is none of those that it takes, frames are "
-        "the same that have to differ. A warning where an input of the EKF uses nothing, and where it makes no "
-        "difference what stands there.",
-        "As the message says.",
-        Heading.PARAMETERS,
-    ),
-)
 
 
 class Finding(NamedTuple):

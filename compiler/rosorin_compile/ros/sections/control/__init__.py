@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeVar
 
-from rosorin_compile.language.lower.records import Problem, entries_of, plain, record_of
+from rosorin_compile.language.records import Problem, entries_of, plain, record_of
 from rosorin_compile.model.sections import Section
 from rosorin_compile.ros.sections.control.hardware import (
     SENSOR_WORDS,
@@ -138,6 +138,6 @@ def control_names(case: Case) -> Iterator[Diagnostic]:
                     yield case.problem("control-transmission", message, (*path, "joints", end.name), help, key=True)
 
 
-CONTROL: Section[tuple[Block, ...]] = Section(
+SECTION: Section[tuple[Block, ...]] = Section(
     "control", lower=control_of, checks=(control_unused, control_names), urdf=blocks, check_urdf=check_control
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -59,7 +59,6 @@ class Rule:
         for name, value in vars(self).items():
             if not isinstance(value, str):
                 raise TypeError(f"{name} of a rule is a text, not {str(value)[:60]!r}")
-        DECLARED[self.id] = self
 
     @property
     def mild(self) -> bool:
@@ -76,6 +75,14 @@ class Rule:
         """The fix as the help of a diagnostic: plain text that begins with a small letter."""
         text = self.help.replace("`", "").removesuffix(".")
         return text[:1].lower() + text[1:] if text[1:2].islower() else text
+
+
+def declare(topic: str, rules: Mapping[str, str]) -> tuple[Rule, ...]:
+    """Declare rules of one topic that ``Case.problem`` reports: by id, what is wrong, then "Fix:" and what to do."""
+    texts = {id: text.partition(" Fix: ") for id, text in rules.items()}
+    declared = tuple(Rule(id, what, help, topic) for id, (what, _, help) in texts.items())
+    DECLARED.update((rule.id, rule) for rule in declared)
+    return declared
 
 
 class Check(NamedTuple):
@@ -96,7 +103,7 @@ def rule(
     def decorate(function: Look | Check) -> Check:
         check = function if isinstance(function, Check) else Check(function)
         text = what or " ".join((check.function.__doc__ or "").strip().partition("\n\n")[0].split())
-        declared = Rule(id, text, help, topic, accept, imported)
+        declared = DECLARED[id] = Rule(id, text, help, topic, accept, imported)
         return Check(check.function, (declared, *check.rules))
 
     return decorate
@@ -108,7 +115,7 @@ def checks_of(module: ModuleType) -> tuple[Check, ...]:
     return tuple(check for check in checks if check.function.__module__ == module.__name__)
 
 
-# The rules of modules that were imported, and those of plug-ins of this run, by id.
+# The rules of the functions under ``rule`` that were imported, and those of plug-ins of this run, by id.
 DECLARED: dict[str, Rule] = {}
 OF_PLUGINS: dict[str, Rule] = {}
 
@@ -120,7 +127,7 @@ def find(ids: Collection[str] | None = None) -> dict[str, Rule]:
     quoted = [f'"{id}"'.encode() for id in ids or ()]
     for path in sorted(package.glob("**/*.py")):
         text = path.read_bytes()
-        marks = (b"Rule(", b"@rule(")
+        marks = (b"Rule(", b"@rule(", b"= declare(")
         if any(mark in text for mark in marks) and (ids is None or any(id in text for id in quoted)):
             name = ".".join(path.relative_to(package.parent).with_suffix("").parts).removesuffix(".__init__")
             module = import_module(name)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
-from functools import cache
+from functools import cache, partial
 from types import NoneType, UnionType
 from typing import Any, Protocol, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -57,6 +57,14 @@ def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> 
     is_named = is_dataclass(kind) and any(field.name == "name" for field in fields(kind))
     names = {str(name): {"name": str(name)} if is_named else {} for name in entries or ()}
     return {name: record_of(kind, (entries or {})[name], **given) for name, given in names.items()}
+
+
+def _records(kind: Callable[..., T], value: Any) -> tuple[T, ...]:
+    """Return the records of a list of entries, of entries by name, of a list of names, or of one name."""
+    if isinstance(value, Mapping):
+        return tuple(named_records(kind, value).values())
+    items = [value] if isinstance(value, str) else value or ()
+    return tuple(record_of(kind, None, name=str(i)) if isinstance(i, str) else record_of(kind, i) for i in items)
 
 
 def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
@@ -127,8 +135,10 @@ def _converter(hint: Any) -> Convert:
     inner = [_converter(one) for one in get_args(hint) if one not in (NoneType, Ellipsis)]
     if kind in (Union, UnionType):
         if len(inner) != 1:
-            return lambda value: value
+            return plain
         return lambda value: None if value is None else inner[0](value)
+    if kind is tuple and is_dataclass(get_args(hint)[0]):
+        return partial(_records, get_args(hint)[0])
     if kind is tuple and len(inner) == 1:
         return lambda value: tuple(map(inner[0], value if isinstance(value, (list, tuple)) else [value]))
     if kind is tuple:

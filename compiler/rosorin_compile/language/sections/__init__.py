@@ -79,8 +79,7 @@ def _drive(tree: Mapping[str, Any], problem: Problem) -> Drive | None:
         problem("drive-kind", message, ("drive",), "say which kind of base it is, and its wheels")
         return None
     wheels = {role: entry[kinds[0]][role] for role in ROLES[kinds[0]] if role in entry[kinds[0]]}
-    joints = {role: (names,) if isinstance(names, str) else tuple(map(str, names)) for role, names in wheels.items()}
-    return record_of(Drive, entry, kind=kinds[0], joints=joints)
+    return record_of(Drive, {**entry, "joints": wheels}, kind=kinds[0])
 
 
 def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]:

@@ -25,7 +25,7 @@ from .records import named_records, plain, record_of
 from .schema import fragment_at, plugged, resolve, schema
 from .sections.links import RULES
 from .suppressions import accepted
-from .symbols import Reference, SymbolTable
+from .symbols import Symbol, SymbolTable
 
 Report = Callable[[Diagnostic, str], None]
 Place = Callable[[str, str, Path], None]
@@ -155,7 +155,7 @@ def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | N
         return None
 
 
-def unresolved(robot: Robot, symbols: SymbolTable, section: str) -> list[Reference]:
+def unresolved(robot: Robot, symbols: SymbolTable, section: str) -> list[Symbol]:
     """Return the references of a section to links and joints that do not exist."""
     existing = {"link": robot.link, "joint": robot.joint}
     return [one for one in symbols.references(existing, section) if one.name not in existing[one.kind]]

@@ -354,7 +354,7 @@ def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
         fragment.pop(key, None)
     if not prefix:
         return placed(fragment, Use(prefix), elements=lambda text: text), Counter()
-    names = SymbolTable(fragment).names()
+    names = SymbolTable(fragment)
     things, materials = names.among(THINGS), fragment.get("materials") or ()
     changed: Counter[str] = Counter()
 

@@ -107,7 +107,7 @@ class Parts:
         good = join(fragment, content, inner, parts=True) if isinstance(content, Map) else True
         if not inner.evaluate_rest() or not good:
             raise Failed
-        names = SymbolTable(fragment).names()
+        names = SymbolTable(fragment)
         self._check_parent(name, names.mounted, entry, scope, place)
         use = Use(prefix, *map(entry.get, ("parent", "xyz", "rpy", "mirror")))
         if use.mirror is not None:

@@ -129,12 +129,15 @@ LINK = '<link name="l"/>'
         ("connected_to:='' xyz:='0 0 0' rpy:='0 0 0'",
          LINK + JOINT.format("${connected_to}", '<origin xyz="${xyz}" rpy="${rpy}"/>'),
          "parent: base, xyz: [2, 0, 0], rpy: [0, 0, 0]", "2 0 0"),
+        ("parent_link xyz rpy", LINK + JOINT.format("${parent_link}", '<origin xyz="${xyz}" rpy="${rpy}"/>'),
+         "parent: base", "0 0 0"),
         # One whose parent is a link of the description without a parameter.
         ("*origin", LINK + JOINT.format("base", '<xacro:insert_block name="origin"/>'), "xyz: [3, 0, 0]", "3 0 0"),
         ("parent **inner", LINK + JOINT.format("${parent}", '<xacro:insert_block name="inner"/>'),
          "parent: base, with: {inner: '<origin xyz=\"4 0 0\"/>'}", "4 0 0"),
         ("parent x:=^|5", LINK + JOINT.format("${parent}", '<origin xyz="${x} 0 0"/>'), "parent: base", "5 0 0"),
-        ("parent at", LINK + JOINT.format("${parent}", '<origin xyz="${at[1][\'x\']} 0 0"/>'),
+        # As xacro.load_yaml makes it, with attributes.
+        ("parent at", LINK + JOINT.format("${parent}", '<origin xyz="${at[1].x} 0 0"/>'),
          "parent: base, with: {at: [1, {x: 600 cm}]}", "6 0 0"),
     ],
 )  # fmt: skip
@@ -160,6 +163,25 @@ def test_values_of_a_description_are_not_run_by_xacro(tmp_path):
     entry = """with: {text: "${'$'}{1+1} ${'$'}(arg x)", list: ["${'$'}{1+1}", "'}"]}, parent: base"""
     files, _ = robot(tmp_path, f'<xacro:macro name="m" params="text list">{body}</xacro:macro>', entry)
     assert "<a>${1+1} $(arg x) ${1+1} '}</a>" in files["r.urdf"]
+
+
+def test_the_publisher_of_an_include_is_that_of_the_joint_on_its_parent(tmp_path):
+    macro = f'<xacro:macro name="m" params="parent">{LINK}{JOINT.format("${parent}", "")}</xacro:macro>'
+    robot(tmp_path, macro, "parent: base, publisher: {none: calibrated}")
+    made = compile_robot(tmp_path / "robot.yaml")
+    assert made.robot is not None
+    assert made.robot.joint["j"].publisher.about == "calibrated"
+
+
+def test_the_root_of_a_file_of_macros_may_have_any_name(tmp_path):
+    """Vendors write <root> where xacro takes the content alone."""
+    write_files(tmp_path, {
+        "v.xacro": f'<root {NAMESPACE}><xacro:macro name="m" params="">{LINK}</xacro:macro></root>',
+        "robot.yaml": "robot: r\ninclude: [{file: v.xacro, macro: m}]\n",
+    })  # fmt: skip
+    made = compile_robot(tmp_path / "robot.yaml")
+    assert made.robot is not None
+    assert [link.name for link in made.robot.links] == ["l"]
 
 
 def test_the_error_for_a_file_of_macros_names_the_call(tmp_path, monkeypatch, capsys):

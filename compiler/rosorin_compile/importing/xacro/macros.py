@@ -6,6 +6,7 @@ editors.
 
 from __future__ import annotations
 
+import glob
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -38,7 +39,7 @@ _POSES = ("*origin", "*pose")
 _DIMENSIONS = {"xyz": LENGTH, "rpy": ANGLE}
 # As ``xacro.parse_macro_arg``; "^" takes a property of the caller.
 _PARAMETER = re.compile(
-    r"""\s*([^\s:=]+)(?:\s*:?=\s*((?:\^\|?)?(?:\$\{.*?\}|\$\(.*?\)|(?:'.*?'|".*?"|[^\s'"]+)+|)))?""", re.DOTALL
+    r"""\s*([^\s:=]+)(?:\s*:?=\s*((?:\^\|?)?(?:\$\{.*?\}|\$\(.*?\)|(?:'.*?'|".*?"|[^\s'"]+)+|))(?=\s|$))?""", re.DOTALL
 )
 _PACKAGE = re.compile(r"package://([^/\s]+)")
 _FIND = re.compile(r"\$\(find\s+([^\s)]+)\s*\)")
@@ -82,7 +83,9 @@ def _parameters(text: str) -> Iterator[tuple[str, str | None]]:
 def how_to_call(path: Path, macros: Mapping[str, Parameters]) -> str:
     """Return the help for a file that only defines macros: an include that calls one of them."""
     name, parameters = next(iter(macros.items()))
-    keys = _keys_for([one for one, default in parameters.items() if default is None and one not in _POSES])
+    passed = (*_POSES, *_DIMENSIONS)  # by an include without them, too
+    needed = [one for one, default in parameters.items() if default is None and one not in passed]
+    keys = _keys_for([*needed, *(one for one in _PARENTS if one in parameters)])
     others = f"; its macros are {listed(macros)}" if len(macros) > 1 else ""
     return (
         f"call one in a description: include: [{{{', '.join((f'file: {path.name}, macro: {name}', *keys))}}}]{others}"
@@ -141,7 +144,7 @@ def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions)
         )
     if problems:
         return Call("", passed, problems)
-    file = quoteattr(_as_text(os.path.abspath(path)))
+    file = quoteattr(_as_text(glob.escape(os.path.abspath(path))))
     text = (
         f'<robot name={quoteattr(name)} xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename={file}/>'
         f"<xacro:{name}{attributes}>{blocks}</xacro:{name}></robot>"
@@ -173,18 +176,20 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
         else:
             message = f"{key} is a list of three {'lengths' if key == 'xyz' else 'angles'}"
             problems.append(error("wrong-type", message, entry.value_spans[key]))
+    span = entry.value_spans[pose[0] if pose else "macro"]
     block = next((one[1:] for one in _POSES if one in parameters and one[1:] not in values), None)
     if block is not None:
-        origin = f'<origin xyz="{texts["xyz"]}" rpy="{texts["rpy"]}"/>'
-        values[block] = origin, entry.value_spans[pose[0] if pose else "macro"]
+        values[block] = f'<origin xyz="{texts["xyz"]}" rpy="{texts["rpy"]}"/>', span
         passed.update(pose)
-    elif pose and all(key in parameters and key not in values for key in pose):
-        values |= {key: (texts[key], entry.value_spans[key]) for key in pose}
-        passed.update(pose)
-    elif pose and "parent" in passed:
-        message = f'the macro "{name}" has no block "origin" to which "{pose[0]}" is passed'
-        help = f"pass the pose in with, by its parameters: {listed(keys)}"
-        problems.append(error("bad-argument", message, entry.key_spans[pose[0]], help))
+    else:
+        own = [key for key in _DIMENSIONS if key in parameters and key not in values]
+        values |= {key: (texts[key], span) for key in own if key in pose or parameters[key] is None}
+        passed.update(key for key in pose if key in own)
+    for key in pose:
+        if key not in passed and "parent" in passed:
+            message = f'the macro "{name}" has no block "origin" and no parameter "{key}" to which "{key}" is passed'
+            help = f"pass the pose in with, by its parameters: {listed(keys)}"
+            problems.append(error("bad-argument", message, entry.key_spans[key], help))
     return values, frozenset(passed), problems
 
 
@@ -196,7 +201,8 @@ def _as_text(text: str) -> str:
 def _literal(value: Any) -> str:
     """Return an expression of xacro for a value; without braces and dollars, which begin and end expressions."""
     if isinstance(value, dict):
-        return f"dict([{', '.join(f'({_literal(key)}, {_literal(inner)})' for key, inner in value.items())}])"
+        pairs = (f"({_literal(key)}, {_literal(inner)})" for key, inner in value.items())
+        return f"xacro.dotify(dict([{', '.join(pairs)}]))"  # as a mapping of xacro.load_yaml
     if isinstance(value, list):
         return f"[{', '.join(map(_literal, value))}]"
     if isinstance(value, str):

@@ -69,7 +69,7 @@ def test_a_kind_that_nothing_is_of_is_told(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(sections, "load", lambda *_: (((PLUGIN, fans),), ()))
     found = sections.plugged.__wrapped__()
     assert found.sections == ()
-    assert 'names "lnik", of which there is none; did you mean "link"?' in found.diagnostics[0].message
+    assert 'no kind "lnik"; did you mean "link"?' in found.diagnostics[0].message
 
 
 PLUGIN = Plugin("toy", "1", "sections", "fans", "toy:FANS")
@@ -85,7 +85,7 @@ def added(robot: Robot, joint: Joint) -> Robot:
     [
         (lambda *_: None, "what a section adds to is a Robot again, not 'None'"),
         (lambda robot, _: added(robot, Joint("j", "fixed", "nowhere", "b", Pose())), 'joint "j" at link "nowhere"'),
-        (lambda robot, _: added(robot, Joint("j", "fxed", "a", "b", Pose())), 'of type "fxed"; did you mean "fixed"?'),
+        (lambda robot, _: added(robot, Joint("j", "fxed", "a", "b", Pose())), '"fxed"; did you mean "fixed"?'),
         (lambda *_: 1 / 0, "ZeroDivisionError"),
     ],
 )

@@ -4,7 +4,7 @@ import json
 
 from rosorin_compile import api
 from rosorin_compile.formats import schema_names, schema_text
-from rosorin_compile.source.diagnostics import RequestError, did_you_mean
+from rosorin_compile.source.diagnostics import RequestError, UnknownName
 
 from .command import Options, argument, command, flag
 from .console import FINE, give, table
@@ -25,7 +25,7 @@ def run(options: Options) -> int:
     if options.format != "text":
         raise RequestError("--format goes with --list: a schema is printed as it is")
     if options.name not in names:
-        raise RequestError(f'there is no schema "{options.name}"; {did_you_mean(options.name, names)}')
+        raise UnknownName("schema", options.name, names)
     if options.macros:
         give(json.dumps(api.schema(options.name, macros=True), indent=1, ensure_ascii=False) + "\n")
     else:

@@ -14,8 +14,8 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import Robot
-from rosorin_compile.model.sections import ENTRIES, ITEMS, NO_SECTIONS, ONE, Section, Sections, own_sections
-from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
+from rosorin_compile.model.sections import ENTRIES, ITEMS, ONE, Section, Sections, own_sections
+from rosorin_compile.source.diagnostics import Diagnostic, UnknownName
 from rosorin_compile.source.plugins import Plugin, aside, failed
 from rosorin_compile.source.tree import Map, Path
 
@@ -25,7 +25,7 @@ from .records import named_records, plain, record_of
 from .schema import fragment_at, plugged, resolve, schema
 from .sections.links import RULES
 from .suppressions import accepted
-from .symbols import SymbolTable
+from .symbols import Symbol, SymbolTable
 
 Report = Callable[[Diagnostic, str], None]
 Place = Callable[[str, str, Path], None]
@@ -78,7 +78,7 @@ def _lower_sections(tree: Mapping[str, Any], lowering: Lowering, report: Report)
             contents[section.name] = _contents(section, tree)
             with _guarded(plugin, section.name, report):
                 added[section.name] = _value(section, tree, lowering)
-    return values, Sections(added, contents) if contents else NO_SECTIONS
+    return values, Sections(added, contents)
 
 
 def _value(section: Section[Any], tree: Mapping[str, Any], lowering: Lowering) -> Any:
@@ -140,15 +140,13 @@ def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robo
 
 def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | None:
     """Return the entries of a section, each after those that define what it refers to."""
-    existing = {"link": robot.link, "joint": robot.joint}
     defined = {(symbol.kind, symbol.name): symbol.path[1] for symbol in symbols.definitions(section) if symbol.path[1:]}
     needs: dict[Any, set[Any]] = {}
-    for reference in symbols.references(existing, section):
-        if reference.name not in existing[reference.kind]:
-            if (reference.kind, reference.name) not in defined:
-                return None
-            if len(reference.path) > 1:
-                needs.setdefault(reference.path[1], set()).add(defined[reference.kind, reference.name])
+    for reference in unresolved(robot, symbols, section):
+        if (reference.kind, reference.name) not in defined:
+            return None
+        if len(reference.path) > 1:
+            needs.setdefault(reference.path[1], set()).add(defined[reference.kind, reference.name])
     entries = symbols.tree[section]
     names = entries if isinstance(entries, Map) else range(len(entries))
     try:
@@ -157,10 +155,10 @@ def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | N
         return None
 
 
-def is_resolved(robot: Robot, symbols: SymbolTable, section: str) -> bool:
-    """Return True if all links and joints that a section refers to exist."""
+def unresolved(robot: Robot, symbols: SymbolTable, section: str) -> list[Symbol]:
+    """Return the references of a section to links and joints that do not exist."""
     existing = {"link": robot.link, "joint": robot.joint}
-    return all(one.name in existing[one.kind] for one in symbols.references(existing, section))
+    return [one for one in symbols.references(existing, section) if one.name not in existing[one.kind]]
 
 
 def _checked(made: object, before: Robot) -> Robot:
@@ -174,7 +172,7 @@ def _checked(made: object, before: Robot) -> Robot:
             if end not in names:
                 raise ValueError(f'it adds joint "{joint.name}" at link "{end}", which there is not')
         if joint.type not in types:
-            raise ValueError(f'it adds joint "{joint.name}" of type "{joint.type}"; {did_you_mean(joint.type, types)}')
+            raise UnknownName(f'type for joint "{joint.name}"', joint.type, types)
     return made
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model.sections import ENTRIES, ITEMS, Section
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
+from rosorin_compile.source.diagnostics import Diagnostic, UnknownName
 from rosorin_compile.source.plugins import Plugin, broken, load
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, find
@@ -56,8 +56,7 @@ def plugged() -> Plugged:
     for plugin, section in loaded:
         unknown = sorted(kinds_of(section.schema, NAMES) - known)
         for kind in unknown:
-            guess = did_you_mean(kind, sorted(known))
-            problems.append(broken(plugin, f'has a schema that names "{kind}", of which there is none; {guess}'))
+            problems.append(broken(plugin, f"has a schema with an unknown name: {UnknownName('kind', kind, known)}"))
         if not unknown:
             sections.append((plugin, section))
             OF_PLUGINS.update((rule.id, rule) for check in section.all_checks() for rule in check.rules)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Entry = TypeVar("Entry")
 Schema = Mapping[str, Any]
+Given = Schema | None  # None: schema.json in the folder of the dataclass
 Adds = Callable[["Robot", Any], "Robot"]
 Lower = Callable[[Mapping[str, Any], Any], Any]  # of the tree, and of what reports a problem (``Problem``)
 
@@ -61,23 +62,16 @@ class Section(Generic[T]):
     check_urdf: Callable[[Case, Output], Iterator[Diagnostic]] | None = None
 
     @classmethod
-    def by_name(
-        cls, name: str, entry: type[Entry], schema: Schema | None = None, **more: Any
-    ) -> Section[Mapping[str, Entry]]:
+    def by_name(cls, name: str, entry: type[Entry], schema: Given = None, **more: Any) -> Section[Mapping[str, Entry]]:
         return Section(name, entry, schema or _beside(entry), ENTRIES, **more)
 
     @classmethod
-    def listed(
-        cls, name: str, entry: type[Entry], schema: Schema | None = None, **more: Any
-    ) -> Section[tuple[Entry, ...]]:
+    def listed(cls, name: str, entry: type[Entry], schema: Given = None, **more: Any) -> Section[tuple[Entry, ...]]:
         return Section(name, entry, schema or _beside(entry), ITEMS, **more)
 
     @classmethod
-    def single(cls, name: str, entry: type[Entry], schema: Schema | None = None, **more: Any) -> Section[Entry | None]:
+    def single(cls, name: str, entry: type[Entry], schema: Given = None, **more: Any) -> Section[Entry | None]:
         return Section(name, entry, schema or _beside(entry), ONE, **more)
-
-    def empty(self) -> Any:
-        return {ENTRIES: {}, ITEMS: (), ONE: None}[self.form]
 
     def all_checks(self) -> tuple[Check, ...]:
         """Return the functions in ``checks`` and in the modules that it names."""
@@ -90,10 +84,6 @@ class Section(Generic[T]):
             raise ValueError(f'"{self.name}" cannot be the name of a section: small letters, digits and _')
         if not (isinstance(self.entry, type) and is_dataclass(self.entry)):
             raise TypeError(f"the entry of section {self.name} is {str(self.entry)[:60]!r}, not a dataclass")
-        if not isinstance(self.schema, Mapping) or not isinstance(self.checks, tuple):
-            raise TypeError(f"the schema of section {self.name} must be a mapping, its checks a tuple")
-        if not all(one is None or callable(one) for one in (self.adds, self.lower)) or self.urdf or self.check_urdf:
-            raise TypeError(f"adds and lower of section {self.name} must be functions; it may have no urdf")
         form = ITEMS if "items" in self.schema else ONE
         form = ENTRIES if isinstance(self.schema.get("additionalProperties"), Mapping) else form
         if form != self.form:
@@ -135,10 +125,8 @@ class Sections:
 
     def __getitem__(self, section: Section[Any] | str) -> Any:
         # A record has an empty value if the robot does not have the section; for a name, that is a KeyError.
-        return self.values[section] if isinstance(section, str) else self.values.get(section.name, section.empty())
+        empty: dict[str, Any] = {ENTRIES: {}, ITEMS: (), ONE: None}
+        return self.values[section] if isinstance(section, str) else self.values.get(section.name, empty[section.form])
 
     def __contains__(self, section: object) -> bool:
         return getattr(section, "name", section) in self.values
-
-
-NO_SECTIONS = Sections()

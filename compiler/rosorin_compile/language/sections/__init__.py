@@ -14,7 +14,7 @@ from rosorin_compile.model.drive import ROLES, Drive
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.model.link import Source
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile.model.sections import ITEMS, ONE, Section
+from rosorin_compile.model.sections import Section
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import Root
@@ -139,31 +139,27 @@ def _root(tree: Mapping[str, Any], _: Problem) -> Root:
     return record_of(Root, entry, values=values, placed="xyz" in entry or "rpy" in entry)
 
 
-def _urdf_elements(tree: Mapping[str, Any], lowering: Lowering) -> None:
-    lowering.urdf_elements += tree["urdf_elements"]
-
-
-def _disabled_contacts(tree: Mapping[str, Any], _: Problem) -> tuple[tuple[str, ...], ...]:
-    return tuple(tuple(one["links"]) for one in tree["disabled_contacts"])
-
-
 # A section is after those that it refers to. The checks of the whole robot are in ``rules.check``.
 _RULES = "rosorin_compile.rules"
 SECTIONS: tuple[Section[Any], ...] = (
     Section("publishers", Publisher, lower=_publishers, checks=(f"{_RULES}.publishers",)),
-    Section("edges", Edge, form=ITEMS, lower=_edges),
+    Section("edges", Edge, lower=_edges),
     links.SECTION,
     joints.SECTION,
-    Section("urdf_elements", form=ITEMS, lower=_urdf_elements, checks=(f"{_RULES}.urdf_elements",)),
+    Section(
+        "urdf_elements",
+        lower=lambda tree, lowering: lowering.urdf_elements.extend(tree["urdf_elements"]),
+        checks=(f"{_RULES}.urdf_elements",),
+    ),
     sensors.SECTION,
     Section("servos", ServoGroup, lower=_servos),
-    Section("drive", Drive, form=ONE, lower=_drive, checks=(f"{_RULES}.drive",)),
+    Section("drive", Drive, lower=_drive, checks=(f"{_RULES}.drive",)),
     Section("poses", JointPose, lower=_poses, checks=(f"{_RULES}.positions",)),
     Section("outputs", Output, lower=_outputs, checks=(f"{_RULES}.outputs",)),
     Section("modes", lower=lambda tree, _: tuple(name for name, _ in entries_of(tree, "modes"))),
-    Section("source", Source, form=ONE, lower=lambda tree, _: source_of(tree["source"])),
+    Section("source", Source, lower=lambda tree, _: source_of(tree["source"])),
     Section("materials", Material, lower=_materials),
-    Section("root", Root, form=ONE, lower=_root),
-    Section("disabled_contacts", form=ITEMS, lower=_disabled_contacts),
-    Section("mjcf", form=ITEMS, lower=lambda tree, _: tuple(tree["mjcf"]), checks=(f"{_RULES}.simulated",)),
+    Section("root", Root, lower=_root),
+    Section("disabled_contacts", lower=lambda tree, _: tuple(tuple(one["links"]) for one in tree["disabled_contacts"])),
+    Section("mjcf", lower=lambda tree, _: tuple(tree["mjcf"]), checks=(f"{_RULES}.simulated",)),
 )

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from rosorin_compile.language.records import Problem, entries_of, record_of
+from rosorin_compile.language.records import Problem, entries_of, plain, record_of
 from rosorin_compile.language.schema import named_as
-from rosorin_compile.language.suggestions import suggest_name
 from rosorin_compile.model import Controller
 from rosorin_compile.model.sections import Section
 from rosorin_compile.rules.case import Case
@@ -23,7 +22,7 @@ def controllers_of(tree: Mapping[str, Any], _: Problem) -> tuple[Controller, ...
             Controller,
             entry,
             name=name,
-            params={key: _plain(value) for key, value in flat(entry.get("params") or {}).items()},
+            params={key: plain(value) for key, value in flat(entry.get("params") or {}).items()},
         )
         for name, entry in entries_of(tree, "controllers")
     )
@@ -44,14 +43,6 @@ def flat(params: Mapping[str, Any], above: str = "") -> dict[str, Any]:
     return found
 
 
-def _plain(value: Any) -> Any:
-    if isinstance(value, list):
-        return tuple(_plain(item) for item in value)
-    if isinstance(value, float):
-        return float(value)
-    return str(value) if isinstance(value, str) else value
-
-
 @Check
 def controller_names(case: Case) -> Iterator[Diagnostic]:
     """Find hardware blocks and sensors that a controller names and that are not there (controller-name)."""
@@ -65,7 +56,7 @@ def controller_names(case: Case) -> Iterator[Diagnostic]:
             if name and name not in known:
                 path: Path = ("controllers", one.name, key)
                 message = f'the controller "{one.name}" names the {word} "{name}", which there is not'
-                help = suggest_name(case.tree, path, name, known) if known else f"the robot has no {word}"
+                help = case.suggest(path, name, known, none=f"the robot has no {word}")
                 yield case.problem("controller-name", message, path, help)
 
 

@@ -105,6 +105,20 @@ def test_editors_know_the_macros_and_their_parameters(monkeypatch, capsys):
     assert "dict(shoulder_pan_joint=0.0,elbow_joint=0.0)" in keys[0]["initial_positions"]["description"]
 
 
+def test_a_schema_with_macros_is_of_the_same_version(tmp_path, monkeypatch, capsys):
+    shutil.copytree(MACROS, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "first"]) == 0
+    capsys.readouterr()
+    assert main(["schema", "--macros"]) == 0
+    schema = Path("descriptions/.schema/rosorin-compile.schema.json")
+    schema.write_text(capsys.readouterr().out, "utf-8")
+    for name, is_older in (("second", False), ("third", True)):
+        assert main(["init", name]) == 0
+        assert ("is of another version" in capsys.readouterr().out) == is_older
+        schema.write_text(schema.read_text("utf-8").replace("draft-07", "draft-06"), "utf-8")
+
+
 def robot(folder: Path, macro: str, entry: str) -> tuple[dict[str, str], list[str]]:
     """Return the artifacts of a robot that calls a macro, and the rules of its errors and warnings."""
     write_files(folder, {

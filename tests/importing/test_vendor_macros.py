@@ -171,6 +171,19 @@ def test_arguments_of_the_file_are_args(tmp_path):
     assert 'xyz="7 0 0"' in files["r.urdf"]
 
 
+def test_a_robot_that_the_file_makes_itself_is_left_out(tmp_path):
+    """Its materials stay; of two definitions of a macro, xacro takes the one of the condition."""
+    macro = f'<xacro:macro name="m" params="x parent y">{LINK}{JOINT.format("${parent}", "")}</xacro:macro>'
+    macro = f'<xacro:if value="0">{macro}</xacro:if><xacro:if value="1">{macro.replace(" y", " z:=1")}</xacro:if>'
+    outside = '<link name="k"/><gazebo reference="k"/><material name="red"><color rgba="1 0 0 1"/></material>'
+    files, rules = robot(tmp_path, macro + outside, "parent: base, with: {x: 1}")
+    assert rules == []
+    urdf = ET.fromstring(files["r.urdf"])
+    assert [(one.tag, one.get("name")) for one in urdf] == [
+        ("material", "red"), ("link", "base"), ("link", "l"), ("joint", "j"),
+    ]  # fmt: skip
+
+
 def test_values_of_a_description_are_not_run_by_xacro(tmp_path):
     """The trust in the file of a vendor is none in the description that calls its macro."""
     body = LINK + '<gazebo reference="l"><a>${text} ${list[0]} ${list[1]}</a></gazebo>'

@@ -179,17 +179,13 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         message = f"xacro makes something of {path.name} that is no XML: {failure.diagnostic.message}"
         return Imported(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
     made.origin = Origins(made, answer["places"], sources, first)
-    if made.root.tag != "robot":
+    problem = None if any(child.tag == "link" for child in made.root.children) else _no_links(document, path, options)
+    if problem is None and made.root.tag != "robot":
         help = f"write it to a file first: xacro {path.name} > {path.name.split('.')[0]}.xml"
         message = f"{path.name} expands to <{made.root.tag}>, not to <robot>"
-        return Imported(None, [*diagnostics, error("wrong-root", message, made.root.span, help)], (), files)
-    if not any(child.tag == "link" for child in made.root.children) and options.call is not None:
-        message, span = f'the macro "{options.call["macro"]}" makes no link', options.call.value_spans["macro"]
-        return Imported(None, [*diagnostics, error("no-links", message, span, "call one that does")], (), files)
-    macros = macros_of(document, path, Packages(options.packages, options.environment or os.environ, path))
-    if macros and not any(child.tag == "link" for child in made.root.children):
-        message = f"{path.name} makes no link: it defines macros for other files"
-        return Imported(None, [*diagnostics, error("no-links", message, first, how_to_call(path, macros))], (), files)
+        problem = error("wrong-root", message, made.root.span, help)
+    if problem is not None:
+        return Imported(None, [*diagnostics, problem], (), files)
     read = read_urdf(made, path, options, files)
     if mount and read.tree is not None:
         read = read._replace(tree=_without_mount(read.tree, mount), mount=mount)
@@ -197,6 +193,16 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         read = read._replace(passed=call.passed)
     own = _of_this_machine(made, answer["folders"])
     return read._replace(diagnostics=[*diagnostics, *map(with_calls, [*read.diagnostics, *own])])
+
+
+def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnostic | None:
+    """Return the error for a macro that makes no link, or for a file that only defines macros."""
+    if options.call is not None:
+        message, span = f'the macro "{options.call["macro"]}" makes no link', options.call.value_spans["macro"]
+        return error("no-links", message, span, "call one that does")
+    macros = macros_of(document, path, Packages(options.packages, options.environment or os.environ, path))
+    message = f"{path.name} makes no link: it defines macros for other files"
+    return error("no-links", message, document.root.span, how_to_call(path, macros)) if macros else None
 
 
 def _mount(made: Document) -> str:

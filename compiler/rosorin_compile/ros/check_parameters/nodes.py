@@ -13,7 +13,6 @@ from rosorin_compile.source.diagnostics import (
     Diagnostic,
     Span,
     Suggestion,
-    did_you_mean,
     error,
     nearest,
     quoted,
@@ -174,7 +173,7 @@ def _types(named: Mapping[str, list[Section]], files: Files) -> dict[str, _Type]
 
 
 def _is_type(text: str) -> bool:
-    return text in plugins("") or did_you_mean(text, plugins("")).startswith("did")
+    return text in plugins("") or nearest(text, plugins("")) is not None
 
 
 def _homeless(named: dict[str, list[Section]], types: Mapping[str, _Type]) -> Iterator[Diagnostic]:

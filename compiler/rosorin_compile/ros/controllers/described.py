@@ -198,7 +198,7 @@ def _placed(case: Case, found: Finding, entry: Path, within: str) -> Diagnostic:
     value, help = at(case.tree, path), found.help
     path = (*path, value.index(found.unknown)) if isinstance(value, Seq) and found.unknown in value else path
     if found.known:
-        help = case.suggest(path, found.unknown, found.known, "")
+        help = case.suggest(path, found.unknown, found.known)
     return case.problem(found.rule, found.message, path, help, severity=found.severity, key=key)
 
 

@@ -19,7 +19,6 @@ from rosorin_compile.source.diagnostics import (
     Span,
     Suggestion,
     diagnostic,
-    did_you_mean,
     listed,
     nearest,
 )
@@ -82,23 +81,20 @@ def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Iter
     near = _near(kind, key, values)
     if kind.complete:
         message = f'{name} has no key "{key}": it is accepted in silence, and does nothing'
-        yield Finding("parameters-unknown-key", message, key, near or "remove it", at_key=True)
+        yield Finding("parameters-unknown-key", message, key, near, at_key=True)
     elif near:
         message = f'"{key}" of {name} is nearly a key that it has'
         yield Finding("parameters-unknown-key", message, key, near, WARNING, at_key=True)
 
 
-def _near(kind: Kind, key: str, values: Mapping[str, Any]) -> str:
+def _near(kind: Kind, key: str, values: Mapping[str, Any]) -> Help:
     names = kind.like(key)
     if not kind.complete:
         close = nearest(key, names - values.keys())
         return f'did you mean "{close}"?' if close and _is_misspelt(key, close) else ""
-    near = did_you_mean(key, names)
     last = key.rpartition(".")[2]
     same = [one for one in names if one.rpartition(".")[2] == last]
-    if near.startswith("did"):
-        return near
-    return f'did you mean "{same[0]}"?' if len(same) == 1 else ""
+    return Suggestion(key, names, instead=f'did you mean "{same[0]}"?' if len(same) == 1 else "remove it")
 
 
 def _is_misspelt(name: str, close: str) -> bool:

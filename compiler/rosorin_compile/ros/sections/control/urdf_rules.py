@@ -25,7 +25,7 @@ from rosorin_compile.ros.sections.control.hardware import (
     Words,
 )
 from rosorin_compile.rules.case import Case, number
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, counted, nearest, quoted
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion, counted, quoted
 from rosorin_compile.source.tree import Path, at
 from rosorin_compile.source.units import Quantity, describe, parse_unit
 from rosorin_compile.source.wording import swaps
@@ -110,12 +110,12 @@ def _component(case: Case, block: Block, section: str, one: Component) -> Iterat
             message = f'{of} has a parameter "{name}", which comes from the mimic of the joint'
             yield case.problem("control-param", message, (*path, "params", name), "leave it out", key=True)
     if not one.command and not one.state:
-        severity, help = WARNING, "list its command and state interfaces: command, state"
+        severity = WARNING
+        help: Help = "list its command and state interfaces: command, state"
         if section == "sensors":
             severity = ERROR
-            help = "list its state interfaces: state; or give it the name of a sensor of the description"
-            near = nearest(one.name, [sensor.name for sensor in case.robot.sensors])
-            help = f'did you mean "{near}"? else {help}' if near else help
+            details = "list its state interfaces: state; or give it the name of a sensor of the description"
+            help = Suggestion(one.name, [sensor.name for sensor in case.robot.sensors], details=details)
         yield case.problem("control-interface", f"{of} has no interface", path, help, severity=severity, key=True)
     known: tuple[str, ...] = JOINT_WORDS if section == "joints" else ()
     if section == "sensors":

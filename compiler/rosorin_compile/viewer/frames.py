@@ -13,12 +13,9 @@ from rosorin_compile.model import Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, rows, way
 from rosorin_compile.output import OutputError, may_replace, write_file, write_set
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .frame_trees import Tree, frame_trees
 from .frames_picture import svg
-
-RULES = (Rule("picture-file", "A picture cannot be written.", "The message says why.", Heading.OUTPUTS),)
 
 
 @dataclass(frozen=True)

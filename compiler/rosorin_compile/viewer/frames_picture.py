@@ -15,7 +15,6 @@ from rosorin_compile.formats.format import NODES, UNPUBLISHED, Asked, Format, xm
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, publishers, rows
 from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, error
-from rosorin_compile.source.rule_registry import OUTPUTS, Rule
 from rosorin_compile.source.wording import plural
 
 from .frame_trees import GREY, TooMany, Tree, colours, frame_trees
@@ -24,10 +23,6 @@ if TYPE_CHECKING:
     from rosorin_compile.formats.templating import Templates
     from rosorin_compile.rules.case import Case
 
-RULES = (
-    Rule("picture-kind", "The file name of a picture does not end in `.svg`.", "End it in `.svg`.", OUTPUTS),
-    Rule("too-many-pictures", "The modes give more trees of frames than fit.", "Fix `modes` for each.", OUTPUTS),
-)
 
 _SIZE = 12.0  # of letters, in pixels
 _ROW, _INDENT, _PAD, _STEP = 27.0, 32.0, 8.0, 22.0

@@ -16,20 +16,10 @@ from rosorin_compile.model import HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem
 from rosorin_compile.source.diagnostics import Source, Span
 from rosorin_compile.source.load import LoadError, parse_yaml, read_utf8
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.yaml_text import Scalar
 
 from .results import length, row, source_line
-
-RULES = (
-    Rule(
-        "extract-into",
-        "The file has no such height map, or it is written in a way that cannot be edited.",
-        "Name its link with `--frame`, or write a file with `-o`.",
-        Heading.MESHES,
-    ),
-)
 
 _HELP = "write it in block style without anchors and aliases; or write a file with -o FILE, and paste it"
 

@@ -14,22 +14,12 @@ from rosorin_compile.model.mesh_triangles import ExtractProblem
 from rosorin_compile.output import OutputError, write_file
 from rosorin_compile.source import files
 from rosorin_compile.source.numbers import exact
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..layout import Verbatim, escaped, layout
 from .fit_quality import FitQuality
 from .shapes import KINDS, Fit
 from .sources import Part
-
-RULES = (
-    Rule(
-        "extract-file",
-        "A result cannot be written, or would overwrite a file that `extract` did not make.",
-        "Another name, or `--force`.",
-        Heading.MESHES,
-    ),
-)
 
 MARK = "# rosorin-compile extract"  # begins every file that extract writes
 _HEAD = ("part", "shape", "volume", "overhang", "sticks out", "overlap")

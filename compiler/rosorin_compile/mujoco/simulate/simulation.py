@@ -25,7 +25,6 @@ from rosorin_compile.source.diagnostics import (
 )
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import SIMULATION, declare
 from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.tree import exists
@@ -34,32 +33,6 @@ from rosorin_compile.source.wording import counted, first_of, listed
 from ..mjcf.engine import reason
 from ..rest_pose import leader_of
 from .scenarios import FIXED, FREE, Driven, PoseTrial, Swept, Swung, World, quiet, run_scenarios
-
-RULES = declare(
-    SIMULATION,
-    {
-        "simulation-refused": "The robot cannot be simulated: MuJoCo does not load it, or its MJCF cannot be written. "
-        "Fix: Look at what `check` reports.",
-        "simulation-breaks": "The positions of the robot become infinite, or MuJoCo warns of values beyond what it can "
-        "compute. Fix: Look for parts that start inside each other, for masses and inertias far too small, for gains "
-        "far too large.",
-        "pose-not-held": "A warning: a joint comes to rest away from a named pose. A note where the robot touches "
-        "itself there. Fix: Correct the pose, raise `kp` of the actuator or its effort, or lower the mass that it "
-        "carries.",
-        "base-drifts": "A warning: on a floor, the robot falls over, does not stay in its place, or its height does "
-        "not come to rest. Fix: Give its wheels actuators or damping; look for shapes that start inside each other.",
-        "drive-not-followed": "A warning: driven on a floor, the robot moves at another velocity than was commanded, "
-        "or shakes. Fix: Check radius, places and axes of the wheels, `kv` against damping, and what else touches the "
-        "floor.",
-        "drive-without-actuator": "A note: a joint of the drive has no actuator; a servo of `simulate` turned it. Fix: "
-        "Give the joint an actuator: on speed where it rolls, on position where it steers.",
-        "limit-not-reached": "A warning: an actuator does not bring its joint to a limit. A note where the robot "
-        "touches itself there. Fix: Narrow the limits, or check effort, `kp` and the mass that the joint carries.",
-        "energy-not-kept": "A warning: the energy of the robot changes without damping, friction, actuators and "
-        "contacts. Fix: The time step is too long for its lightest parts: a shorter `timestep`, more mass, or "
-        "`armature`.",
-    },
-)
 
 _TIPPED = 0.2  # rad
 _SHOWN = 3  # names

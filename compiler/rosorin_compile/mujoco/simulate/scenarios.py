@@ -22,7 +22,7 @@ from rosorin_compile.model import Joint, Robot, Twist
 from rosorin_compile.model.drive import Drive
 from rosorin_compile.source.progress import Progress
 
-from ..mjcf.bodies import body_name, rolling
+from ..mjcf.bodies import body_name
 from ..rest_pose import HOME, home_of, leader_of, range_of
 
 POSITION, VELOCITY, FORCE = "position", "velocity", "force"
@@ -423,11 +423,10 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
 
 
 def undriven_joints(world: World) -> tuple[str, ...]:
-    """Return the joints that nothing drives, besides wheels; none if it is not known what an actuator drives."""
+    """Return the joints that nothing drives, but casters and rollers; none if it is unknown what actuators drive."""
     drive, driven = world.robot.drive, {one.joint for one in world.actuators}
     driven |= {name for names in drive.joints.values() for name in names} | {*drive.steering} if drive else set()
-    wheels = rolling(world.robot)
-    idle = [joint for joint in world.joints if joint.mimic is None and joint.child not in wheels]
+    idle = [joint for joint in world.joints if joint.mimic is None and not (drive and joint.type == "continuous")]
     return () if "" in driven else tuple(joint.name for joint in idle if joint.name not in driven)
 
 

@@ -74,21 +74,26 @@ def write_artifacts(
 
 
 def write_set(
-    folder: Path, files: Mapping[str, str | bytes], prune: bool = False, judge: Judge | None = None, tidy: bool = True
+    folder: Path,
+    files: Mapping[str, str | bytes],
+    prune: bool = False,
+    judge: Judge | None = None,
+    durable: bool = True,
 ) -> WriteResult:
     """Make ``files``, text or bytes by relative POSIX name, the set of artifacts in ``folder``.
 
     If all files are equal already, nothing is touched. Other files in the folder are kept, or removed with ``prune``.
-    ``judge`` decides about each file that would be replaced. Without ``tidy``, the parent folder is not searched for
-    what killed processes left. Raises OutputError.
+    ``judge`` decides about each file that would be replaced. Without ``durable``, which is for many sets whose contents
+    the caller checks, nothing is flushed to the disk, and what killed processes left next to the folder stays. Raises
+    OutputError.
     """
     check_names(files)
     contents = {name: encoded(name, files[name]) for name in sorted(files)}
     try:
         real = _resolved(folder)
         real.parent.mkdir(parents=True, exist_ok=True)
-        with locked(real.parent, tidy=tidy):
-            return _update(folder, real, contents, prune, judge)
+        with locked(real.parent, tidy=durable):
+            return _update(folder, real, contents, prune, judge, durable)
     except OSError as problem:
         raise OutputError.of(problem, folder, "write") from None
 
@@ -151,7 +156,9 @@ def encoded(name: str, text: str | bytes) -> bytes:
         raise OutputError("output-text", message, "remove that character from the description") from None
 
 
-def _update(shown: Path, folder: Path, contents: dict[str, bytes], prune: bool, judge: Judge | None) -> WriteResult:
+def _update(
+    shown: Path, folder: Path, contents: dict[str, bytes], prune: bool, judge: Judge | None, durable: bool
+) -> WriteResult:
     """Compare the set with the folder, and replace the folder if anything differs. Raises OutputError, OSError."""
     status = folder.lstat() if os.path.lexists(folder) else None
     if status and not stat.S_ISDIR(status.st_mode):
@@ -191,7 +198,8 @@ def _update(shown: Path, folder: Path, contents: dict[str, bytes], prune: bool, 
                 message = f"{folder} is replaced as a whole, and cannot be while the command runs inside it"
                 raise OutputError("output-folder", message, "run the command from another folder")
             fresh |= {name: contents[name] for name in written}
-            replace_folder(folder, stage, fresh, seen, folders.union(unchanged, () if prune else foreign))
+            kept_names = folders.union(unchanged, () if prune else foreign)
+            replace_folder(folder, stage, fresh, seen, kept_names, durable)
     kept, removed = ((), foreign_files) if prune else (foreign_files, ())
     return WriteResult(written, tuple(sorted(unchanged)), kept, removed, tuple(renamed.items()))
 

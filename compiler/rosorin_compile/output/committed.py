@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.compare.changes import Change, find_changes
 from rosorin_compile.compare.pairs import Pair, pair_of, with_new_names
-from rosorin_compile.compare.precision import POSE_NOISE as _NEAR
-from rosorin_compile.compare.precision import printed
-from rosorin_compile.compare.walk import Address, Leaves, compare_leaves, leaves
+from rosorin_compile.compare.precision import POSE_NOISE, printed
+from rosorin_compile.compare.walk import Leaves, compare_leaves, leaves
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.model import Mesh, Robot
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, error
@@ -42,23 +41,17 @@ RULES = declare(
 )
 
 CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
-MAX_LINES = 40
-MAX_WIDTH = 160
+MAX_LINES, MAX_WIDTH = 40, 160  # of a diff
 _MAX_CHANGES = 100
-# Above this number of lines, comparing line by line takes too long.
-_MAX_COMPARED = 20_000
-_NO_END = "\\ No newline at end of file"
-_IF_MEANT = "if this is what you meant, run rosorin-compile all and commit what it writes"
-_MOST_VALUES = 3
-_CUT = 60
-_TAG = re.compile(r"<([A-Za-z_]\w*)")
-_WORD = re.compile(r"[A-Za-z_]\w+")
-_MISSING = "missing; rosorin-compile all writes it"
-_EXTRA = "no artifact of this robot; remove it, or run rosorin-compile all --prune"
-_NOT_TEXT = "the committed file is no UTF-8 text; rosorin-compile all writes it again"
-_SAME_MEANING = "same meaning, different text"
-_NOTHING_COMPARED = "different text; nothing that is compared by meaning differs"
-_LARGEST_PICTURE = 200_000  # letters of a text that is not for people; the lines of a larger one are not shown at all
+_MAX_COMPARED = 20_000  # lines; comparing more line by line takes too long
+_LARGEST_PICTURE = 200_000  # letters of a text that is not for people; the lines of a larger one are not compared
+_MOST_VALUES, _CUT = 3, 60
+_TAG, _WORD = re.compile(r"<([A-Za-z_]\w*)"), re.compile(r"[A-Za-z_]\w+")
+_REMARKS = {
+    MISSING: "missing; rosorin-compile all writes it",
+    EXTRA: "no artifact of this robot; remove it, or run rosorin-compile all --prune",
+    NOT_TEXT: "the committed file is no UTF-8 text; rosorin-compile all writes it again",
+}
 
 
 class TextDifference(NamedTuple):
@@ -79,7 +72,7 @@ class TextDifference(NamedTuple):
         return self.kind != NOT_TEXT
 
 
-def unified(file: str, old: str, new: str) -> tuple[str, ...]:
+def _unified(file: str, old: str, new: str) -> tuple[str, ...]:
     """Return the unified diff from a committed to a compiled text, without line ends, control characters visible."""
     before, after = old.splitlines(keepends=True), new.splitlines(keepends=True)
     if max(len(before), len(after)) > _MAX_COMPARED:
@@ -87,42 +80,36 @@ def unified(file: str, old: str, new: str) -> tuple[str, ...]:
     shown: list[str] = []
     for line in unified_diff(before, after, f"committed/{file}", f"compiled/{file}"):
         shown.append(printable(line.removesuffix("\n"), keep="\t"))
-        if not line.endswith("\n"):
-            shown.append(_NO_END)
+        shown += [] if line.endswith("\n") else ["\\ No newline at end of file"]
     return tuple(shown)
 
 
 def shorten(lines: Sequence[str]) -> list[str]:
     """Return the first lines of a diff, long ones cut, and how many there are more."""
-    shown = [line if len(line) <= MAX_WIDTH else f"{line[:MAX_WIDTH]}..." for line in lines[:MAX_LINES]]
-    if len(lines) > MAX_LINES:
-        shown.append(f"... {len(lines) - MAX_LINES} more lines (--full shows them)")
-    return shown
+    more = [f"... {len(lines) - MAX_LINES} more lines (--full shows them)"] if len(lines) > MAX_LINES else []
+    return [line if len(line) <= MAX_WIDTH else f"{line[:MAX_WIDTH]}..." for line in lines[:MAX_LINES]] + more
 
 
 def _with_values(remark: str, old: str, new: str) -> str:
-    """Return a remark with the first lines of two texts that differ, unless the texts are of different lengths."""
-    before, after = old.splitlines(), new.splitlines()
-    if len(before) != len(after):
+    """Return a remark with the words that differ in the first lines that do, unless lines were added or removed."""
+    lines = list(zip(old.splitlines(), new.splitlines(), strict=False))
+    if len(lines) != max(len(old.splitlines()), len(new.splitlines())):
         return remark
-    pairs = enumerate(zip(before, after, strict=True), 1)
-    found = [_line_change(number, *both) for number, both in pairs if both[0].split() != both[1].split()]
+    found = []
+    for number, (first, second) in enumerate(lines, 1):
+        before, after, same = first.split(), second.split(), list[str]()
+        if before == after:
+            continue
+        for at in (0, -1):  # what both begin and end with
+            while before and after and before[at] == after[at]:
+                same += after[:1] if at == 0 else []
+                del before[at], after[at]
+        tags = _TAG.findall(" ".join([*same, *after[:1]]))  # the element, else the key or the first word
+        words = tags[-1:] or _WORD.findall(same[-1] if same and len(second) > MAX_WIDTH else second)[:1]
+        values = [printable(" ".join(some))[:_CUT] or "nothing" for some in (before, after)]
+        found.append(f"{' '.join([f'line {number}', *words])}: {' -> '.join(values)}")
     more = [f"and {len(found) - _MOST_VALUES} more"] if len(found) > _MOST_VALUES else []
     return f"{remark}: {', '.join([*found[:_MOST_VALUES], *more])}" if found else remark
-
-
-def _line_change(number: int, old: str, new: str) -> str:
-    """Return what changed in a line: the words that differ, behind the element, the key or the first word."""
-    before, after = old.split(), new.split()
-    same: list[str] = []
-    for at in (0, -1):  # what both begin and end with
-        while before and after and before[at] == after[at]:
-            same += after[:1] if at == 0 else []
-            del before[at], after[at]
-    tags = _TAG.findall(" ".join([*same, *after[:1]]))
-    words = tags[-1:] or _WORD.findall(same[-1] if same and len(new) > MAX_WIDTH else new)
-    texts = [printable(" ".join(some))[:_CUT] or "nothing" for some in (before, after)]
-    return " ".join([f"line {number}", *words[:1]]) + f": {' -> '.join(texts)}"
 
 
 class Comparison(NamedTuple):
@@ -140,47 +127,45 @@ class Comparison(NamedTuple):
 def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> Comparison:
     """Return how the committed files (bytes by name, see ``output.read_set``) differ from what was just compiled."""
     arranged = sorted(artifacts, key=lambda artifact: (FORMATS[artifact.backend].rank, artifact.output))
-    texts: list[tuple[TextDifference, Artifact | None, str]] = []
+    extra = committed.keys() - {artifact.file for artifact in artifacts}
+    texts = [TextDifference(file, EXTRA, _REMARKS[EXTRA]) for file in extra]
     pairs: list[Pair] = []
+    changed: list[tuple[Artifact, str, str]] = []  # with the old text, and a remark
     for number, artifact in enumerate(arranged):
         Progress.step(f"comparing {artifact.file},", number, len(arranged))
-        if artifact.file not in committed:
-            texts.append((TextDifference(artifact.file, MISSING, _MISSING), None, ""))
+        try:
+            old, remark = committed[artifact.file].decode("utf-8"), ""
+        except (KeyError, UnicodeDecodeError) as problem:
+            kind = MISSING if isinstance(problem, KeyError) else NOT_TEXT
+            texts.append(TextDifference(artifact.file, kind, _REMARKS[kind]))
+            continue
+        if old == artifact.text:
             continue
         try:
-            old = committed[artifact.file].decode("utf-8")
-        except UnicodeDecodeError:
-            texts.append((TextDifference(artifact.file, NOT_TEXT, _NOT_TEXT), None, ""))
-            continue
-        if old != artifact.text:
-            remark = ""
-            try:
-                pair = pair_of(robot, artifact, old)
-                pairs += [pair] if pair is not None else []
-            except ValueError as problem:
-                remark = f"the committed file is damaged and compared as text alone ({printable(str(problem))})"
-                remark = _with_values(remark, old, artifact.text)
-            shown = FORMATS[artifact.backend].shown
-            is_large = not shown and max(len(old), len(artifact.text)) > _LARGEST_PICTURE
-            lines = () if is_large else unified(artifact.file, old, artifact.text)
-            texts.append((TextDifference(artifact.file, CHANGED, remark, lines, shown), artifact, old))
+            pair = pair_of(robot, artifact, old)
+            pairs += [pair] if pair is not None else []
+        except ValueError as problem:
+            remark = f"the committed file is damaged and compared as text alone ({printable(str(problem))})"
+            remark = _with_values(remark, old, artifact.text)
+        changed.append((artifact, old, remark))
     pairs = with_new_names(pairs)
-    extra = sorted(committed.keys() - {artifact.file for artifact in artifacts})
-    texts += [(TextDifference(file, EXTRA, _EXTRA), None, "") for file in extra]
     changes = tuple(find_changes(robot, pairs)) if pairs else ()
     explained = {output for change in changes for output in change.artifacts}
-    remarked = []
-    for text, compiled, old in texts:
-        remark, format = text.remark, FORMATS[compiled.backend] if compiled is not None else None
-        if compiled is not None and format is not None and not remark and compiled.output not in explained:
-            remark = format.differ(old, compiled.text) if format.differ is not None else ""
+    for artifact, old, remark in changed:
+        new, format = artifact.text, FORMATS[artifact.backend]
+        if not remark and artifact.output not in explained:
+            remark = format.differ(old, new) if format.differ is not None else ""
             if not remark and format.read is not None:
                 same = False  # but for white space, comments and the spelling of numbers
                 with suppress(ValueError, SyntaxError):
-                    same = format.syntax is not None and bool(format.syntax(old) == format.syntax(compiled.text))
-                remark = _SAME_MEANING if same else _with_values(_NOTHING_COMPARED, old, compiled.text)
-        remarked.append(text._replace(remark=remark))
-    return Comparison(changes, tuple(sorted(remarked)), not remarked, tuple(pairs))
+                    same = format.syntax is not None and bool(format.syntax(old) == format.syntax(new))
+                remark = "same meaning, different text"
+                if not same:
+                    remark = _with_values("different text; nothing that is compared by meaning differs", old, new)
+        is_large = not format.shown and max(len(old), len(new)) > _LARGEST_PICTURE
+        lines = () if is_large else _unified(artifact.file, old, new)
+        texts.append(TextDifference(artifact.file, CHANGED, remark, lines, format.shown))
+    return Comparison(changes, tuple(sorted(texts)), not texts, tuple(pairs))
 
 
 def lines(comparison: Comparison, full: bool = False) -> list[str]:
@@ -195,7 +180,9 @@ def lines(comparison: Comparison, full: bool = False) -> list[str]:
     for text in texts:
         if text.lines and (full or text.shown):
             lines += ["", *(text.lines if full else shorten(text.lines))]
-    return [*lines, "", _IF_MEANT] if any(text.kind == CHANGED for text in texts) else lines
+    if any(text.kind == CHANGED for text in texts):
+        lines += ["", "if this is what you meant, run rosorin-compile all and commit what it writes"]
+    return lines
 
 
 class Committed(NamedTuple):
@@ -237,8 +224,7 @@ def compare_committed(
 ) -> Committed:
     """Compare a compiled robot without errors with the files in its outputs folder.
 
-    ``load`` returns the robot with its positions in files, for errors of
-    engines.
+    ``load`` returns the robot with its positions in files, for errors of engines.
     """
     if compiled.robot is None:
         raise ValueError("a robot with errors has no artifacts")
@@ -247,46 +233,42 @@ def compare_committed(
     files = {name: data for name, data in committed.items() if name not in meshes}
     comparison = compare(compiled.robot, compiled.artifacts, files)
     changed = []
-    for name, data in meshes.items():
-        if data != committed.get(name):
-            what = "another file than the mesh is" if name in committed else "missing"
-            changed.append((name, f"{what}; rosorin-compile all writes it"))
-    found = edited(present, committed) if comparison.changes else ()
+    for name in (name for name, data in meshes.items() if data != committed.get(name)):
+        what = "another file than the mesh is" if name in committed else "missing"
+        changed.append((name, f"{what}; rosorin-compile all writes it"))
+    found = _edited(present, committed) if comparison.changes else ()
     return Committed(comparison, committed, tuple(changed), judged(present, folder, load), folder, found)
 
 
-def edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tuple[Artifact, ...]:
+def _edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tuple[Artifact, ...]:
     """Return the artifacts whose committed text contradicts another artifact that is up to date.
 
     Had the description changed, that one would have changed, too.
     """
-    texts = {artifact.file: committed[artifact.file].decode("utf-8", "replace") for artifact in artifacts}
-    readable = [artifact for artifact in artifacts if FORMATS[artifact.backend].read is not None]
-    current = [(_leaves(one, one.text), one.text) for one in readable if texts[one.file] == one.text]
-    found = []
-    for artifact in readable:
-        text = texts[artifact.file]
-        if text == artifact.text:
-            continue
-        old, new = _leaves(artifact, text), _leaves(artifact, artifact.text)
-        changed = [one.address for one in compare_leaves(old, new, (printed(text), printed(artifact.text)))]
-        for leaves_of_other, other in current:
-            shared = [one for one in changed if one.quantity in leaves_of_other.get(one[:2], {}) and one[:2] in old]
-            parts = [_part(side, shared) for side in (old, new, leaves_of_other)]
-            agree = {one.address for one in compare_leaves(parts[1], parts[2], (printed(text), printed(other)), _NEAR)}
-            differ = {one.address for one in compare_leaves(parts[0], parts[2], (printed(text), printed(other)), _NEAR)}
-            if differ - agree:
-                found.append(artifact)
-                break
-    return tuple(found)
+    texts = {one.output: committed[one.file].decode("utf-8", "replace") for one in artifacts}
+    readable = [one for one in artifacts if FORMATS[one.backend].read is not None]
+    current = [(_leaves(one, one.text), one.text) for one in readable if texts[one.output] == one.text]
 
+    def contradicts(artifact: Artifact) -> bool:
+        old_text, new_text = texts[artifact.output], artifact.text
+        old, new = _leaves(artifact, old_text), _leaves(artifact, new_text)
+        changed = [one.address for one in compare_leaves(old, new, (printed(old_text), printed(new_text)))]
+        for other, text in current:
+            differ: list[set[object]] = []
+            for side, side_text in ((old, old_text), (new, new_text)):
+                parts: tuple[Leaves, Leaves] = ({}, {})
+                for kind, name, quantity in changed:
+                    if quantity in other.get((kind, name), {}) and (kind, name) in old:
+                        for part, all_leaves in zip(parts, (side, other), strict=True):
+                            if quantity in all_leaves.get((kind, name), {}):
+                                part.setdefault((kind, name), {})[quantity] = all_leaves[kind, name][quantity]
+                digits = printed(side_text), printed(text)
+                differ.append({one.address for one in compare_leaves(*parts, digits, POSE_NOISE)})
+            if differ[0] - differ[1]:
+                return True
+        return False
 
-def _part(side: Leaves, addresses: Sequence[Address]) -> Leaves:
-    found: Leaves = {}
-    for kind, name, quantity in addresses:
-        if quantity in side.get((kind, name), {}):
-            found.setdefault((kind, name), {})[quantity] = side[kind, name][quantity]
-    return found
+    return tuple(one for one in readable if texts[one.output] != one.text and contradicts(one))
 
 
 def _leaves(artifact: Artifact, text: str) -> Leaves:

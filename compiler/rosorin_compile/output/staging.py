@@ -91,11 +91,17 @@ def _sync(path: Path) -> None:
 
 
 def replace_folder(
-    folder: Path, stage: Path, fresh: Mapping[str, bytes], seen: Entries | None = None, kept: Collection[str] = ()
+    folder: Path,
+    stage: Path,
+    fresh: Mapping[str, bytes],
+    seen: Entries | None = None,
+    kept: Collection[str] = (),
+    durable: bool = True,
 ) -> None:
     """Replace ``folder`` by one with the ``fresh`` files and, of what was ``seen`` in it, what is ``kept``.
 
-    ``stage`` is an empty folder on the same file system. Raises OSError, and then the old folder is unchanged.
+    ``stage`` is an empty folder on the same file system. With ``durable`` all is flushed to the disk before it takes
+    its place. Raises OSError, and then the old folder is unchanged.
     """
     new, seen = stage / "new", seen or {}
     new.mkdir()
@@ -109,7 +115,7 @@ def replace_folder(
         with (new / name).open("xb") as file:
             file.write(data)
     below = {name: entry.is_dir(follow_symlinks=False) for name, entry in entries_below(new)}
-    for name in (*(name for name, is_folder in below.items() if is_folder or name in fresh), ""):
+    for name in (*(name for name, is_folder in below.items() if is_folder or name in fresh), "") if durable else ():
         _sync(new / name)
     for name in (*(name for name in reversed(seen) if below.get(name)), ""):
         with suppress(OSError, AttributeError):  # Windows has no chown
@@ -118,7 +124,8 @@ def replace_folder(
         with suppress(FileNotFoundError):
             shutil.copymode(folder / name, new / name)
     old = _put_in_place(new, folder, stage, list(fresh), [n for n in seen if n not in kept and n not in fresh])
-    _sync(folder.parent)
+    if durable:
+        _sync(folder.parent)
     # What somebody saved in the old folder in the meantime is moved to the new one.
     for name, entry in list(entries_below(old)) if old else ():
         if not entry.is_dir(follow_symlinks=False) and name not in fresh:

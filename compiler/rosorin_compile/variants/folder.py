@@ -85,7 +85,7 @@ class VariantsFolder:
         artifacts = dict.fromkeys(sorted(known | set(files)), "")
         self._write_record(name, {"key": "", "inputs": {}, "entry": {"artifacts": artifacts}})
         if files:
-            write_set(folder, files, tidy=False)
+            write_set(folder, files, durable=False)
         self._remove(folder, known - set(files))
         self._write_record(name, record)
 

@@ -23,13 +23,14 @@ __all__ = ["FORMAT"]
 def _recognises(document: Document, path: Path) -> bool:
     from .expand import is_xacro
 
-    return document.root.tag == "robot" and is_xacro(document, path)
+    defines_macros = any(child.tag == "xacro:macro" for child in document.root.children)
+    return (document.root.tag == "robot" or defines_macros) and is_xacro(document, path)
 
 
 def _read(opened: Opened) -> Imported:
     from .expand import only_left_over, read_xacro
 
-    if only_left_over(opened.xml, opened.path):
+    if opened.options.call is None and only_left_over(opened.xml, opened.path):
         from rosorin_compile.formats.urdf.read import read_urdf
 
         read = read_urdf(opened.xml, opened.path, opened.options)

@@ -21,11 +21,10 @@ from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, has_errors
 from rosorin_compile.source.files import exists, is_file, read_bytes
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..ports import IN, message_of_sensor, ports
-from . import meshes, starting
+from . import copies, starting
 from .bringup import Bringup, bringup
 from .options import NO_LICENSE, NO_MAIL, NOBODY, STAMP, Options, PackageOptions, file_name, options_of
 
@@ -33,34 +32,6 @@ if TYPE_CHECKING:
     from rosorin_compile.formats.compiled import Compiled
 
     from .carrying import Carried
-
-RULES = (
-    Rule("package-no-urdf", "No output is a URDF.", "Add an output with the backend `urdf`.", Heading.PACKAGES),
-    Rule(
-        "package-same-place",
-        "Two outputs have one file name in two folders, and a package has one folder for both.",
-        "Let the file names differ.",
-        Heading.PACKAGES,
-    ),
-    Rule(
-        "package-exists",
-        "The folder has files of a package that the tool did not make.",
-        "A new folder, or `rosorin-compile deploy`.",
-        Heading.PACKAGES,
-    ),
-    Rule(
-        "package-defaults",
-        "A note: the package has no maintainer or no licence yet.",
-        "`--maintainer`, `--license`",
-        Heading.PACKAGES,
-    ),
-    Rule(
-        "package-license",
-        "A note: the tool does not carry the text of the licence, so there is no LICENSE.",
-        "Put the text into the file LICENSE of the package.",
-        Heading.PACKAGES,
-    ),
-)
 
 _BUILT_BY = {"ament_cmake": ("CMakeLists.txt",), "ament_python": ("setup.py", "setup.cfg")}
 _FOLDERS = ("config", "doc", "launch", "meshes", "rviz")  # besides those that formats ask for
@@ -184,14 +155,14 @@ def make(
             known: dict[str, Path] = {} if searched is None else dict(searched.by_name)
             known |= {urdf_file_name(name): file for name, file in known.items()}
             lost = frozenset[str]() if searched is None else searched.missing
-            settled = meshes.settle(artifact.text, options.name, sources, target, known, lost, place)
+            settled = copies.settle(artifact.text, options.name, sources, target, known, lost, place)
             artifact = dataclasses.replace(artifact, text=settled.text)
             needs.update(settled.packages)
             diagnostics += settled.diagnostics
             files.update({name: read_bytes(path) for name, path in settled.files.items()})
         elif FORMATS[artifact.backend].beside is not None:
             left = _copy_files_of(place, artifact, compiled, sources, files)
-            diagnostics += meshes.named_files(place, meshes.not_placed(place, left, placed), target)
+            diagnostics += copies.named_files(place, copies.not_placed(place, left, placed), target)
         files[place] = artifact.text.encode()
     if carried is not None:
         needs.update(carried.packages)
@@ -220,7 +191,7 @@ def _copy_files_of(
     for one in searched.found if searched else ():
         for name in one.places:
             copy = posixpath.normpath(posixpath.join(posixpath.dirname(place), posixpath.relpath(name, folder)))
-            more = meshes.companions(copy, one.file) if copy in files else {}
+            more = copies.companions(copy, one.file) if copy in files else {}
             files.update({there: read_bytes(file) for there, file in more.items() if there.count("/") > 1})
     return left
 

@@ -17,10 +17,10 @@ from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing.xacro import wording
 from rosorin_compile.importing.xacro.documents import Target
+from rosorin_compile.importing.xacro.entries import XmlText
 from rosorin_compile.importing.xacro.formulas import Formulas
 from rosorin_compile.importing.xacro.translate import Translation, translate, translation_report
 from rosorin_compile.importing.xacro.write_yaml import Writer
-from rosorin_compile.importing.xacro.xml_text import XmlText
 from support.paths import DATA
 from support.xacro_table import Case, cases, ready
 

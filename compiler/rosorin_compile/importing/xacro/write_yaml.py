@@ -16,8 +16,7 @@ from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.yaml_text import Scalar
 
-from ..description import _Document, _written, tree_of
-from ..key_order import sorted_sections
+from ..description import _Document, _written, sorted_sections, tree_of
 from ..layout import Expression, Remarks, Verbatim, cleaned, layout
 from .arguments import ArgumentValues, declare_dimensions
 from .choices import any_of, conditional, covers, merged

@@ -19,7 +19,7 @@ from rosorin_compile.importing.xacro import wording
 from rosorin_compile.importing.xacro.documents import Target
 from rosorin_compile.importing.xacro.entries import XmlText
 from rosorin_compile.importing.xacro.formulas import Formulas
-from rosorin_compile.importing.xacro.translate import Translation, translate, translation_report
+from rosorin_compile.importing.xacro.translate import Translation, translate
 from rosorin_compile.importing.xacro.write_yaml import Writer
 from support.paths import DATA
 from support.xacro_table import Case, cases, ready
@@ -179,7 +179,7 @@ def test_an_argument_that_is_not_followed_is_none(tmp_path: Path, monkeypatch: p
     made = of(tmp_path, body)
     assert (made.arguments, made.fixed) == (("width",), (("height", "0.5"),))
     reason = "  height: with another value of it the robot is another than xacro makes"
-    assert reason in translation_report(made)
+    assert reason in made.report
 
 
 BLOCK = (

@@ -24,7 +24,7 @@ from rosorin_compile.source.tree import Map, Path, Seq
 from .layout import Expression, Verbatim, angle_of, layout, number, placed, within_part
 
 PARTS, USE, LET = "parts", "use", "let"  # sections that the plain tree has no more
-# The files beside the first one, in their order; one that is none of these stands behind them.
+# The files besides the first one, in their order; others follow.
 _ABOUT = {
     PARTS: "The parts: what the robot has several times, written once; robot.yaml uses them.",
     "links": "The links: masses, what they look like, what they collide with.",
@@ -36,7 +36,7 @@ _ABOUT = {
     "moveit": "What MoveIt has to know beside the URDF: groups of joints, end effectors, pairs that it need not check.",
 }
 _BEHIND = {LET: PARTS, "joints": USE}  # they hang on links, as joints do
-_WITH_EACH = "source"  # stands at the top of each file
+_WITH_EACH = "source"  # at the top of each file
 _LAST = 1_000  # the place of what the schema says nothing of
 
 V = TypeVar("V")
@@ -236,7 +236,7 @@ def about(file: str, sections: Iterable[str]) -> str:
 
 
 def sorted_keys(entry: Mapping[str, V], path: Path) -> dict[str, V]:
-    """Return an entry that stands at a path of a description with its keys in their order."""
+    """Return an entry at a path of a description with its keys in their order."""
     return in_order(entry) if path[0] == LET else _sorted(entry, _order(fragment_at(path)))
 
 
@@ -246,7 +246,7 @@ def in_order(entry: Mapping[str, V]) -> dict[str, V]:
 
 
 def is_default(path: Path, value: Any) -> bool:
-    """Say whether a value is what the language takes when nothing is said."""
+    """Return True if a value is the default of the language."""
     default = fragment_at(path).get("default")
     return default is not None and not isinstance(value, bool) and bool(value == default)
 
@@ -274,7 +274,7 @@ def _order(said: Mapping[str, Any]) -> Sequence[str]:
 
 @cache
 def _words() -> tuple[str, ...]:
-    """Return the keys of links and joints, and of what they hold; what stands before another does so everywhere."""
+    """Return the keys of links and joints, and of what they contain, in one order for all."""
     before: dict[str, list[str]] = {}
     for said in _pieces():
         for first, second in pairwise(_order(said)):
@@ -288,7 +288,7 @@ def _pieces() -> Iterator[Mapping[str, Any]]:
 
 
 def _fragments(path: Path) -> Iterator[Mapping[str, Any]]:
-    """Yield what the schema says of a value, and of all that stands in it but under names."""
+    """Yield the fragments of the schema for a value, and for all that it contains except under names."""
     said = fragment_at(path)
     yield said
     for step in (*said.get("properties", ()), *([0] if "items" in said else [])):

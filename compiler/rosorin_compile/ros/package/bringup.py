@@ -207,7 +207,7 @@ class Bringup:
 
         Its parameters are here where it is started by hand alone: the artifact has no section for it then.
         """
-        from ..nav2.write import seen_by_slam
+        from ..nav2 import seen_by_slam
         from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
 
         output = self._output(NAV2)

@@ -1,16 +1,21 @@
-"""Give arguments and parameters the dimension of the keys that they are used for, so that people may write ``20 mm``.
+"""The values of arguments with which a translation is verified, and the dimensions that numbers have.
 
-Numbers without a unit are in SI units in any case: the robot stays the same.
+A number that is used for one dimension alone has that dimension, so that people may write ``20 mm``.
 """
 
 from __future__ import annotations
 
 import ast
 import re
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rosorin_compile.importing.layout import Expression
+
+from .documents import PROBE
+from .formulas import literal
+from .ir import FLAG, LET, NUMBER, TEXT, Program, Variable
 
 _OF_KEYS = {"xyz": "length", "size": "length", "radius": "length", "length": "length", "rpy": "angle", "mass": "mass"}
 _OF_JOINTS = {"prismatic": "length", "revolute": "angle", "continuous": "angle"}
@@ -19,6 +24,63 @@ _DECLARING = ("params", "parts", "args")
 _WORD = re.compile(r"[A-Za-z_]\w*")
 
 Name = tuple[str, str]  # the part, empty for the robot, and an argument, a value or a parameter
+
+
+class ArgumentValues:
+    """What the arguments of a program are compared with; ``printed`` are the variables that texts contain."""
+
+    def __init__(self, program: Program, printed: set[Variable]) -> None:
+        self.printed = printed
+        self._receivers: dict[str, list[Variable]] = defaultdict(list)  # the variables that are given one as it is
+        for macro in program.macros.values():
+            for call in macro.calls:
+                for name, (node, _) in call.given.items():
+                    plain: Any = node
+                    while isinstance(plain, ast.Call) and getattr(plain.func, "id", "") in ("__flag", "__number"):
+                        plain = plain.args[0]
+                    if isinstance(plain, ast.Name):
+                        self._receivers[plain.id].append(macro.parameters[name])
+        for variable in program.variables.values():
+            if variable.kind == LET and variable.node is not None:
+                for one in program.variables_in(variable.node):
+                    self._receivers[one.id].append(variable)
+
+    def compared(self, variable: Variable) -> list[Any]:
+        """Return what an argument is compared with, itself or by the parameters and properties that it becomes."""
+        found: list[Any] = []
+        reached, waiting = {variable.id}, [variable]
+        while waiting:
+            one = waiting.pop()
+            found += one.candidates
+            if one in self.printed:
+                self.printed.add(variable)
+            others = [other for other in self._receivers[one.id] if other.id not in reached]
+            reached |= {other.id for other in others}
+            waiting += others
+        return list(dict.fromkeys(found))
+
+    def allowed(self, variable: Variable) -> list[str]:
+        """Return the texts that an argument may be, or nothing if it may be any."""
+        texts = [str(one) for one in self.compared(variable)]
+        if variable.type != TEXT or not texts or variable in self.printed or "" in texts:
+            return []
+        allowed = list(dict.fromkeys([str(variable.values[0]), *sorted(texts)]))
+        return allowed if len(allowed) > 1 else []
+
+    def choices(self, variable: Variable) -> list[str]:
+        """Return the values of an argument that are compiled; the first is its default."""
+        default = str(variable.values[0])
+        compared = [str(one) for one in self.compared(variable)]
+        if variable.type == FLAG:
+            others = ["false" if literal(default) is True else "true"]
+        elif variable.type == NUMBER:
+            others = [one for one in compared if isinstance(literal(one), (int, float))]
+        else:
+            others = sorted(compared)
+            is_free = not self.allowed(variable) and not variable.names_file
+            if is_free and (compared or variable in self.printed) and not re.search(r"[\s/]", default):
+                others.append(PROBE)
+        return list(dict.fromkeys([default, *others]))
 
 
 def declare_dimensions(files: Mapping[str, Mapping[str, Any]]) -> None:

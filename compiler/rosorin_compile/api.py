@@ -59,8 +59,8 @@ from rosorin_compile.source.project import Description, no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, find
 from rosorin_compile.source.system import pip_install
 from rosorin_compile.viewer import frames as viewer_frames
-from rosorin_compile.viewer.frame_trees import frame_trees
 from rosorin_compile.viewer.frames import Frames
+from rosorin_compile.viewer.frames_picture import frame_trees
 from rosorin_compile.viewer.picture.draw import Look, Picture, draw
 from rosorin_compile.viewer.showing import Page, write_page
 

@@ -26,15 +26,9 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 from .data import robot_data
 from .images import MESHES, Data, Embedding, tables
 
-RULES = (
-    Rule(
-        "page-left-out",
-        "A warning: a mesh is not in the page, because it is not found, of a kind that no browser reads, or too large;"
-        " or an image is not, because a mesh names it outside of the project.",
-        "`meshes: false` in the output leaves all of them out; `max_megabytes` allows more.",
-        Heading.FORMATS,
-    ),
-)
+_LEFT_OUT = "A warning: a mesh or an image is not in the page: it is missing, too large, or outside of the project."
+_MORE = "`meshes: false` in the output leaves all of them out; `max_megabytes` allows more."
+RULES = (Rule("page-left-out", _LEFT_OUT, _MORE, Heading.FORMATS),)
 
 _SHAPES = (*MESHES, ".ply", ".msh", ".gltf")  # endings of meshes; what else is left out is an image
 MAX_MEGABYTES = 40

@@ -49,13 +49,12 @@ from rosorin_compile.source.diagnostics import (
     MissingPackages,
     RequestError,
     UnknownName,
-    did_you_mean,
     error,
     has_errors,
 )
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
-from rosorin_compile.source.project import Description, no_file
+from rosorin_compile.source.project import Description, all_here, no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, find
 from rosorin_compile.source.system import pip_install
 from rosorin_compile.viewer import frames as viewer_frames
@@ -601,7 +600,7 @@ def init(name: str, template: str = "base", project: FilePath = ".") -> NewRobot
     from rosorin_compile.importing import new_robot
 
     if template not in new_robot.TEMPLATES:
-        raise UnknownName(f'there is no template "{template}"; take one of {", ".join(new_robot.TEMPLATES)}')
+        raise UnknownName("template", template, new_robot.TEMPLATES)
     return new_robot.start(name, Path(project), template)
 
 
@@ -650,12 +649,15 @@ def explain_rules(ids: Sequence[str] = ()) -> Rules:
     known = {**OF_PLUGINS, **find(ids or None)}
     for id in ids:
         if id not in known:
-            raise UnknownName(f'there is no rule "{id}"; {did_you_mean(id, {**find(), **OF_PLUGINS})}')
+            raise UnknownName("rule", id, {**find(), **OF_PLUGINS})
     return Rules(tuple(known[id] for id in dict.fromkeys(ids or sorted(known))), diagnostics)
 
 
-def schema(name: str = "authoring") -> dict[str, Any]:
+def schema(name: str = "authoring", macros: bool = False) -> dict[str, Any]:
     """Return a JSON Schema by its name in ``rosorin-compile schema --list``; by default that for editors.
+
+    Args:
+        macros: Add the names and parameters of the macros in xacro files that robots of this project include.
 
     Example:
         >>> import rosorin_compile
@@ -663,8 +665,14 @@ def schema(name: str = "authoring") -> dict[str, Any]:
         'object'
     """
     if name not in (known := schema_names()):
-        raise UnknownName(f'there is no schema "{name}"; {did_you_mean(name, known)}')
+        raise UnknownName("schema", name, known)
     found: dict[str, Any] = json.loads(schema_text(name))
+    if macros:
+        from rosorin_compile.importing.xacro.macros import with_macros
+
+        if name != "authoring":
+            raise RequestError(f'the schema "{name}" has no include: macros goes with "authoring"')
+        found = with_macros(found, all_here())
     return found
 
 

@@ -19,7 +19,7 @@ from rosorin_compile.model.kinematics import Graph, NoWay, Position, Positions, 
 from rosorin_compile.model.servos import nearest, servo_of, to_radians, within
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import holds
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, UnknownName, did_you_mean, error
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, UnknownName, error
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import ASKING, Rule
@@ -57,18 +57,15 @@ _FORMS: Mapping[str, tuple[tuple[str, ...], ...]] = {
 
 
 def pose_of(robot: Robot, name: str) -> dict[str, float]:
-    """Return the positions of a named pose. Raises RequestError."""
-    try:
-        return dict(robot.positions(name))
-    except KeyError as problem:
-        raise RequestError(str(problem.args[0])) from None
+    """Return the positions of a named pose. Raises UnknownName."""
+    return dict(robot.positions(name))
 
 
 def free_joint(robot: Robot, name: str) -> Joint:
     """Return the joint of a name, if it has a position of its own that is one number. Raises RequestError."""
     if name not in robot.joint:
         known = [joint.name for joint in robot.joints if joint.moves and joint.mimic is None]
-        raise RequestError(f'there is no joint "{name}"; {did_you_mean(name, known) or "none moves"}')
+        raise UnknownName("joint", name, known, none="none moves")
     joint = robot.joint[name]
     if joint.mimic is not None:
         raise RequestError(f'joint "{name}" follows "{joint.mimic.joint}": set that one')
@@ -341,7 +338,7 @@ def transforms(
     graph = Graph(robot)
     for frame in (source, target):
         if frame not in every.moves:
-            raise UnknownName(f'there is no frame "{frame}"; {did_you_mean(frame, every.frames)}')
+            raise UnknownName("frame", frame, every.frames)
         if frame not in graph.moves:
             raise NotPublished(f'in these modes no node publishes the frame "{frame}"')
     try:

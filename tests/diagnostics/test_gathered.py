@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.request import Request
-from rosorin_compile.ros.parameters.files import value_of
+from rosorin_compile.ros.parameters.files import nodes_of
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span, Use
 from rosorin_compile.source.load import MAX_NESTING, json_of, python_of, yaml_of
 from rosorin_compile.source.messages import arrange, gathered
@@ -216,5 +216,5 @@ def test_a_file_that_is_nested_too_deep_has_its_place(
 @pytest.mark.slow
 def test_a_parameter_file_that_is_nested_too_deep_is_refused() -> None:
     for text in ("[" * DEEP, "{a: " * DEEP):
-        with pytest.raises(ValueError, match="nested too deeply"):
-            value_of(text)
+        with pytest.raises(ValueError, match="nested deeper"):
+            nodes_of(text)

@@ -124,12 +124,12 @@ def test_positions_that_no_pulse_gives(rosorin: Robot, position: float) -> None:
 
 
 def test_joints_without_a_servo(rosorin: Robot) -> None:
-    with pytest.raises(NoServo, match='joint "r_joint" has no servo; joints with a servo: joint1, joint2'):
+    with pytest.raises(NoServo, match='there is no servo for joint "r_joint"; joints with a servo: joint1, joint2'):
         to_radians(rosorin, {"r_joint": 500})
     with pytest.raises(NoServo, match='there is no joint "jiont1"; did you mean "joint1"'):
         servo_of(rosorin, "jiont1")
     bare = Robot("made", (Link("base"), Link("arm")), (Joint("a", "revolute", "base", "arm"),))
-    with pytest.raises(NoServo, match='joint "a" has no servo; joints with a servo: none'):
+    with pytest.raises(NoServo, match='there is no servo for joint "a"; joints with a servo: none'):
         servo_of(bare, "a")
 
 

@@ -2,17 +2,19 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from rosorin_compile import Robot
 from rosorin_compile.extend import Section
+from rosorin_compile.language import lower as lowering
 from rosorin_compile.language import schema as sections
-from rosorin_compile.language.lower import sections as lowering
 from rosorin_compile.language.schema import Plugged, _marks
 from rosorin_compile.model import Joint, Link, Pose
 from rosorin_compile.model.sections import Sections
+from rosorin_compile.source import plugins
 from rosorin_compile.source.diagnostics import Diagnostic, Source
 from rosorin_compile.source.load import parse_yaml
 from rosorin_compile.source.plugins import Plugin
@@ -55,12 +57,19 @@ def test_a_record_that_is_none_is_refused(name: str) -> None:
         _marks(NONE[name]())
 
 
+def test_a_definition_of_the_tool_is_not_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+    fans = Section.by_name("fans", Fan, {**schema({}), "$defs": {"xyz": {"type": "string"}}})
+    monkeypatch.setattr(plugins, "_entry_points", lambda: ((PLUGIN, SimpleNamespace(load=lambda: fans)),))
+    found = sections.plugged.__wrapped__()
+    assert [one.rule for one in found.diagnostics] == ["plugin-clash"]
+
+
 def test_a_kind_that_nothing_is_of_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     fans = Section.by_name("fans", Fan, schema({}, at={**NAME, "x-names": "lnik"}))
     monkeypatch.setattr(sections, "load", lambda *_: (((PLUGIN, fans),), ()))
     found = sections.plugged.__wrapped__()
     assert found.sections == ()
-    assert 'names "lnik", of which there is none; did you mean "link"?' in found.diagnostics[0].message
+    assert 'no kind "lnik"; did you mean "link"?' in found.diagnostics[0].message
 
 
 PLUGIN = Plugin("toy", "1", "sections", "fans", "toy:FANS")
@@ -76,7 +85,7 @@ def added(robot: Robot, joint: Joint) -> Robot:
     [
         (lambda *_: None, "what a section adds to is a Robot again, not 'None'"),
         (lambda robot, _: added(robot, Joint("j", "fixed", "nowhere", "b", Pose())), 'joint "j" at link "nowhere"'),
-        (lambda robot, _: added(robot, Joint("j", "fxed", "a", "b", Pose())), 'of type "fxed"; did you mean "fixed"?'),
+        (lambda robot, _: added(robot, Joint("j", "fxed", "a", "b", Pose())), '"fxed"; did you mean "fixed"?'),
         (lambda *_: 1 / 0, "ZeroDivisionError"),
     ],
 )

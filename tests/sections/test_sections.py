@@ -89,6 +89,7 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: words\nVersion: 1\n", "utf-8")
     shutil.copy(WORDS / "entry_points.txt", info)
     shutil.copy(WORDS / "words.py", folder)
+    shutil.copytree(WORDS / "wiring", folder / "wiring")
     return folder
 
 

@@ -19,13 +19,19 @@ NEEDS_CMAKE = pytest.mark.skipif(
 )
 
 
-def colcon(folder: Path, *words: str, fails: bool = False) -> str:
-    """Run colcon in a workspace; return what it prints."""
+def colcon(folder: Path, *words: str, fails: bool = False, ros: str = "") -> str:
+    """Run colcon in a workspace; return what it prints.
+
+    ``ros`` is a Python with ROS 2 from PyPI, whose ament_cmake takes the place of Debian's.
+    """
     environment = {**os.environ, "COLCON_HOME": str(folder / "home"), "PYTHONPATH": str(folder / "site")}
-    environment["PATH"] = f"{Path(COLCON).parent}:{Path(sys.executable).parent}:{environment['PATH']}"
+    environment["PATH"] = f"{Path(COLCON).parent}:{Path(ros or sys.executable).parent}:{environment['PATH']}"
     (folder / "site").mkdir(exist_ok=True)
+    if ros:
+        prefix = str(Path(ros).parent.parent)
+        environment |= {"AMENT_PREFIX_PATH": prefix, "CMAKE_PREFIX_PATH": prefix}
     # What ament_cmake and the test of a package ask for; the other packages of Debian's Python would be in the way.
-    for module in ("ament_package", "ament_cmake_test", "ament_index_python"):
+    for module in () if ros else ("ament_package", "ament_cmake_test", "ament_index_python"):
         if (SITE / module).is_dir() and not (folder / "site" / module).exists():
             (folder / "site" / module).symlink_to(SITE / module)
     done = subprocess.run([COLCON, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False)

@@ -16,6 +16,7 @@ GENERATED = {
     DOCS / "rules.md": "rules_reference",
     DOCS / "parts-library.md": "library_reference",
     DOCS / "python.md": "python_reference",
+    SCHEMAS / "description.schema.json": "description",
     SCHEMAS / "authoring.schema.json": "authoring",
 }
 
@@ -37,4 +38,6 @@ def generate(path: Path) -> None:
 
 
 if __name__ == "__main__":
-    generate(SCHEMAS / "authoring.schema.json")
+    for path in GENERATED:
+        if path.parent == SCHEMAS:
+            generate(path)

@@ -18,7 +18,7 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem, shell_complete
 
-from rosorin_compile.source.diagnostics import RequestError, did_you_mean
+from rosorin_compile.source.diagnostics import RequestError, UnknownName
 from rosorin_compile.source.plugins import PluginFailed, failed, installed
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.version import __version__
@@ -54,7 +54,7 @@ class Program(click.Group):
         name, *rest = args
         found = registry.command(name)
         if found is None:
-            raise click.UsageError(f'there is no command "{name}"; {_suggestion(name)}')
+            raise _unknown_command(name)
         if name == CHECK:
             return registry.resolve_check(found, rest)
         return name, found, rest
@@ -74,11 +74,12 @@ class Program(click.Group):
         return items + click.Command.shell_complete(self, ctx, incomplete)
 
 
-def _suggestion(word: str) -> str:
+def _unknown_command(word: str) -> UnknownName:
     from rosorin_compile.formats import FORMATS
 
     instead = _INSTEAD.get(word) or (f"print ROBOT {word}" if word in FORMATS else "")
-    return f'say "{instead}"' if instead else did_you_mean(word, [*names("commands"), *ALIASES])
+    known = () if instead else (*names("commands"), *ALIASES)
+    return UnknownName("command", word, known, none=f'use "{instead}"')
 
 
 def _version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
@@ -211,6 +212,6 @@ def _usage_message(problem: click.UsageError) -> str:
     called = where.removeprefix(PROGRAM).strip()
     if isinstance(problem, click.NoSuchOption) and problem.ctx is not None:
         options = [name for param in problem.ctx.command.params for name in param.opts if name.startswith("--")]
-        return f"{called or PROGRAM} has no option {problem.option_name}; {did_you_mean(problem.option_name, options)}"
+        return str(UnknownName("option", problem.option_name, options, called or PROGRAM))
     message = problem.format_message().rstrip(".")
     return f"{called}: {message}; see {where} --help".removeprefix(": ") if "; " not in message else message

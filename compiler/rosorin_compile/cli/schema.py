@@ -1,7 +1,10 @@
 """rosorin-compile schema: print a JSON Schema: of descriptions, for editors, or of a format for programs."""
 
+import json
+
+from rosorin_compile import api
 from rosorin_compile.formats import schema_names, schema_text
-from rosorin_compile.source.diagnostics import RequestError, did_you_mean
+from rosorin_compile.source.diagnostics import RequestError, UnknownName
 
 from .command import Options, argument, command, flag
 from .console import FINE, give, table
@@ -12,6 +15,7 @@ from .console import FINE, give, table
     "name", default="authoring", metavar="[NAME]", help="a schema, see below; default: authoring", offers=("schema",)
 )
 @flag("--list", help="list the schemas")
+@flag("--macros", help="add the macros of the xacro files that robots of this project include, and their parameters")
 def run(options: Options) -> int:
     """Print a schema as it is, or list them."""
     names = schema_names()
@@ -21,6 +25,9 @@ def run(options: Options) -> int:
     if options.format != "text":
         raise RequestError("--format goes with --list: a schema is printed as it is")
     if options.name not in names:
-        raise RequestError(f'there is no schema "{options.name}"; {did_you_mean(options.name, names)}')
-    give(schema_text(options.name))
+        raise UnknownName("schema", options.name, names)
+    if options.macros:
+        give(json.dumps(api.schema(options.name, macros=True), indent=1, ensure_ascii=False) + "\n")
+    else:
+        give(schema_text(options.name))
     return FINE

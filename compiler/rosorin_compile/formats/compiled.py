@@ -137,10 +137,12 @@ class RobotReader:
         return FORMATS.endings(include=True)
 
     def read(
-        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], lenient: bool, tell: Tell, by: Span
+        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], entry: Map, tell: Tell, by: Span
     ) -> Imported:
-        """Read the robot of a file; ``by`` is the position of its name in the description."""
-        imported = read_robot(path, ReadOptions(texts, packages, lenient, tell=tell), by)
+        """Read the robot of a file that an evaluated ``entry`` includes; ``by`` is its position."""
+        call = entry if "macro" in entry else None
+        options = ReadOptions(texts, packages, bool(entry.get("lenient")), tell=tell, call=call)
+        imported = read_robot(path, options, by)
         # The rules report notes that can be accepted again, for the whole robot.
         new = [one for one in imported.diagnostics if one.severity != NOTE or one.rule not in rules.acceptable()]
         return imported._replace(diagnostics=new)

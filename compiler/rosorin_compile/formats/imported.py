@@ -76,6 +76,8 @@ class Imported(NamedTuple):
     unexpanded: bool = False  # a file with xacro elements was read as the URDF that its name promises
     names: Mapping[str, Mapping[int, str]] = {}  # that objects of the source got, by kind and index, for the proof
     checked: bool = True  # the tree was validated
+    mount: str = ""  # the link of another robot that joints of a called macro refer to
+    passed: frozenset[str] = frozenset()  # the keys of an include whose values the call of a macro got
 
     @property
     def file_name(self) -> str:
@@ -121,6 +123,7 @@ class ReadOptions:
     tell: Callable[[Diagnostic], None] | None = None
     checked: bool = True  # check the rules; not needed for artifacts that were just written
     trust: bool = False  # the author of the file is trusted with running code
+    call: Map | None = None  # an evaluated include that calls a macro of a xacro: with ``macro``, ``with``, ``parent``
 
 
 def converted(made: object, opened: Opened) -> Imported:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.language.lower import lower
-from rosorin_compile.language.lower.links import RULES as SHAPE_RULES
+from rosorin_compile.language.sections.links import RULES as SHAPE_RULES
 from rosorin_compile.language.suppressions import settled
 from rosorin_compile.language.validate import validate
 from rosorin_compile.rules.check import acceptable, check

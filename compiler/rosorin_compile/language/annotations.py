@@ -9,7 +9,7 @@ from functools import cache
 from typing import Any, Literal, NamedTuple
 
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import did_you_mean
+from rosorin_compile.source.diagnostics import UnknownName
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.units import UNITS, parse_unit
 
@@ -160,20 +160,20 @@ def check_annotations(piece: Any, own: Mapping[str, Any]) -> None:
     words = {word for word, _ in _annotations(own)} | ANNOTATIONS
     for word, value in _annotations(piece):
         if word not in words:
-            raise ValueError(f"the schema has no annotation {word}; {did_you_mean(word, sorted(words))}")
+            raise UnknownName("annotation", word, words, "the schema")
         for unit in (value if isinstance(value, list) else [value]) if word == "x-unit" else ():
             if unit and parse_unit(unit) is None:
-                raise ValueError(f'x-unit is "{unit}" in its schema, which is no unit; {did_you_mean(unit, UNITS)}')
+                raise UnknownName("unit for x-unit", unit, UNITS)
     for part in _mappings(piece):
         keys = part.get("properties", {})
         for way in part.get(MIRROR, ()):
             if way not in MIRRORED_KEYS:
-                raise ValueError(f'{MIRROR} is "{way}" in its schema; {did_you_mean(way, sorted(MIRRORED_KEYS))}')
+                raise UnknownName(f"value for {MIRROR}", way, MIRRORED_KEYS)
             if not any(key in keys for key in MIRRORED_KEYS[way]):
                 raise ValueError(f"{MIRROR} is {way} in its schema, beside no {' and no '.join(MIRRORED_KEYS[way])}")
         attached = (key for one in keys.values() if isinstance(one, Mapping) for key in one.get("x-attached", ()))
         for key in (key for key in attached if key not in keys):
-            raise ValueError(f'x-attached names "{key}" in its schema; {did_you_mean(key, sorted(keys))}')
+            raise UnknownName("key for x-attached", key, keys, "the schema")
 
 
 def kinds_of(piece: Any, annotation: str) -> set[str]:

@@ -11,7 +11,7 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Diagnostic, Span, did_you_mean, error, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, Span, Suggestion, error, has_errors
 from rosorin_compile.source.files import is_folder, shown
 from rosorin_compile.source.load import MAX_NODES, LoadError, load_mapping
 from rosorin_compile.source.messages import arrange
@@ -258,9 +258,8 @@ def with_wanted(tree: Map, wanted: Sequence[str], formats: Mapping[str, Format])
             has += f"; with their defaults: {first_of(others, _MOST_NAMED)}"
         errors = []
         for name in unknown:
-            guess = did_you_mean(name, [*listed, *written])
             message = f'{robot} has no output "{name}", and there is no format of that name'
-            errors.append(error(UNKNOWN, message, None, f"{guess} ({has})" if guess.startswith("did") else has))
+            errors.append(error(UNKNOWN, message, None, Suggestion(name, [*listed, *written], details=has)))
         return tree, errors
     section = listed.copied()
     for name in new:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.model import Joint, Link, Pose, Publisher, Robot, Vector
 from rosorin_compile.model import Transform as Rigid
 from rosorin_compile.model.joint import NODE, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED
-from rosorin_compile.source.diagnostics import UnknownName, did_you_mean, nearest
+from rosorin_compile.source.diagnostics import UnknownName
 from rosorin_compile.source.tree import Path, at
 
 from .expand.description import Expanded
@@ -25,10 +25,6 @@ _KEYS_OF_JOINT = ("limit", "mimic", "dynamics", "actuator", "calibration", "safe
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _USE = re.compile(r'part ".*?" used here as "(.*?)"')  # the message of ``expand.parts``
 _OPTICAL = "not written: an optical frame is turned like this (REP 103)"
-
-
-class NotThere(UnknownName):
-    """The robot has nothing of that name; the message has a suggestion."""
 
 
 class Number(NamedTuple):
@@ -133,15 +129,15 @@ def explain(
     """Explain frames, links, joints, sensors, uses of parts, arguments and named values of a compiled description.
 
     Names of numbers among the names ("z", "mass", "upper") reduce the result to these. ``arguments`` are those of the
-    run; the frames are also shown in the named pose ``pose``. Raises NotThere.
+    run; the frames are also shown in the named pose ``pose``. Raises UnknownName.
     """
-    if expanded.tree is None or expanded.scope is None or lowered.robot is None or expanded.values is None:
+    if expanded.tree is None or expanded.scope is None or lowered.robot is None or expanded.symbols is None:
         raise ValueError("a description with errors has no meaning to explain")
     robot, origins = lowered.robot, Origins(expanded.tree, expanded.scope, arguments)
     frames = _Frames(robot, lowered.places, origins)
     poses = [known.name for known in robot.poses]
     if pose and pose not in poses:
-        raise NotThere(_missing("pose", pose, poses))
+        raise UnknownName("pose", pose, poses, none="there is none at all")
     explained = [section for section, node in sections().items() if node.explained is True]
     entries = {name: (section, name) for section in explained for name in expanded.tree.get(section) or ()}
     targets = {name: frames.meant_by(name) for name in names}
@@ -156,22 +152,17 @@ def explain(
         if any(_is_called(number, name) for number in numbers):
             words.append(name)
         elif (meaning := origins.named(name)) is not None:
-            uses = tuple(origins.where(place.span) for place in expanded.values.uses(name))
-            values.append(NamedValue(name, meaning, uses))
+            uses = (use for use in expanded.symbols.references(("value",)) if (use.name, use.owner) == (name, ""))
+            spans = dict.fromkeys(use.place.span for use in uses if use.place)
+            values.append(NamedValue(name, meaning, tuple(map(origins.where, spans))))
         else:
             known = {*frames.names, *robot.joint, *entries, *expanded.scope.places}
             known |= {sensor.name for sensor in robot.sensors}
             known |= {use for frame in frames.names for use in frames.uses(frame)}
             what = "frame, link, joint, sensor, use, value or number"
-            raise NotThere(_missing(what, name, [*sorted(known), *sorted(numbers)]))
+            raise UnknownName(what, name, (*known, *numbers))
     added = tuple(f"{section} " for section in robot.sections.said)
     return [*(_selected(answer, words, added) if words else answer for answer in answers), *values]
-
-
-def _missing(what: str, name: str, known: Sequence[str]) -> str:
-    if len(known) > 40 and nearest(name, known) is None:
-        return f'there is no {what} "{name}"'
-    return f'there is no {what} "{name}"; {did_you_mean(name, known) or "there is none at all"}'
 
 
 def _is_called(number: str, word: str) -> bool:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model.sections import ENTRIES, ITEMS, Section
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, did_you_mean
+from rosorin_compile.source.diagnostics import Diagnostic, UnknownName
 from rosorin_compile.source.plugins import Plugin, broken, load
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, find
@@ -45,7 +45,9 @@ def plugged() -> Plugged:
     """Return the sections of plug-ins that name only kinds of things that some section defines."""
 
     def is_taken(name: str) -> bool:
-        return name in own_schema()["properties"] or name in _RESERVED or ("-" in name and bool(find([name])))
+        own = own_schema()
+        taken = (*own["properties"], *_RESERVED, *(f"$defs/{one}" for one in own["$defs"]))
+        return name in taken or ("-" in name and bool(find([name])))
 
     loaded, diagnostics = load("sections", Section, _marks, is_taken)
     known = kinds_of(own_schema(), GIVES) | kinds_of(own_schema(), NAMES) if loaded else set()
@@ -54,11 +56,10 @@ def plugged() -> Plugged:
     for plugin, section in loaded:
         unknown = sorted(kinds_of(section.schema, NAMES) - known)
         for kind in unknown:
-            guess = did_you_mean(kind, sorted(known))
-            problems.append(broken(plugin, f'has a schema that names "{kind}", of which there is none; {guess}'))
+            problems.append(broken(plugin, f"has a schema with an unknown name: {UnknownName('kind', kind, known)}"))
         if not unknown:
             sections.append((plugin, section))
-            OF_PLUGINS.update((rule.id, rule) for check in section.checks for rule in check.rules)
+            OF_PLUGINS.update((rule.id, rule) for check in section.all_checks() for rule in check.rules)
     return Plugged(tuple(sections), tuple(problems))
 
 
@@ -78,7 +79,8 @@ def piece(section: Section[Any]) -> dict[str, Any]:
     key = {ENTRIES: "additionalProperties", ITEMS: "items"}.get(section.form)
     entry = made if key is None else made[key]
     # A problem with an entry may be accepted for it and for the links and joints that it names.
-    kinds = ((name, inner.get("x-names", inner.get("x-gives"))) for name, inner in entry.get("properties", {}).items())
+    keys = made.get("$defs", {}).get(entry.get("$ref", "").rpartition("/")[2], entry).get("properties", {})
+    kinds = ((name, inner.get("x-names", inner.get("x-gives"))) for name, inner in keys.items())
     named = [f"{{{name}}}" for name, kind in kinds if kind in ("link", "joint")]
     entry = {"x-accepted": ["{1}", *named] if section.form == ENTRIES else named, **entry}
     return entry if key is None else {**made, key: entry}
@@ -96,13 +98,15 @@ def _looked_up(fragment: Any) -> Any:
 
 def _marks(section: Section[Any]) -> Collection[str]:
     section.check()
-    if not all(isinstance(check, Check) for check in section.checks):
+    if not all(isinstance(check, Check) for check in section.all_checks()):
         raise TypeError("its checks are functions under @rule")
-    own = {"type": "object", "properties": {section.name: section.schema}}
-    check_schema(own, {**own_schema(), **own})
+    definitions = section.schema.get("$defs", {})
+    pieces = {**definitions, section.name: {key: one for key, one in section.schema.items() if key != "$defs"}}
+    own = {"type": "object", "properties": pieces}
+    check_schema(own, {**own_schema(), **own, "$defs": {**own_schema()["$defs"], **definitions}})
     schema_words.check_annotations(piece(section), own_schema())
-    rules = [rule for check in section.checks for rule in check.rules]
-    return [section.name, *(rule.id for rule in rules)]
+    rules = [rule for check in section.all_checks() for rule in check.rules]
+    return [section.name, *(rule.id for rule in rules), *(f"$defs/{name}" for name in definitions)]
 
 
 @cache
@@ -114,7 +118,8 @@ def schema(name: str = "description") -> dict[str, Any]:
         return own
     last = {name: own["properties"][name] for name in LAST}
     first = {name: fragment for name, fragment in own["properties"].items() if name not in last}
-    return {**own, "properties": {**first, **added, **last}}
+    definitions = {name: one for piece in added.values() for name, one in piece.pop("$defs", {}).items()}
+    return {**own, "properties": {**first, **added, **last}, "$defs": {**own["$defs"], **definitions}}
 
 
 def keys_of(section: str) -> Collection[str]:
@@ -304,8 +309,10 @@ def authoring_schema() -> str:
         if name in of_parts():
             definitions["part"]["properties"][name] = fragment
             definitions["use"]["properties"]["content"]["properties"][name] = fragment
-        rules += [rule.id for check in section.checks for rule in check.rules if rule.accept or rule.mild]
+        rules += [rule.id for check in section.all_checks() for rule in check.rules if rule.accept or rule.mild]
     properties |= after
+    added = {name: fragment for name, fragment in plain["$defs"].items() if name not in definitions}
+    definitions |= {name: draft_7(as_written(fragment, plain)) for name, fragment in added.items()}
     return json.dumps(committed, indent=1, ensure_ascii=False) + "\n"
 
 

@@ -19,7 +19,7 @@ from itertools import pairwise
 from types import NoneType
 from typing import Any
 
-from rosorin_compile.source.diagnostics import Suggestion, did_you_mean, nearest
+from rosorin_compile.source.diagnostics import Suggestion, nearest
 from rosorin_compile.source.load import plain_scalar
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.tree import Map, Path, Seq, Text, prefix_at
@@ -171,7 +171,7 @@ def _of_digits(text: str, plain_text: str, wanted: Sequence[str], key: str) -> s
     if unit := unit_meant(rest, wanted):
         return f"unknown unit {rest}; write {number} {unit}"
     if re.fullmatch(r"[A-Za-z][\w^*/-]*", rest):
-        return f'unknown unit "{rest}"; {did_you_mean(rest, _units_like(wanted))}'
+        return f'unknown unit "{rest}"; {Suggestion(rest, _units_like(wanted))()}'
     return ""
 
 
@@ -352,13 +352,13 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: S
     is_entry = len(path) == 2 and isinstance(inner, Map) and inner and known.keys() >= set(inner)
     if is_entry and not close and nearest(key, known) is None:
         return f'"{said}" has the keys of an entry of {path[0]}: indent it as far as "{path[1]}"'
-    help = f'did you mean "{close}"?' if close else did_you_mean(key, known)
-    if help.startswith("known") and kind == "pose":
-        return f"joints belong in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"
-    if help.startswith("did"):
-        return f"{help} (legal: {', '.join(sorted(known))})"
-    other = _data()["others"].get(kind)
-    return f"{other} ({help})" if other else help
+    legal, other = f"legal: {', '.join(sorted(known))}", _data()["others"].get(kind)
+    if close:
+        return f'did you mean "{close}"? ({legal})'
+    instead = f"{other} ({legal})" if other else ""
+    if kind == "pose":
+        instead = f"joints belong in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"
+    return Suggestion(key, known, instead=instead, details=legal)()
 
 
 def _of_layout(key: str, entry: Map, known: Mapping[str, Any]) -> str:
@@ -431,11 +431,17 @@ def word_meant(word: str, known: Iterable[str], kind: str = "") -> str:
     """Return the help for a word that is not one of ``known``; ``kind`` is that of its synonyms."""
     table = synonyms("values", kind) or words_for(kind)
     close = _synonym(word, table, known)
-    return way_out(word, table) or (f'did you mean "{close}"?' if close else did_you_mean(word, known))
+    return way_out(word, table) or (f'did you mean "{close}"?' if close else Suggestion(word, [*known])())
 
 
 def suggest_name(
-    tree: Map, path: Path, word: str, known: Collection[str], otherwise: str = "", more: Sequence[str] = ()
+    tree: Map,
+    path: Path,
+    word: str,
+    known: Collection[str],
+    otherwise: str = "",
+    more: Sequence[str] = (),
+    none: str = "",
 ) -> Suggestion:
     """Return the help for an unknown name at a path.
 
@@ -447,7 +453,7 @@ def suggest_name(
     prefix = prefix_at(tree, path, outside=is_mount)
     own = [name.removeprefix(prefix) for name in known if prefix and name.startswith(prefix)]
     if not own:
-        return Suggestion(word, known, otherwise)
+        return Suggestion(word, known, otherwise, none=none)
     others = [name for name in known if not name.startswith(prefix)]
     return Suggestion(word, [*own, *more], otherwise, others=others)
 
@@ -466,3 +472,11 @@ def fallen_out(tree: Map, path: Sequence[str | int], fragment: Mapping[str, Any]
     while above >= 0 and keys[above] in legal:
         above -= 1
     return (keys[above], above == index - 1) if above >= 0 and section[keys[above]] is None else None
+
+
+def key_of_entry_meant(key: str, entry: Map, known: Sequence[str], kind: str) -> str:
+    """Return the help for a key that an entry which is not evaluated yet cannot have."""
+    help = text_meant_by(key, entry) or word_meant(key, known, kind)
+    if kind == "use" and help.startswith("known"):
+        return f"an argument of the part goes into with: {{{key}: ...}}; {help}"
+    return help

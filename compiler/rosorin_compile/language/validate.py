@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.source.diagnostics import Diagnostic
@@ -16,7 +16,7 @@ from rosorin_compile.source.wording import counted, in_words, swaps, unseen
 
 from . import suggestions
 from .expand.provenance import problem_at
-from .schema import Steps, backend_of, has_entries, part_at, resolve, sections, subject, unit_at, with_outputs
+from .schema import Steps, backend_of, part_at, resolve, sections, subject, unit_at, with_outputs
 from .validator import Misfit, misfits_of, validator_of
 
 if TYPE_CHECKING:
@@ -134,11 +134,9 @@ class _Walk:
             option = format.options.get(str(path[2]), {}) if format is not None else {}
             unit = parse_unit(option.get("x-unit", "")) if option.get("type") in ("number", "integer") else None
             return None if unit is None else (unit[1],)
-        # The names of entries and the indices of items make no difference.
-        steps = [0 if type(step) is int else step for step in path]
-        if len(steps) > 1 and has_entries(str(steps[0])):
-            steps[1] = "*"
-        return _dimensions(tuple(steps))
+        units = unit_at(path)
+        parsed = [parse_unit(unit) for unit in ([units] if isinstance(units, str) else units or ())]
+        return None if units is None else tuple(unit[1] for unit in parsed if unit is not None)
 
 
 def _is_free(steps: Steps) -> bool:
@@ -150,15 +148,6 @@ def _is_free(steps: Steps) -> bool:
         reckoned = reckoned if node.reckoned is None else node.reckoned
         node = node.below(step)
     return not (reckoned if node is None or node.reckoned is None else node.reckoned)
-
-
-@lru_cache(maxsize=2_000)
-def _dimensions(path: tuple[str | int, ...]) -> _Dimensions | None:
-    wanted = unit_at(path)
-    if wanted is None:
-        return None
-    units = [parse_unit(unit) for unit in ([wanted] if isinstance(wanted, str) else wanted)]
-    return tuple(unit[1] for unit in units if unit is not None)
 
 
 # Sections that expansion removes: the schema of the plain tree lacks them.

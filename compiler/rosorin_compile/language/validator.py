@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import did_you_mean
+from rosorin_compile.source.diagnostics import UnknownName
 
 from .annotations import Steps, describe_path, own_schema
 
@@ -149,7 +149,6 @@ def check_schema(part: Mapping[str, Any], whole: Mapping[str, Any]) -> None:
     for misfit in misfits_of(Draft7Validator(draft, format_checker=FormatChecker(["regex"])), dict(part)):
         if misfit.keyword == "additionalProperties":
             unknown = next(word for word in misfit.unexpected() if not word.startswith("x-"))
-            guess = did_you_mean(unknown, sorted(draft["properties"]))
-            raise ValueError(f"{unknown} is not a keyword of JSON Schema draft 7; {guess}")
+            raise UnknownName("keyword", unknown, draft["properties"], "JSON Schema draft 7")
         raise ValueError(words_of(misfit))
     inlined(whole)

@@ -222,10 +222,7 @@ def driving_of(robot: Robot) -> Driving:
     drive = robot.drive
     if drive is None:
         raise ValueError(f'the robot "{robot.name}" has no drive')
-    try:
-        at = {name: place_in_base(robot, drive, name) for names in drive.joints.values() for name in names}
-    except KeyError as problem:
-        raise ValueError(problem.args[0]) from None
+    at = {name: place_in_base(robot, drive, name) for names in drive.joints.values() for name in names}
 
     def middle(*roles: str) -> tuple[float, float]:
         points = [at[name] for role in roles for name in drive.joints[role]]

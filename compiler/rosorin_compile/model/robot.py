@@ -7,12 +7,14 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
+from rosorin_compile.source.diagnostics import UnknownName
+
 from .cached import of_robot
 from .geometry import Pose, Transform
 from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
 from .link import NO_SOURCE, Inertial, Link, Source
 from .mass import together
-from .sections import NO_SECTIONS, Sections
+from .sections import Sections
 from .shape import Material, Rgba, Shape
 from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values
 
@@ -39,18 +41,10 @@ class ByName(dict[str, "Named"]):
         self.kind = kind
 
     def __missing__(self, name: object) -> NoReturn:
-        raise unknown(self.kind, name, self)
+        raise UnknownName(self.kind, str(name), self, none="the robot has none")
 
     def __reduce__(self) -> tuple[object, ...]:
         return (ByName, (self.kind, dict(self)))
-
-
-def unknown(kind: str, name: object, known: Iterable[str], more: str = "") -> KeyError:
-    """Return the KeyError for an unknown name; ``more`` replaces the suggestion."""
-    from rosorin_compile.source.diagnostics import did_you_mean
-
-    way_out = more or did_you_mean(str(name), known) or "the robot has none"
-    return KeyError(f'there is no {kind} "{name}"; {way_out}')
 
 
 def _grouped(pairs: Iterable[tuple[str, Named]]) -> dict[str, tuple[Named, ...]]:
@@ -169,7 +163,7 @@ class Robot:
     actuators: tuple[Actuator, ...] = ()
     constraints: tuple[Entry, ...] = ()
     mjcf: tuple[str, ...] = ()
-    sections: Sections = NO_SECTIONS
+    sections: Sections = field(default_factory=Sections)
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
     mesh_contents: Mapping[str, tuple[bytes, str]] = field(default_factory=dict, compare=False)
@@ -413,7 +407,8 @@ class Robot:
             if name not in self.link:
                 edges = sorted(self.edges, key=lambda edge: edge.child != name)
                 owner = next((edge.publisher.name for edge in edges if name in (edge.parent, edge.child)), "")
-                raise unknown("link", name, self.link, f"it is a frame of another node, {owner}" if owner else "")
+                none = f"it is a frame of another node, {owner}"
+                raise UnknownName("link", name, () if owner else self.link, none=none)
         for name in positions or ():
             _ = self.joint[name]
         state = {**(self.positions(pose) if pose else {}), **(positions or {})}

@@ -1,35 +1,34 @@
-"""Sections of the language that are defined outside the core: by a plug-in, or by the folders for ROS and MuJoCo."""
+"""The record of a section of the language, of the tool or of a plug-in, and the values of those of plug-ins."""
 
 from __future__ import annotations
 
+import inspect
+import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, is_dataclass
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
+
+from rosorin_compile.source.rule_registry import Check, checks_of
 
 if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case
     from rosorin_compile.source.diagnostics import Diagnostic
     from rosorin_compile.source.numbers import NumberFormat
-    from rosorin_compile.source.rule_registry import Check
 
     from .robot import Output, Robot
 
 T = TypeVar("T")
 Entry = TypeVar("Entry")
 Schema = Mapping[str, Any]
+Given = Schema | None  # None: schema.json in the folder of the dataclass
 Adds = Callable[["Robot", Any], "Robot"]
 Lower = Callable[[Mapping[str, Any], Any], Any]  # of the tree, and of what reports a problem (``Problem``)
 
-# The module of each section of ROS and MuJoCo; its record and the field of ``Robot`` have the name of the section.
-SECTIONS = {
-    "control": "rosorin_compile.ros.sections.control",
-    "controllers": "rosorin_compile.ros.sections.controllers",
-    "moveit": "rosorin_compile.ros.sections.moveit",
-    "actuators": "rosorin_compile.mujoco.sections",
-    "constraints": "rosorin_compile.mujoco.sections",
-}
+# Packages of the tool with a folder for each section, and the records of their sections in a tuple ``SECTIONS``.
+PACKAGES = ("rosorin_compile.language.sections", "rosorin_compile.ros.sections", "rosorin_compile.mujoco.sections")
 
 ENTRIES, ITEMS, ONE = "entries", "items", "one"
 
@@ -43,12 +42,13 @@ class Section(Generic[T]):
 
     ``entry`` is the dataclass of one entry: each field is the key of its name, in SI units; ``name`` is that of an
     entry by name, and a field of type ``Pose`` is made of ``xyz`` and ``rpy``. ``schema`` is JSON Schema of draft 7
-    with the annotations of docs/extend.md; it may refer to the definitions of ours. ``checks`` are functions under
-    ``@rule``. ``lower`` converts the tree and ``problem(rule, message, path, help)`` to the value of the section where
-    the fields of the dataclass are not enough. ``adds`` returns the robot with what the value means for it.
+    with the annotations of docs/extend.md, by default ``schema.json`` in the folder of the dataclass; it may refer to
+    the definitions of ours. ``checks`` are functions under ``@rule``, and names of modules with such functions.
+    ``lower`` converts the tree and ``problem(rule, message, path, help)`` to the value of the section where the fields
+    of the dataclass are not enough. ``adds`` returns the robot with what the value means for it.
 
-    Only of the tool: ``urdf`` returns elements for a URDF whose output has an option with the name of the section, and
-    ``check_urdf`` validates them.
+    Only of the tool, whose pieces of the schema are in schemas/description.schema.json: ``urdf`` returns elements for
+    a URDF whose output has an option with the name of the section, and ``check_urdf`` validates them.
     """
 
     name: str
@@ -56,25 +56,27 @@ class Section(Generic[T]):
     schema: Schema = field(default_factory=dict)
     form: str = ENTRIES
     adds: Adds | None = None
-    checks: tuple[Check, ...] = ()
+    checks: tuple[Check | str, ...] = ()
     lower: Lower | None = None
     urdf: Callable[[Robot, Output, NumberFormat], list[str]] | None = None
     check_urdf: Callable[[Case, Output], Iterator[Diagnostic]] | None = None
 
     @classmethod
-    def by_name(cls, name: str, entry: type[Entry], schema: Schema, **more: Any) -> Section[Mapping[str, Entry]]:
-        return Section(name, entry, schema, ENTRIES, **more)
+    def by_name(cls, name: str, entry: type[Entry], schema: Given = None, **more: Any) -> Section[Mapping[str, Entry]]:
+        return Section(name, entry, schema or _beside(entry), ENTRIES, **more)
 
     @classmethod
-    def listed(cls, name: str, entry: type[Entry], schema: Schema, **more: Any) -> Section[tuple[Entry, ...]]:
-        return Section(name, entry, schema, ITEMS, **more)
+    def listed(cls, name: str, entry: type[Entry], schema: Given = None, **more: Any) -> Section[tuple[Entry, ...]]:
+        return Section(name, entry, schema or _beside(entry), ITEMS, **more)
 
     @classmethod
-    def single(cls, name: str, entry: type[Entry], schema: Schema, **more: Any) -> Section[Entry | None]:
-        return Section(name, entry, schema, ONE, **more)
+    def single(cls, name: str, entry: type[Entry], schema: Given = None, **more: Any) -> Section[Entry | None]:
+        return Section(name, entry, schema or _beside(entry), ONE, **more)
 
-    def empty(self) -> Any:
-        return {ENTRIES: {}, ITEMS: (), ONE: None}[self.form]
+    def all_checks(self) -> tuple[Check, ...]:
+        """Return the functions in ``checks`` and in the modules that it names."""
+        named = (checks_of(import_module(one)) if isinstance(one, str) else (one,) for one in self.checks)
+        return tuple(check for checks in named for check in checks)
 
     def check(self) -> None:
         """Raise ValueError or TypeError for an invalid record: a schema of another form, an entry of another type."""
@@ -82,20 +84,20 @@ class Section(Generic[T]):
             raise ValueError(f'"{self.name}" cannot be the name of a section: small letters, digits and _')
         if not (isinstance(self.entry, type) and is_dataclass(self.entry)):
             raise TypeError(f"the entry of section {self.name} is {str(self.entry)[:60]!r}, not a dataclass")
-        if not isinstance(self.schema, Mapping) or not isinstance(self.checks, tuple):
-            raise TypeError(f"the schema of section {self.name} must be a mapping, its checks a tuple")
-        if not all(one is None or callable(one) for one in (self.adds, self.lower)) or self.urdf or self.check_urdf:
-            raise TypeError(f"adds and lower of section {self.name} must be functions; it may have no urdf")
         form = ITEMS if "items" in self.schema else ONE
         form = ENTRIES if isinstance(self.schema.get("additionalProperties"), Mapping) else form
         if form != self.form:
             raise ValueError(f"the schema of section {self.name} is of {form}, its record of {self.form}")
 
 
+def _beside(entry: type[Any]) -> Any:
+    return json.loads(Path(inspect.getfile(entry)).with_name("schema.json").read_text("utf-8"))
+
+
 @cache
 def own_sections() -> tuple[Section[Any], ...]:
-    """Return the records of all sections in ``SECTIONS``; imports their modules."""
-    return tuple(getattr(import_module(module), name.upper()) for name, module in SECTIONS.items())
+    """Return the sections of the tool in the order in which they are lowered; imports their packages."""
+    return tuple(section for package in PACKAGES for section in import_module(package).SECTIONS)
 
 
 def sections_in_urdf(output: Output) -> list[Section[Any]]:
@@ -123,10 +125,8 @@ class Sections:
 
     def __getitem__(self, section: Section[Any] | str) -> Any:
         # A record has an empty value if the robot does not have the section; for a name, that is a KeyError.
-        return self.values[section] if isinstance(section, str) else self.values.get(section.name, section.empty())
+        empty: dict[str, Any] = {ENTRIES: {}, ITEMS: (), ONE: None}
+        return self.values[section] if isinstance(section, str) else self.values.get(section.name, empty[section.form])
 
     def __contains__(self, section: object) -> bool:
         return getattr(section, "name", section) in self.values
-
-
-NO_SECTIONS = Sections()

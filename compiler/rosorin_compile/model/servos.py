@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from numbers import Integral
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.source.diagnostics import UnknownName, did_you_mean
+from rosorin_compile.source.diagnostics import UnknownName
 from rosorin_compile.source.load import json_of
 
 from .link import NO_SOURCE, Source
@@ -73,8 +73,8 @@ def servo_of(robot: Robot, joint: str) -> ServoGroup:
             return group
     joints = [name for group in robot.servos for name in group.joints]
     if joint in robot.joint:
-        raise NoServo(f'joint "{joint}" has no servo; joints with a servo: {", ".join(joints) or "none"}')
-    raise NoServo(f'there is no joint "{joint}"; {did_you_mean(joint, joints or robot.joint)}')
+        raise NoServo("servo for joint", joint, none=f"joints with a servo: {', '.join(joints) or 'none'}")
+    raise NoServo("joint", joint, joints or robot.joint)
 
 
 def to_radians(robot: Robot, pulses: Mapping[str, int]) -> dict[str, float]:
@@ -142,7 +142,7 @@ def against_model(robot: Robot, content: bytes) -> tuple[int, int, tuple[str, ..
         try:
             group = servo_of(robot, joint)
         except NoServo as problem:
-            differences.append(str(problem.args[0]))
+            differences.append(str(problem))
             continue
         low, high = group.pulse_range
         count += high - low + 1

@@ -74,7 +74,11 @@ def write_artifacts(
 
 
 def write_set(
-    folder: Path, files: Mapping[str, str | bytes], prune: bool = False, judge: Judge | None = None, durable: bool = True
+    folder: Path,
+    files: Mapping[str, str | bytes],
+    prune: bool = False,
+    judge: Judge | None = None,
+    durable: bool = True,
 ) -> WriteResult:
     """Make ``files``, text or bytes by relative POSIX name, the set of artifacts in ``folder``.
 

@@ -20,7 +20,7 @@ from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, Related, RequestError, did_you_mean, error, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, Related, RequestError, UnknownName, error, has_errors
 from rosorin_compile.source.progress import Progress
 
 from .bags import SUFFIXES, Unreadable
@@ -75,9 +75,9 @@ def verify_recording(
     poses = {one.name: one.positions for one in robot.poses}
     for node in without:
         if node not in publishers:
-            raise RequestError(f'{robot.name} has no publisher "{node}"; {did_you_mean(node, publishers - {""})}')
+            raise UnknownName("publisher", node, publishers - {""}, robot.name, "it has none")
     if pose and pose not in poses:
-        raise RequestError(f'{robot.name} has no pose "{pose}"; {did_you_mean(pose, poses) or "it has none"}')
+        raise UnknownName("pose", pose, poses, robot.name, "it has none")
     known, nodes, positions = dict(check_modes(robot, modes)), frozenset(without), poses[pose] if pose else None
     options = Options(known, nodes, positions, frames, since, until, namespace, prefix, stale)
     progress = partial(Progress.step, "reading messages")

@@ -10,7 +10,7 @@ import math
 import operator
 import re
 import shlex
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -34,7 +34,9 @@ _BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Div: operator.truediv,
 }
 _NUMBERS: Mapping[str, Callable[[Any], Any]] = {"math.radians": math.radians, "radians": math.radians, "float": float}
-_VARIABLE = re.compile(r"\$\((?:var|arg) ([^\s()$]+)\)")
+# An escaped letter, a variable, or a substitution whose value is unknown.
+_SUBSTITUTION = re.compile(r"\\(.)|\$\((?:var|arg) ([^\s()$]+)\)|\$\([^()]*\)?")
+_UNKNOWN = "\0"
 
 
 class LaunchError(Exception):
@@ -46,59 +48,72 @@ class Unknown(Exception):
 
 
 @dataclass(frozen=True)
-class Entry:
-    """A node of a launch file in XML or YAML, or a remap of all nodes, which has no name.
+class Remap:
+    """A remap of a launch file: the two names as they are written, and its place."""
 
-    ``remaps`` are names from and to, each pair with its place.
+    name: str
+    to: str
+    span: Span
+
+
+@dataclass(frozen=True)
+class LaunchNode:
+    """A node that a launch file starts; without a name, a remap of all nodes.
+
+    What only a run of the launch file knows is None: all arguments or one of them, or the remaps.
     """
 
     name: str
-    executables: tuple[str, ...]
-    arguments: str
-    remaps: tuple[tuple[str, str, Span], ...]
-    line: int = 1
+    executable: str
+    arguments: tuple[str | None, ...] | None
+    remaps: tuple[Remap, ...] | None
+    span: Span
 
 
-def entries_of(source: Source, is_yaml: bool) -> tuple[list[Entry], dict[str, str]]:
-    """Return the nodes of a launch file in XML or YAML, and the values of its variables. Raises LaunchError."""
-    return _yaml(source) if is_yaml else _xml(source)
+def nodes_of(source: Source) -> Iterator[LaunchNode]:
+    """Yield the nodes of a launch file in Python, YAML or XML, by the ending of its name. Raises LaunchError."""
+    try:
+        if source.path.endswith(".py"):
+            yield from _python(source)
+        else:
+            yield from _yaml(source) if source.path.endswith((".yaml", ".yml")) else _xml(source)
+    except RecursionError:
+        raise LaunchError("nested too deep") from None
 
 
-def _xml(source: Source) -> tuple[list[Entry], dict[str, str]]:
+def _xml(source: Source) -> Iterator[LaunchNode]:
     try:
         elements = list(parse(source).root.iter())
     except MarkupError as problem:
         raise LaunchError(f"not XML: {problem.diagnostic.message}") from None
     passed = {id(inner) for one in elements if one.tag == "include" for inner in one.iter()}  # to another file
     declared = [one for one in elements if one.tag in ("arg", "let") and id(one) not in passed]
-    found = []
+    variables = {one.get("name"): one.get("default", one.get("value")) for one in declared}
     for one in elements:
         if one.tag == "set_remap":
-            found.append(Entry("", (), "", ((one.get("from"), one.get("to"), one.span),), one.span.line))
+            yield LaunchNode("", "", (), (Remap(one.get("from"), one.get("to"), one.span),), one.span)
         elif one.tag == "node":
-            rows = tuple((each.get("from"), each.get("to"), each.span) for each in one.iter() if each.tag == "remap")
-            programs = (one.get("exec"), one.get("type"))
-            found.append(Entry(one.get("name") or programs[0], programs, one.get("args"), rows, one.span.line))
-    return found, {one.get("name"): one.get("default", one.get("value")) for one in declared}
+            remaps = (Remap(each.get("from"), each.get("to"), each.span) for each in one.iter() if each.tag == "remap")
+            program = one.get("exec") or one.get("type")
+            arguments = _words(one.get("args"), variables)
+            yield LaunchNode(one.get("name") or program, program, arguments, tuple(remaps), one.span)
 
 
-def _yaml(source: Source) -> tuple[list[Entry], dict[str, str]]:
+def _yaml(source: Source) -> Iterator[LaunchNode]:
     try:
         maps = list(_maps(parse_yaml(source)))
     except LoadError as problem:
         raise LaunchError(f"not YAML: {problem.diagnostic.message}") from None
     named = [one[key] for one in maps for key in ("arg", "let") if isinstance(one.get(key), dict)]
-    found = []
+    variables = {str(one.get("name")): str(one.get("default", one.get("value", ""))) for one in named}
     for one in maps:
         node = one.get("node")
         if isinstance(node, dict):
             remaps = node.get("remap")
             pairs = [each for each in remaps if isinstance(each, Map)] if isinstance(remaps, list) else []
-            rows = tuple((str(each.get("from", "")), str(each.get("to", "")), each.locate(()).span) for each in pairs)
-            program, line = str(node.get("exec", "")), one.key_spans["node"].line
-            arguments, name = str(node.get("args", "")), str(node.get("name") or program)
-            found.append(Entry(name, (program,), arguments, rows, line))
-    return found, {str(one.get("name")): str(one.get("default", one.get("value", ""))) for one in named}
+            found = [Remap(str(each.get("from", "")), str(each.get("to", "")), each.locate(()).span) for each in pairs]
+            program, arguments = str(node.get("exec", "")), _words(str(node.get("args", "")), variables)
+            yield LaunchNode(str(node.get("name") or program), program, arguments, tuple(found), one.key_spans["node"])
 
 
 def _maps(tree: Any) -> Iterator[Any]:
@@ -108,26 +123,110 @@ def _maps(tree: Any) -> Iterator[Any]:
         yield from _maps(child)
 
 
-def split(arguments: str, variables: Mapping[str, str]) -> tuple[str, ...] | None:
-    """Return arguments of XML or YAML as words, with the defaults of launch arguments; None if they are not plain."""
-    pieces = _VARIABLE.split(arguments)
-    plain, names = pieces[::2], pieces[1::2]
-    if re.search(r"(?<!\\)\$\(", "".join(plain)) or any(name not in variables for name in names):
-        return None
-    texts = [re.sub(r"\\(.)", r"\1", piece) for piece in plain]
-    values = [shlex.quote(variables[name]) for name in names]
+def _words(arguments: str, variables: Mapping[str, str]) -> tuple[str | None, ...] | None:
+    """Return arguments of XML or YAML as words, with the defaults of launch arguments."""
+
+    def put(match: re.Match[str]) -> str:
+        return match[1] or (shlex.quote(variables[match[2]]) if match[2] in variables else _UNKNOWN)
+
     try:
-        return tuple(shlex.split("".join(text + value for text, value in zip(texts, [*values, ""], strict=True))))
+        words = shlex.split(_SUBSTITUTION.sub(put, arguments))
     except ValueError:
         return None
+    return tuple(None if _UNKNOWN in word else word for word in words)
 
 
-def python_tree(text: str) -> ast.AST:
-    """Return the syntax tree of a launch file in Python. Raises LaunchError."""
+def _python(source: Source) -> Iterator[LaunchNode]:
     try:
-        return python_of(text)
+        tree = python_of(source.text)
     except (SyntaxError, ValueError, MemoryError, RecursionError) as problem:
         raise LaunchError(f"not a Python file: {problem}") from None
+    names, calls = constants(tree), list(_calls_in(tree))
+    for call, function in calls:
+        words = {word.arg: word.value for word in call.keywords if word.arg}
+        named = ast.unparse(call.func).rpartition(".")[2]
+        if not named.endswith(("Node", "SetRemap")) and not words.keys() & {"executable", "node_executable"}:
+            continue
+        scopes = [(call, names)]
+        if function is not None:  # a helper: its parameters have the values of each call
+            uses = [use for use, _ in calls if isinstance(use.func, ast.Name) and use.func.id == function.name]
+            scopes = [(use, constants(function, _bound(function, use, names))) for use in uses]
+            scopes = scopes or [(call, constants(function, _bound(function, None, names)))]
+        for place, scope in sorted(scopes, key=lambda one: one[0].lineno):
+            yield _python_node(words, scope, Span(source, place.lineno, place.col_offset + 1))
+
+
+def _python_node(words: Mapping[str, ast.expr], names: Names, span: Span) -> LaunchNode:
+    def text(key: str) -> str:
+        found = known(words[key], names) if key in words else None
+        return "" if found is None else str(found)
+
+    program = text("executable") or text("node_executable")
+    given = [_argument_words(words[key], names) for key in ("arguments", "ros_arguments") if key in words]
+    arguments = None if None in given else tuple(word for each in given if each is not None for word in each)
+    if "src" in words and "dst" in words:
+        pair = [known(words["src"], names), known(words["dst"], names)]
+        return LaunchNode("", program, arguments, _pairs([pair], span), span)
+    pairs = known(words["remappings"], names) if "remappings" in words else []
+    return LaunchNode(text("name") or program, program, arguments, _pairs(pairs, span), span)
+
+
+def _pairs(pairs: Any, span: Span) -> tuple[Remap, ...] | None:
+    rows: list[Any] = pairs if isinstance(pairs, list) else [None]
+    if not all(isinstance(row, list) and len(row) == 2 and all(isinstance(one, str) for one in row) for row in rows):
+        return None
+    return tuple(Remap(old, new, span) for old, new in rows)
+
+
+def _argument_words(node: ast.expr, names: Names) -> tuple[str | None, ...] | None:
+    """Return a list of arguments as words; launch joins an argument that is a list of pieces."""
+    found: Any = known(node, names)
+    if found is None and isinstance(node, ast.List | ast.Tuple):
+        found = [known(item, names) for item in node.elts]
+    words: list[str | None] = []
+    for word in found if isinstance(found, list) else ():
+        if isinstance(word, list) and all(isinstance(piece, str) for piece in word):
+            word = "".join(word)
+        words.append(word if isinstance(word, str) else None)
+    return tuple(words) if isinstance(found, list) else None
+
+
+def _calls_in(tree: ast.AST) -> Iterator[tuple[ast.Call, ast.FunctionDef | None]]:
+    """Yield every call of a program with the function around it."""
+    waiting: deque[tuple[ast.AST, ast.FunctionDef | None]] = deque([(tree, None)])
+    while waiting:
+        node, function = waiting.popleft()
+        if isinstance(node, ast.Call):
+            yield node, function
+        inner = node if isinstance(node, ast.FunctionDef) else function
+        waiting += [(child, inner) for child in ast.iter_child_nodes(node)]
+
+
+def _bound(function: ast.FunctionDef, use: ast.Call | None, names: Names) -> dict[str, Any]:
+    """Return ``names`` inside a function, whose parameters have the plain values of a call, or no value."""
+    every = function.args
+    positional = [argument.arg for argument in (*every.posonlyargs, *every.args)]
+    keywords = [argument.arg for argument in every.kwonlyargs]
+    rest = [argument.arg for argument in (every.vararg, every.kwarg) if argument is not None]
+    bound = {name: held for name, held in names.items() if name not in (*positional, *keywords, *rest)}
+    if use is None or any(isinstance(one, ast.Starred) for one in use.args) or any(not one.arg for one in use.keywords):
+        return bound  # which parameter gets what is known only when it runs
+    given: dict[str, ast.expr | None] = dict(zip(positional[::-1], every.defaults[::-1], strict=False))
+    given |= dict(zip(keywords, every.kw_defaults, strict=True))
+    given |= dict(zip(positional, use.args, strict=False))
+    given |= {keyword.arg: keyword.value for keyword in use.keywords if keyword.arg}
+    for name, expression in given.items():
+        with suppress(Unknown):
+            bound |= {name: value(expression, names)} if expression is not None else {}
+    return bound
+
+
+def known(node: ast.expr, names: Names) -> Any:
+    """Return the value of an expression, or None if it is known only when the program runs."""
+    try:
+        return value(node, names)
+    except Unknown:
+        return None
 
 
 def value(node: ast.expr, names: Names) -> Any:

@@ -14,32 +14,9 @@ from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import holds, modes_in
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Help, Suggestion, listed, quoted
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, exists
 
 from .parameters.tables import kinds
-
-RULES = (
-    Rule(
-        "navigation-frames",
-        "The description does not say what nodes of navigation have to know: which frame the odometry moves, or which "
-        "of several.",
-        "Add the edge to `edges`, with who publishes it; or name the frames in the output.",
-        Heading.NAVIGATION,
-    ),
-    Rule(
-        "navigation-no-map",
-        "A warning: no edge leads from a map to the odometry, so what needs a map is left out.",
-        "Add it to `edges`: `{parent: map, child: odom, publisher: amcl}`.",
-        Heading.NAVIGATION,
-    ),
-    Rule(
-        "navigation-owner",
-        "A node is to publish an edge that nodes of its kind do not publish, or two.",
-        "Correct the edge, or its publisher.",
-        Heading.NAVIGATION,
-    ),
-)
 
 AMCL, SLAM, FILTER = "amcl", "slam_toolbox", "ekf"
 _NO_FILTER = "navsat"  # a node of robot_localization that is none

@@ -141,10 +141,26 @@ def port_of(plugin: str, distribution: str, role: str) -> Port | None:
     return next((port for port in controller_ports(plugin, distribution) if port.role == role), None)
 
 
+def short_words() -> Mapping[str, str]:
+    """Return the short words for types of controllers; each means the same in every distribution that has it."""
+    words: Mapping[str, str] = _table()["controllers"]["short"]
+    return words
+
+
+def full_type(word: str) -> str:
+    """Return the type of a controller that a short word stands for, or the word itself."""
+    return short_words().get(word, word)
+
+
+def interfaces_of(plugin: str) -> Mapping[str, Any]:
+    """Return what a type of controller moves and reads; empty for one without a table."""
+    found: Mapping[str, Any] = _table()["controllers"]["interfaces"].get(plugin, {})
+    return found
+
+
 def drive_plugins() -> list[str]:
-    """Return the types of controllers that drive a base: they read velocities and publish an odometry."""
-    roles = {name: {one["role"] for one in entries} for name, entries in _table()["controllers"]["types"].items()}
-    return [name for name, those in roles.items() if {VELOCITY, ODOMETRY} <= those]
+    """Return the types of controllers that drive a base."""
+    return [name for name, about in _table()["controllers"]["interfaces"].items() if "drive" in about]
 
 
 def full_topic(topic: str, namespace: str, node: str) -> str:

@@ -10,42 +10,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.drive import driving_of
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Help, Suggestion, error, listed, quoted
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.wording import swaps
 
 from .controllers.filled import drivers, intended_topic
 from .navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
-from .parameters import options_of, read, syntax
+from .parameters import parameter_file
 from .parameters.files import Node, Parameters, asked, parameters_of, text
-
-RULES = (
-    Rule(
-        "filter-unclear",
-        "An output does not say which filter it is for, or names a node that is none.",
-        "`node: NAME`, one of `publishers` of the package robot_localization.",
-        Heading.NAVIGATION,
-    ),
-    Rule(
-        "filter-owns-nothing",
-        "A note: no edge is of the filter, so it is written with `publish_tf: false`.",
-        "Name it as the publisher of an edge, if it is to publish one.",
-        Heading.NAVIGATION,
-    ),
-    Rule(
-        "filter-input",
-        "An input of a filter has no topic or a number with a gap before it, or lacks the values that are used of it, "
-        "or it is to give what such messages do not have. A warning where the filter has no inputs, or listens to an "
-        "odometry that no node publishes.",
-        "As the message says.",
-        Heading.NAVIGATION,
-    ),
-)
 
 # What a filter estimates, in the order of its fifteen booleans (robot_localization: filter_common.hpp).
 STATES = (*("x", "y", "z", "roll", "pitch", "yaw"), *("vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az"))
@@ -247,21 +222,14 @@ def booleans(uses: Sequence[str]) -> list[bool]:
     return [state in uses for state in STATES]
 
 
-FORMAT = Format(
-    name="robot_localization",
+FORMAT = parameter_file(
+    "robot_localization",
     word="parameter file for robot_localization",
-    article="a",
     about="frames, ownership and inputs of an EKF",
     rank=63,
     covers=("robot", "edges.parent", "edges.child", "edges.publisher", "publishers.node"),
-    options=options_of("robot_localization"),
     file="ekf.yaml",
     check=check,
     write=write,
     view=view,
-    read=read,
-    names_robot=False,
-    syntax=syntax,
-    folder="config",
-    deploys=True,
 )

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.language.expand.provenance import USED
 from rosorin_compile.language.expand.scope import Scope
-from rosorin_compile.language.lower.links import RULES as LINK_RULES
-from rosorin_compile.language.lower.sections import is_resolved
+from rosorin_compile.language.lower import unresolved
 from rosorin_compile.language.schema import plugged as plugged_sections
+from rosorin_compile.language.sections.links import RULES as LINK_RULES
 from rosorin_compile.language.suppressions import accepted, unused
 from rosorin_compile.language.suppressions import settled as without_accepted
 from rosorin_compile.model import Robot
@@ -33,11 +33,8 @@ from .names import named_sections
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
-# The modules whose checks run, in this order; then those of sections for ROS and MuJoCo.
-_MODULES = (
-    *("joints", "frames", "positions", "drive", "bodies", "shapes", "publishers", "tf_tree", "outputs"),
-    *("magnitudes", "urdf_elements", "simulated", "names"),
-)
+# The modules with checks of the whole robot; those of a section are in its record.
+_MODULES = ("frames", "tf_tree", "magnitudes", "names")
 _ID = re.compile("[a-z0-9]+(-[a-z0-9]+)*")
 _ACCEPT, _IMPORTED = ("", "link", "joint", "link or joint"), ("", "always", "lenient")
 # Rules that compare a number with another, such as a size or a limit.
@@ -62,8 +59,9 @@ _FOLLOWING = {
 @cache
 def checks() -> tuple[Check, ...]:
     """Return the checks of the tool itself, in the order in which they run."""
-    own = (check for name in _MODULES for check in checks_of(import_module(f"{__package__}.{name}")))
-    return (*own, *(check for section in own_sections() for check in section.checks))
+    of_sections = [check for section in own_sections() for check in section.all_checks()]
+    modules = [import_module(f"{__package__}.{name}") for name in _MODULES]
+    return (*of_sections, *(check for module in modules for check in checks_of(module)))
 
 
 class Plugged(NamedTuple):
@@ -88,7 +86,7 @@ def plugged() -> Plugged:
 
 
 def _section_checks() -> list[tuple[Plugin, Check]]:
-    return [(plugin, check) for plugin, section in plugged_sections().sections for check in section.checks]
+    return [(plugin, check) for plugin, section in plugged_sections().sections for check in section.all_checks()]
 
 
 def _ids(check: Check) -> list[str]:
@@ -130,8 +128,8 @@ def check(
         found += examine(case)
     added = list(plugged().checks)
     for plugin, section in plugged_sections().sections:
-        if section in robot.sections and is_resolved(robot, case.symbols, section.name):
-            added += [(plugin, examine) for examine in section.checks]
+        if section in robot.sections and not unresolved(robot, case.symbols, section.name):
+            added += [(plugin, examine) for examine in section.all_checks()]
     for plugin, examine in added:
         found += _of_plugin(plugin, examine, case)
     return _without_consequences(tree, _merge_uses(tree, found))

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
-from rosorin_compile.language.lower.lowering import owner_of_frame
+from rosorin_compile.language.lowering import owner_of_frame
 from rosorin_compile.language.schema import joint_unit, subject
-from rosorin_compile.language.symbols import MOUNT, Reference
+from rosorin_compile.language.symbols import MOUNT, Symbol
 from rosorin_compile.model import Cylinder, Joint, Robot
 from rosorin_compile.model.geometry import dot, norm, unit
 from rosorin_compile.model.joint import Dynamics, Limit
 from rosorin_compile.model.simulation import Actuator
-from rosorin_compile.source.diagnostics import Diagnostic, nearest
+from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, nearest
 from rosorin_compile.source.rule_registry import JOINTS, SIMULATED, Check, rule
 from rosorin_compile.source.tree import Path, at, exists
 from rosorin_compile.source.units import Quantity, describe, parse_unit
@@ -61,8 +61,8 @@ def known_names(case: Case) -> Iterator[Diagnostic]:
         for output in robot.outputs:
             for index, name in enumerate(output.options.get(option, ())):
                 what, key = f'in the option {option} of output "{output.name}"', name if kind == "link" else index
-                uses.append(Reference(kind, name, ("outputs", output.name, option, key), kind == "link", what))
-        by_name: dict[str, list[Reference]] = {}
+                uses.append(Symbol(kind, name, ("outputs", output.name, option, key), kind == "link", what))
+        by_name: dict[str, list[Symbol]] = {}
         for use in uses:
             if use.name not in real and (kind == "joint" or use.name not in WORLD_FRAMES):
                 by_name.setdefault(use.name, []).append(use)
@@ -176,9 +176,8 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("several-roots", message, case.link(others[0]), help, related=related, key=True)
     frames = {sensor.frame for sensor in robot.sensors} - set(case.section("links"))
     for name in alone:
-        help, suggestion = f'add a joint with "child: {name}", or remove the link', nearest(name, frames)
-        help = f'did you mean "{suggestion}"? else {help}' if suggestion else help
-        yield case.problem("unreached-link", f'no joint reaches link "{name}"', case.link(name), help, key=True)
+        near = Suggestion(name, frames, details=f'add a joint with "child: {name}", or remove the link')
+        yield case.problem("unreached-link", f'no joint reaches link "{name}"', case.link(name), near, key=True)
 
 
 @rule("axis-zero", "An axis is zero: no direction.", "Name one, such as `[0, 0, 1]`.", JOINTS)

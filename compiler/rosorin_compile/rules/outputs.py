@@ -60,14 +60,18 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
             return case.problem("unknown-key", message, (*path, option), help, key=True)
     formats = [format for format in case.formats.values() if format.write is not None]
     is_name = not exists(case.tree, (*path, "backend"))  # the name of the output is that of the format
-    help = word_meant(output.backend, [format.name for format in formats], "backend")
     endings = (f".{output.backend.casefold()}", posixpath.splitext(output.file)[1].casefold())
     named = [format.name for ending in endings for format in formats if ending in _endings(format)]
     known = f"known: {', '.join(sorted(format.name for format in formats))}; your own artifact names its template"
-    if help.startswith("known"):
-        help = f'the format of such files is called "{named[0]}"' if named else ""
-    place, help = path if is_name else (*path, "backend"), f"{help} ({known})" if help else known
-    return case.problem("unknown-backend", f'there is no backend "{output.backend}"', place, help, key=is_name)
+
+    def suggest() -> str:
+        help = word_meant(output.backend, [format.name for format in formats], "backend")
+        if help.startswith("known"):
+            help = f'the format of such files is called "{named[0]}"' if named else ""
+        return f"{help} ({known})" if help else known
+
+    place = path if is_name else (*path, "backend")
+    return case.problem("unknown-backend", f'there is no backend "{output.backend}"', place, suggest, key=is_name)
 
 
 def _endings(format: Format) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from rosorin_compile.language.arguments import is_listed
 from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Publisher, Robot
 from rosorin_compile.model.joint import UNPUBLISHED
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, UnknownName, did_you_mean
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, UnknownName
 from rosorin_compile.source.rule_registry import FRAMES, JOINTS, Check, rule
 from rosorin_compile.source.tree import Path, Seq, Text, at, exists
 from rosorin_compile.source.wording import counted, first_of, listed, quoted
@@ -97,8 +97,7 @@ def check_modes(robot: Robot, modes: Mapping[str, bool]) -> Mapping[str, bool]:
     """Return modes by name if the robot has all of them. Raises UnknownName."""
     for name in modes:
         if name not in robot.modes:
-            known = did_you_mean(name, robot.modes) or "it has none"
-            raise UnknownName(f'{robot.name} has no mode "{name}"; {known}')
+            raise UnknownName("mode", name, robot.modes, robot.name, "it has none")
     return modes
 
 

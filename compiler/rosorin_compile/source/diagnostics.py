@@ -80,14 +80,15 @@ class Suggestion:
     """The help for an unknown name (``word``), computed for the diagnostics that are shown.
 
     ``others`` are compared with it if no candidate is similar; if they are not either, ``otherwise`` is before the list
-    of candidates, or ``instead`` in its place. ``none`` is the help if there are no candidates. ``places`` are where
-    they are defined.
+    of candidates, or ``instead`` or ``details`` in its place; ``details`` also follow a similar name. ``none`` is the
+    help if there are no candidates. ``places`` are where they are defined.
     """
 
     word: str
     candidates: Collection[str]
     otherwise: str = ""
     instead: str = ""
+    details: str = ""
     none: str = ""
     places: Mapping[str, Span] = field(default_factory=dict)
     others: Collection[str] = ()
@@ -99,7 +100,9 @@ class Suggestion:
     def _help(self) -> str:
         is_other = self.others and nearest(self.word, self.candidates) is None and nearest(self.word, self.others)
         help = did_you_mean(self.word, self.others if is_other else self.candidates, self.otherwise) or self.none
-        return self.instead if self.instead and not help.startswith("did") else help
+        if help.startswith("did"):
+            return f"{help} ({self.details})" if self.details else help
+        return self.instead or self.details or help
 
     def related(self) -> tuple[Related, ...]:
         """Return the place where the most similar name is defined."""
@@ -212,6 +215,15 @@ class MissingPackages(RequestError, ImportError):
 
 
 class UnknownName(RequestError, KeyError):
-    """An argument names something that the robot does not have; the message has a suggestion."""
+    """An argument names something that does not exist; the message has a suggestion.
 
-    __str__ = Exception.__str__
+    ``owner`` is what lacks a ``name`` of a ``kind``; ``none`` is the help without candidates.
+    """
+
+    def __init__(self, kind: str, name: str, candidates: Iterable[str] = (), owner: str = "", none: str = "") -> None:
+        super().__init__(kind, name, tuple(candidates), owner, none)
+
+    def __str__(self) -> str:
+        kind, name, candidates, owner, none = self.args
+        help = Suggestion(name, candidates, none=none)()
+        return f'{f"{owner} has" if owner else "there is"} no {kind} "{name}"' + (f"; {help}" if help else "")

@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import ClassVar, NamedTuple
 
 from . import files
+from .diagnostics import UnknownName
 from .system import package_folders
-from .wording import did_you_mean, nearest
+from .wording import nearest
 
 ROOT_FILE = "robot.yaml"
 ENDINGS = (".yaml", ".yml")
@@ -208,8 +209,8 @@ def first_file(name: str) -> Path:
         if _misnamed(path) or path.parent.name == DESCRIPTIONS:
             raise NoDescription(f'no description "{name}": {"; ".join(_no_first_file(path))}')
     known = [path.parent.name for path in all_here()]
-    help = did_you_mean(name, known) or f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here"
-    raise NoDescription(f'no description "{name[:200]}": it is no file, no folder with {ROOT_FILE}, no name; {help}')
+    what, none = f"file, folder with {ROOT_FILE} or description", f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here"
+    raise NoDescription(str(UnknownName(what, name[:200], known, none=none)))
 
 
 def _may_be_file(path: Path) -> bool:

@@ -15,7 +15,7 @@ from rosorin_compile.formats.compiled import Variant
 from rosorin_compile.language.arguments import declared as declared_arguments
 from rosorin_compile.output import OutputError
 from rosorin_compile.request import Request
-from rosorin_compile.source.diagnostics import Diagnostic, RequestError, and_more, counted, did_you_mean
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, and_more, counted
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import Heading, Rule
@@ -94,8 +94,7 @@ def write_variants(
         if whole and not variants.is_folder:
             raise RequestError("--as goes with a folder of files, one per variant")
         if whole and whole not in types and not wrong:
-            known = did_you_mean(whole, types) or "it has none"
-            raise RequestError(f'{description.name} has no argument "{whole}"; {known}')
+            raise UnknownName("argument", whole, types, description.name, "it has none")
         wrong = wrong or variants.check()
         for problem in wrong:
             tell(problem)

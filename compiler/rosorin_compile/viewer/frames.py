@@ -13,7 +13,7 @@ from typing import NamedTuple
 from rosorin_compile.model import Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, rows, way
 from rosorin_compile.output import OutputError, may_replace, write_file, write_set
-from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, did_you_mean
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName
 from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .frames_picture import Tree, frame_trees, svg
@@ -80,7 +80,7 @@ def frames(robot: Robot, modes: Mapping[str, bool], frame: str | None = None, pu
     publishers = [*(row.publisher for row in edges), NOBODY]
     for kind, name, names in (("frame", frame, names_of_frames), ("publisher", publisher, publishers)):
         if name is not None and name not in names:
-            raise UnknownName(f'there is no {kind} "{name}"; {did_you_mean(name, dict.fromkeys(names))}')
+            raise UnknownName(kind, name, dict.fromkeys(names))
     situations, shown = [], frame_trees(robot, modes)
     for tree in shown:
         drawn = lines(tree.edges, robot.frames)

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats.mesh_files import TEXTURE, Places
-from rosorin_compile.language.explain import NotThere, explain
+from rosorin_compile.language.explain import explain
 from rosorin_compile.language.explain_text import lines
 from rosorin_compile.output import OutputError, write_file
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, Span, printable
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, Span, UnknownName, printable
 from rosorin_compile.source.progress import Progress
 
 from .page import MAX_MEGABYTES, html, left_out
@@ -50,7 +50,7 @@ class Shown:
         expanded, lowered = self.understood.expanded, self.understood.lowered
         if expanded.scope is None or lowered is None:
             return []
-        with suppress(NotThere):
+        with suppress(UnknownName):
             return [line for answer in explain(expanded, lowered, self.arguments, [frame]) for line in lines(answer)]
         return []
 

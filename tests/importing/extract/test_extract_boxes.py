@@ -12,7 +12,7 @@ from rosorin_compile.importing.extract.fit_quality import FitGauge
 from rosorin_compile.importing.extract.results import shape_entry
 from rosorin_compile.importing.extract.shapes import KINDS, fit_shapes, smallest_circle
 from rosorin_compile.importing.layout import layout
-from rosorin_compile.language.lower.links import lower_shape
+from rosorin_compile.language.sections.links import lower_shape
 from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape
 from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.source.diagnostics import Source

@@ -6,7 +6,6 @@ others with a conflict. The comments (see support/cases.py) follow ``# options:`
 """
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -14,7 +13,6 @@ from rosorin_compile.api import check_parameters
 from rosorin_compile.cli.command import Options
 from rosorin_compile.cli.main import main
 from rosorin_compile.request import Request
-from rosorin_compile.ros.parameters.files import _flat, nodes_of
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import Description
 from support.cases import as_comment, check
@@ -80,30 +78,3 @@ def test_the_command_line(
     assert main(["check", "parameters", "robot.yaml", *words]) == code
     captured = capsys.readouterr()
     assert shown in captured.out + captured.err
-
-
-# The parameters of a node by their full names: what is nested too deeply for any of them is one value.
-
-
-def nested(depth: int) -> dict[str, Any]:
-    return {"a": nested(depth - 1)} if depth else {"end": 1}
-
-
-def test_parameters_have_the_names_of_all_that_they_stand_in() -> None:
-    assert dict(_flat({"a": {"b": 1, "c": {"d": [2]}}, "e": None}, "", 0)) == {"a.b": 1, "a.c.d": [2], "e": None}
-    assert dict(_flat(nested(40), "", 0)) == {"a." * 40 + "end": 1}
-
-
-def test_what_is_nested_too_deeply_is_one_value() -> None:
-    assert dict(_flat(nested(41), "", 0)) == {"a." * 40 + "a": {"end": 1}}
-    assert dict(_flat(nested(50), "", 0)) == {"a." * 40 + "a": nested(9)}
-
-
-def in_namespaces(depth: int) -> str:
-    return f"{'{a: ' * depth}{{ros__parameters: {{rate: 1}}}}{'}' * depth}"
-
-
-def test_a_node_may_stand_in_forty_mappings_and_no_more() -> None:
-    assert nodes_of(in_namespaces(40)) == {"/".join("a" * 40): {"rate": 1}}
-    with pytest.raises(ValueError, match="it is nested too deeply"):
-        nodes_of(in_namespaces(41))

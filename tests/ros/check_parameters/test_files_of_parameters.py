@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.ros.check_parameters.files import NoParameters, Section, read
+from rosorin_compile.ros.parameters.files import NoParameters, Section, nodes_of, read_sections
 from rosorin_compile.source.diagnostics import Source
 from support.paths import data_text
 
@@ -13,7 +13,7 @@ FILE = data_text("robots/files_of_parameters.yaml")
 
 
 def parsed(text: str) -> list[Section]:
-    return read(Source("params.yaml", text))[0]
+    return read_sections(Source("params.yaml", text))[0]
 
 
 def value(text: str) -> Any:
@@ -144,14 +144,14 @@ def test_depth_is_bounded() -> None:
     ],
 )
 def test_a_mapping_in_a_list_is_one_of_parameters(text: str, wanted: dict[str, Any]) -> None:
-    sections, told = read(Source("params.yaml", f"node: {{ros__parameters: {{a: {text}, z: 1}}}}\n"))
+    sections, told = read_sections(Source("params.yaml", f"node: {{ros__parameters: {{a: {text}, z: 1}}}}\n"))
     assert told == []
     assert {key: one.value for key, one in sections[0].parameters.items()} == {**wanted, "z": 1}
 
 
 @pytest.mark.parametrize("text", ["[{b: x, c: z}]", "[{b: x, c: {d: 1}}]", "[{b: [x]}, {b: [x, [z], {c: 1}]}]"])
 def test_what_ros_reads_otherwise_than_it_looks_is_told(text: str) -> None:
-    sections, told = read(Source("params.yaml", f"node: {{ros__parameters: {{a: {text}, z: 1}}}}\n"))
+    sections, told = read_sections(Source("params.yaml", f"node: {{ros__parameters: {{a: {text}, z: 1}}}}\n"))
     assert [(one.rule, one.severity) for one in told] == [("parameters-syntax", "warning")]
     assert sections[0].parameters["z"].value == 1
 
@@ -164,7 +164,7 @@ def test_what_ros_reads_otherwise_than_it_looks_is_told(text: str) -> None:
     ],
 )
 def test_what_is_empty_is_told(text: str, told: str, wanted: dict[str, Any]) -> None:
-    sections, found = read(Source("params.yaml", f"n: {{ros__parameters: {{{text}}}}}\n"))
+    sections, found = read_sections(Source("params.yaml", f"n: {{ros__parameters: {{{text}}}}}\n"))
     assert [(one.rule, one.severity) for one in found] == [("parameters-syntax", "warning")]
     assert found[0].message.startswith(told)
     assert wanted.items() <= {key: one.value for key, one in sections[0].parameters.items()}.items()
@@ -173,17 +173,27 @@ def test_what_is_empty_is_told(text: str, told: str, wanted: dict[str, Any]) -> 
 @pytest.mark.parametrize("text", ["a: {b: {}}\n", "{}\n"])
 def test_a_file_of_nothing_but_empty_nodes_is_told_and_no_mistake(text: str) -> None:
     """As rcl takes it; with parameters elsewhere nobody is missed."""
-    sections, (told,) = read(Source("params.yaml", text))
+    sections, (told,) = read_sections(Source("params.yaml", text))
     assert (sections, told.severity) == ([], "warning")
     assert told.message == "no node has parameters here: there is no ros__parameters"
 
 
 @pytest.mark.parametrize("text", ["", "# nothing yet\n", "\n\n"])
 def test_a_file_without_anything_is_one(text: str) -> None:
-    assert read(Source("params.yaml", text)) == ([], [])
+    assert read_sections(Source("params.yaml", text)) == ([], [])
 
 
 @pytest.mark.parametrize("name", ["$(var ns)/node", "<robot_namespace>/node", "/**/node", "/a/*", "a/b"])
 def test_names_that_are_put_in_or_match_are_no_mistakes(name: str) -> None:
     assert len(parsed(f'"{name}": {{ros__parameters: {{a: 1}}}}\n')) == 1
     assert len(parsed("n: {m: {ros__parameters: {a: 1}}, ros__parameters: {a: 1}}\n")) == 2
+
+
+def in_namespaces(depth: int) -> str:
+    return f"{'{a: ' * depth}{{ros__parameters: {{rate: 1}}}}{'}' * depth}"
+
+
+def test_a_node_may_be_in_forty_mappings_and_no_more() -> None:
+    assert nodes_of(in_namespaces(40)) == {"/".join("a" * 40): {"rate": 1}}
+    with pytest.raises(ValueError, match="nested deeper than 40 levels"):
+        nodes_of(in_namespaces(41))

@@ -13,7 +13,7 @@ import yaml
 from rosorin_compile.api import check_parameters
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.request import Request
-from rosorin_compile.ros.check_parameters.files import read_file
+from rosorin_compile.ros.parameters.files import read_file
 from rosorin_compile.ros.parameters.tables import DISTRIBUTIONS
 from rosorin_compile.source.diagnostics import NOTE, has_errors
 from rosorin_compile.source.project import Description

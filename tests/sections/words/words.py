@@ -1,7 +1,7 @@
-"""Sections as packages bring them: one entry, many by name, a list, an axis, two deep, one that names a sensor."""
+"""Sections as packages bring them: one entry, many by name, a list, an axis."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 from rosorin_compile import Robot
 from rosorin_compile.extend import Case, Diagnostic, Section, rule
@@ -127,45 +127,4 @@ MARKERS = Section.listed(
         "x-in-parts": True,
     },
     adds=markers,
-)
-
-
-@dataclass(frozen=True)
-class Strand:
-    name: str
-    sensor: str
-    gauge: float
-    magnet: str = ""
-
-
-@dataclass(frozen=True)
-class Cable:
-    name: str
-    strands: Mapping[str, Strand] = field(default_factory=dict)
-    colour: str = "black"
-
-
-WIRING = Section.by_name(
-    "wiring",
-    Cable,
-    {
-        "type": "object",
-        "description": "Cables, by name.",
-        "propertyNames": {**NAME, "x-gives": "cable"},
-        "additionalProperties": entry(
-            colour={"type": "string", "description": "As on the sheath.", "minLength": 3, "maxLength": 8},
-            strands={
-                "type": "object",
-                "propertyNames": {**NAME, "x-gives": "strand"},
-                "additionalProperties": entry(
-                    "sensor",
-                    sensor={**NAME, "x-names": "sensor"},
-                    gauge={"type": "number", "x-unit": "mm", "default": 1},
-                    magnet={**NAME, "x-names": "magnet"},
-                ),
-            },
-        ),
-        "x-in-parts": True,
-        "x-called": "cable",
-    },
 )

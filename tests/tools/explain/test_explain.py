@@ -10,8 +10,9 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import understand
 from rosorin_compile.importing.new_robot import start
 from rosorin_compile.language.arguments import read
-from rosorin_compile.language.explain import Answer, Explanation, NotThere, Number, explain
+from rosorin_compile.language.explain import Answer, Explanation, Number, explain
 from rosorin_compile.language.origins import Meaning, Origin, Where
+from rosorin_compile.source.diagnostics import UnknownName
 from support.commands import HANDY
 
 pytestmark = pytest.mark.usefixtures("project")
@@ -181,10 +182,10 @@ def test_frames_of_other_nodes() -> None:
 def test_names_of_all_kinds() -> None:
     assert [e.name for e in found("eye", "shelf_joint", "shelf", "eye_link")] == ["eye_link", "shelf"]
     with pytest.raises(
-        NotThere, match=r'there is no frame, link, joint, sensor, use, value or number "shelv"; did you mean "shelf"'
+        UnknownName, match=r'there is no frame, link, joint, sensor, use, value or number "shelv"; did you mean "shelf"'
     ):
         found("shelv")
-    with pytest.raises(NotThere, match=r'there is no pose "opn"; did you mean "open"'):
+    with pytest.raises(UnknownName, match=r'there is no pose "opn"; did you mean "open"'):
         found("shelf", pose="opn")
 
 
@@ -210,7 +211,7 @@ def test_an_argument_from_a_file(project: Path) -> None:
 
 
 def test_a_number_that_none_has_is_told() -> None:
-    with pytest.raises(NotThere, match='"mas"; did you mean "mass"'):
+    with pytest.raises(UnknownName, match='"mas"; did you mean "mass"'):
         answers("left_f1_tip", "left", "mas")
 
 

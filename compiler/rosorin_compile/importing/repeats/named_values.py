@@ -1,8 +1,4 @@
-"""Define values that several links or joints share under ``let``.
-
-Limits, dynamics, contacts, inertias and colours are named as a whole; single numbers only if they have so many digits
-that a reader would have to compare them.
-"""
+"""Define limits, dynamics, contacts, inertias and colours that several links or joints share under ``let``."""
 
 from __future__ import annotations
 
@@ -10,7 +6,6 @@ from collections import defaultdict
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.units import Quantity
 
@@ -19,14 +14,11 @@ from ..layout import ROTATING, Expression, in_degrees, joint_unit
 from .nodes import flattened, table
 from .parameters import RESERVED
 from .part_names import part_name
-from .write_parts import has_default
+from .parts import has_default
 
-_MIN_PLACES = 3  # of a table or a colour
-_MIN_NUMBERS = 4  # of a single number
-_MIN_DIGITS = 15  # of a number that is named: as many as a computer writes
+_MIN_PLACES = 3
 _MIN_SAVED = 50  # characters that a name has to save
-_TABLES = ("limit", "dynamics", "contact", "inertial", "rgba")
-_NUMBERS = {**dict.fromkeys(("ixx", "iyy", "izz"), "moment"), "mass": "mass", "radius": "radius", "length": "length"}
+_KEYS = (("limit", "dynamics", "contact", "inertial", "rgba"), ("inertia",))  # the outer ones first
 
 
 class _Place(NamedTuple):
@@ -45,17 +37,17 @@ class _Place(NamedTuple):
 def with_named_values(tree: Map) -> Map:
     """Return a tree in which repeated values have names; values of the given tree are replaced."""
     parts = (tree.get("parts") or {}).values()
-    taken = {name for part in parts for key in ("params", "let") for name in part.get(key) or ()}
+    taken = {name for part in parts for key in ("params", "let") for name in part.get(key) or ()} | {*RESERVED}
     named: dict[str, Any] = {}
-    for keys in (_TABLES, ("inertia",), tuple(_NUMBERS)):
+    for keys in _KEYS:
         groups: dict[Any, list[_Place]] = defaultdict(list)
         for place in _places(tree, keys):
-            kind, text = _NUMBERS.get(place.key, place.key), repr(sorted(map(repr, flattened(place.value))))
-            groups[kind, text, place.is_rotating].append(place)
+            text = repr(sorted(map(repr, flattened(place.value))))
+            groups[place.key, text, place.is_rotating].append(place)
         worth = [places for places in groups.values() if _is_worth(places)]
         for places in worth:
             is_only = sum(other[0].key == places[0].key for other in worth) == 1
-            name = free_name(_name(places, is_only), {*taken, *RESERVED})
+            name = free_name(_name(places, is_only), taken)
             taken.add(name)
             named[name] = _shown(places[0].value, places[0].key, places[0].is_rotating)
             for place in places:
@@ -69,40 +61,30 @@ def with_named_values(tree: Map) -> Map:
 
 def _places(tree: Map, keys: tuple[str, ...]) -> Iterator[_Place]:
     for body in (*(tree.get("parts") or {}).values(), tree):
-        for name, joint in (body.get("joints") or {}).items():
-            yield from (_Place(joint, key, name, joint["type"] in ROTATING) for key in keys if _is_plain(joint, key))
+        owners = [(name, joint, joint["type"] in ROTATING) for name, joint in (body.get("joints") or {}).items()]
         for name, link in (body.get("links") or {}).items():
-            shapes = [
-                shape for key in ("visual", "collision") for shape in link.get(key) or () if isinstance(shape, Map)
-            ]
-            held = [link, *shapes, *(item for shape in shapes for item in shape.values()), link.get("inertial")]
-            held += [entry.get("inertia") for entry in held[-1:] if isinstance(entry, Map)]
-            for entry in held:
-                if isinstance(entry, Map):
-                    yield from (_Place(entry, key, name, False) for key in keys if _is_plain(entry, key))
+            shapes = [one for key in ("visual", "collision") for one in link.get(key) or ()]
+            owners += [(name, entry, False) for entry in (link, *shapes, link.get("inertial"))]
+        for name, entry, is_rotating in owners:
+            if isinstance(entry, Map):
+                yield from (_Place(entry, key, name, is_rotating) for key in keys if _is_plain(entry.get(key)))
 
 
-def _is_plain(entry: Map, key: str) -> bool:
-    """Return True if a value can be named: a table without expressions, or a number with many digits."""
-    value: Any = entry.get(key)
-    if key in _NUMBERS:
-        is_float = isinstance(value, float) and not isinstance(value, Quantity)
-        return is_float and len(exact(abs(value)).partition("e")[0].replace(".", "").strip("0")) >= _MIN_DIGITS
-    is_table = isinstance(value, (Map, Seq)) and any(item for _, item in flattened(value))
-    return is_table and not any(isinstance(item, Expression) for _, item in flattened(value))
+def _is_plain(value: Any) -> bool:
+    """Return True if a value can be named: a table or a list without expressions."""
+    items = [item for _, item in flattened(value)] if isinstance(value, (Map, Seq)) else []
+    return any(items) and not any(isinstance(item, Expression) for item in items)
 
 
 def _is_worth(places: list[_Place]) -> bool:
     key, text = places[0].key, str(places[0].value)
-    if key in _NUMBERS:
-        return len(places) >= _MIN_NUMBERS
     saved = (len(text) - len(key) - 6) * len(places) - len(text)
     return len(places) >= _MIN_PLACES and (key == "rgba" or saved >= _MIN_SAVED)
 
 
 def _name(places: list[_Place], is_only: bool) -> str:
     """Return a name for a value: the colour's, or what it is, with whose it is if there are several of the kind."""
-    word = {"rgba": "colour"}.get(places[0].key, _NUMBERS.get(places[0].key, places[0].key))
+    word = "colour" if places[0].key == "rgba" else places[0].key
     materials = {str(place.entry.get("material") or "") for place in places} if word == "colour" else {""}
     material = materials.pop() if len(materials) == 1 else ""
     if material.isascii() and material[:1].isalpha():

@@ -1,37 +1,39 @@
-"""Nodes: links with the joints that carry them, as flat values that can be compared between instances.
+"""Nodes: links with the joints that carry them, as flat values that can be compared.
 
-The values of a node are a mapping from the path of each scalar to a tuple with its value in each instance: one for the
-imported robot, several inside a part. A node precedes all nodes that hang on it, so that a subtree is a slice.
+The values of a node map the path of each scalar below "link" and "joint" to the scalar. A node precedes all nodes that
+hang on it, so that a subtree is a slice.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from functools import cache
+from dataclasses import dataclass
 from typing import Any
 
-from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.tree import Map, Path, Seq
 from rosorin_compile.source.units import Quantity
 
-Values = dict[Path, tuple[Any, ...]]
+from ..layout import Expression
 
+Values = dict[Path, Any]
+
+MOUNT = "mount"  # in a part: the link that a use hangs on
 # Values of a joint that name a joint or an actuator.
 REFERENCES: tuple[Path, ...] = (("joint", "mimic", "joint"), ("joint", "mimic", "name"), ("joint", "actuator", "name"))
 MARKS = ("sites", "cameras", "lights")  # entries of a link by name; the names differ between instances
+_MAX_NODES = 200  # links of one part
+_UNFIT = frozenset(("publisher", "target", "urdf_elements", "mjcf_elements"))  # XML, and names of the robot
 _WITH_AXIS = ("revolute", "continuous", "prismatic", "planar")
 _PRODUCTS = ("ixy", "ixz", "iyz")
 
 
 @dataclass
 class Node:
-    """A link and the joint that carries it; the joint of a root has no name.
+    """A link and the joint that carries it; a root has no joint.
 
-    ``entries`` has the values of the first instance below "link" and "joint". ``up`` is the index of the node that
-    carries it, ``carrier`` that link's name. ``origins`` are the names of link and joint in each instance in the
-    source, ``rank`` their positions there. ``terms`` are the expressions that replace values in a part.
+    ``up`` is the index of the node that carries it, or -1. ``rank`` are the positions of link and joint in the source.
     """
 
     link: str
@@ -41,92 +43,104 @@ class Node:
     rank: tuple[int, int]
     entries: Map
     values: Values
-    origins: list[tuple[str, str]]
     size: int = 1
-    terms: dict[Path, Any] = field(default_factory=dict)
 
     @property
     def kind(self) -> str:
         """The type of the joint; empty for a root."""
-        kind: str = self.values.get(("joint", "type"), ("",))[0]
+        kind: str = self.values.get(("joint", "type"), "")
         return kind
 
     @property
     def names(self) -> list[str]:
         """The names that the node defines."""
         marks = [name for key in MARKS for name in self.entries["link"].get(key) or ()]
-        references = [self.values[path][0] for path in REFERENCES[1:] if path in self.values]
+        references = [self.values[path] for path in REFERENCES[1:] if path in self.values]
         return [self.link, self.joint, *marks, *references]
 
     @property
-    def signature(self) -> Any:
+    def signature(self) -> frozenset[Any]:
         """What nodes have in common that can be instances of one part: paths, kinds of values, and types."""
-        kinds = {bool: "boolean", str: "text"}
         return frozenset(
-            (
-                path,
-                values[0]
-                if path[-1] in ("type", "kind")
-                else next((n for t, n in kinds.items() if isinstance(values[0], t)), ""),
-            )
-            for path, values in self.values.items()
+            (path, value if path[-1] in ("type", "kind") else type(value) if isinstance(value, (bool, str)) else float)
+            for path, value in self.values.items()
         )
 
     @property
     def fits_in_part(self) -> bool:
-        """Whether the language has words for this node in a part."""
-        held = [self.entries["joint"], link := self.entries["link"]]
-        held += [shape for key in ("visual", "collision") for shape in link.get(key) or ()]
+        """Whether a part can have this node."""
+        link = self.entries["link"]
+        held = [self.entries["joint"], link, *(link.get("visual") or ()), *(link.get("collision") or ())]
         held += [mark for key in MARKS for mark in (link.get(key) or {}).values()]
-        return not any(not _unfit_keys().isdisjoint(entry) for entry in held)
+        has_expression = any(isinstance(value, Expression) for value in self.values.values())
+        return self.up >= 0 and not has_expression and all(_UNFIT.isdisjoint(entry) for entry in held)
 
 
-def nodes_of(tree: Map) -> list[Node]:
-    """Return the nodes of a robot, each before all that hang on it; none if it is not a forest."""
-    links, joints = tree.get("links") or {}, tree.get("joints") or {}
-    below: dict[str, list[str]] = {}
+def nodes_of(body: Map) -> list[Node]:
+    """Return the nodes of a robot or a part, each before all that hang on it; none if it is not a forest."""
+    links, joints = body.get("links") or {}, body.get("joints") or {}
+    below: dict[str, list[str]] = defaultdict(list)
     for name, joint in joints.items():
-        below.setdefault(joint.get("parent"), []).append(name)
+        below[joint.get("parent")].append(name)
     carried = {joint.get("child") for joint in joints.values()}
     if len(carried) != len(joints) or not all(isinstance(link, Map) for link in links.values()):
         return []
     link_rank, joint_rank = ({name: rank for rank, name in enumerate(some)} for some in (links, joints))
     nodes: list[Node] = []
-    waiting = [(root, "", -1) for root in reversed([name for name in links if name not in carried])]
+    waiting = [(joints[name]["child"], name, -1) for name in below[MOUNT] if MOUNT not in links]
+    waiting += [(root, "", -1) for root in reversed([name for name in links if name not in carried])]
     while waiting:
         link, joint, up = waiting.pop()
-        entries = Map(tree.span)
-        entries.put("link", _with_defaults(deep_copy(links[link])), tree.span, tree.span)
-        moves = deep_copy(joints[joint]) if joint else Map(tree.span)
+        moves = deep_copy(joints[joint]) if joint else Map(body.span)
         for key in ("parent", "child"):
             moves.pop(key, None)
         if joint:
-            _put_zeros(moves)
-            if moves["type"] in _WITH_AXIS and "axis" not in moves:
-                _put_numbers(moves, "axis", (1.0, 0.0, 0.0))
-        entries.put("joint", moves, tree.span, tree.span)
-        values = {path: (value,) for path, value in flattened(entries)}
+            _put_defaults(moves, xyz=(0, 0, 0), rpy=(0, 0, 0))
+        if joint and moves["type"] in _WITH_AXIS:
+            _put_defaults(moves, axis=(1, 0, 0))
+        entries = table(body.span, {"link": _with_defaults(deep_copy(links[link])), "joint": moves})
         rank = link_rank[link], joint_rank.get(joint, -1)
-        carrier = nodes[up].link if joint else ""
-        nodes.append(Node(link, joint, carrier, up, rank, entries, values, [(link, joint)]))
-        waiting += [(joints[name]["child"], name, len(nodes) - 1) for name in reversed(below.get(link, ()))]
-    add_sizes(nodes)
-    return nodes if len(nodes) == len(links) else []
-
-
-def add_sizes(nodes: list[Node]) -> None:
-    """Set the number of nodes in each subtree."""
+        carrier = nodes[up].link if up >= 0 else MOUNT
+        nodes.append(Node(link, joint, carrier, up, rank, entries, dict(flattened(entries))))
+        waiting += [(joints[name]["child"], name, len(nodes) - 1) for name in reversed(below[link])]
     for node in reversed(nodes):
         if node.up >= 0:
             nodes[node.up].size += node.size
+    return nodes if len(nodes) == len(links) else []
+
+
+def equal_shapes(nodes: list[Node]) -> list[list[int]]:
+    """Return the first nodes of subtrees that can be instances of one part, grouped; the largest subtrees first."""
+    numbers: dict[Any, int] = {}
+    below: list[list[int]] = [[] for _ in nodes]
+    fits = [node.fits_in_part for node in nodes]
+    groups: dict[int, list[int]] = defaultdict(list)
+    for index in range(len(nodes) - 1, -1, -1):
+        node = nodes[index]
+        shape = numbers.setdefault((node.signature, tuple(below[index])), len(numbers))
+        if node.up >= 0:
+            below[node.up].append(shape)
+            fits[node.up] = fits[node.up] and fits[index]
+        is_bare = node.size == 1 and not node.entries["link"] and node.kind == "fixed"
+        if fits[index] and node.size <= _MAX_NODES and not is_bare:
+            groups[shape].insert(0, index)
+    several = [group for group in groups.values() if len(group) > 1]
+    return sorted(several, key=lambda group: (-nodes[group[0]].size, -len(group), group))
+
+
+def table(span: Span, entries: Mapping[str, Any]) -> Map:
+    """Return a mapping of the tree."""
+    made = Map(span)
+    for key, value in entries.items():
+        made.put(key, value, span, span)
+    return made
 
 
 def deep_copy(value: Any) -> Any:
     """Return a copy of a tree, with the same spans."""
     if isinstance(value, Map):
-        copy = Map(value.span, value.via)
-        for key, item in value.items():
-            copy.put(key, deep_copy(item), value.key_spans[key], value.value_spans[key])
+        copy = value.copied()
+        copy.update({key: deep_copy(item) for key, item in value.items()})
         return copy
     if isinstance(value, Seq):
         items = Seq(value.span, value.via)
@@ -136,31 +150,27 @@ def deep_copy(value: Any) -> Any:
     return value
 
 
-def _put_numbers(entry: Map, key: str, values: tuple[float, ...]) -> None:
-    numbers = Seq(entry.span)
-    for value in values:
-        numbers.put(value, entry.span)
-    entry.put(key, numbers, entry.span, entry.span)
-
-
-def _put_zeros(entry: Map) -> None:
-    for key in ("xyz", "rpy"):
+def _put_defaults(entry: Map, **defaults: tuple[int, int, int]) -> None:
+    """Write out vectors that an entry leaves out."""
+    for key, values in defaults.items():
         if entry.get(key) is None:
-            _put_numbers(entry, key, (0.0, 0.0, 0.0))
+            numbers = Seq(entry.span)
+            for value in values:
+                numbers.put(float(value), entry.span)
+            entry.put(key, numbers, entry.span, entry.span)
 
 
 def _with_defaults(link: Map) -> Map:
     """Write out defaults of a link that is compared: poses, scales, products of inertia."""
     for shape in (*(link.get("visual") or ()), *(link.get("collision") or ())):
-        _put_zeros(shape)
-        if isinstance(shape.get("mesh"), Map) and "scale" not in shape["mesh"]:
-            _put_numbers(shape["mesh"], "scale", (1.0, 1.0, 1.0))
+        _put_defaults(shape, xyz=(0, 0, 0), rpy=(0, 0, 0))
+        if isinstance(shape.get("mesh"), Map):
+            _put_defaults(shape["mesh"], scale=(1, 1, 1))
     inertial = link.get("inertial")
     if isinstance(inertial, Map):
-        _put_zeros(inertial)
+        _put_defaults(inertial, xyz=(0, 0, 0), rpy=(0, 0, 0))
         for key in _PRODUCTS if isinstance(inertial.get("inertia"), Map) else ():
-            if key not in inertial["inertia"]:
-                inertial["inertia"].put(key, 0.0, inertial.span, inertial.span)
+            inertial["inertia"].setdefault_at(key, 0.0, inertial.span)
     return link
 
 
@@ -179,28 +189,6 @@ def steps(value: Any, path: Path) -> Iterator[tuple[Any, Any, Any]]:
         yield number if len(path) == 2 and path[-1] in MARKS else key, key, item
 
 
-@cache
-def _unfit_keys() -> frozenset[str]:
-    """Return the keys of links, joints, shapes and marks that a part cannot have: XML, and names of the robot."""
-    link: Path = ("links", "*")
-    paths = [
-        link,
-        ("joints", "*"),
-        (*link, "visual", 0),
-        (*link, "collision", 0),
-        *((*link, key, "*") for key in MARKS),
-    ]
-    keys = [item for path in paths for item in fragment_at(path)["properties"].items()]
-    raw = {key for key, entry in keys if "x-names-in" in entry.get("items", {})}
-    marked = [item for key in MARKS for item in fragment_at((*link, key, "*"))["properties"].items()]
-    return frozenset({"publisher", *raw, *(key for key, entry in marked if entry.get("x-names") == "link")})
-
-
-def is_number(value: Any) -> bool:
-    """Return True for an int or float, and False for a boolean."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
 def negative(value: float) -> float:
     """Return the number with the other sign; a quantity keeps its unit, and zero its sign."""
     if isinstance(value, Quantity) and value.text and value:
@@ -213,19 +201,20 @@ def mirrored(node: Node, mirror: str, is_root: bool) -> Values:
 
     The pose of a root is that of the use, which is not reflected.
     """
-    axis = "xyz".index(mirror)
     values = dict(node.values)
-    for path, numbers in node.values.items():
+    if not mirror:
+        return values
+    axis = "xyz".index(mirror)
+    for path, number in node.values.items():
         key, index = (path[-2], path[-1]) if len(path) > 1 else ("", "")
-        if is_root and path[:2] in (("joint", "xyz"), ("joint", "rpy")):
+        if is_root and is_pose(path):
             continue
         if key in ("min", "max") and index == axis and path[-3] == "box":
-            other = (*path[:-2], "max" if key == "min" else "min", axis)
-            values[other] = tuple(map(negative, numbers))
+            opposite: Path = (*path[:-2], "max" if key == "min" else "min", axis)
+            values[opposite] = negative(number)
         elif (
-            (key == "xyz" and index == axis)
+            (key in ("xyz", "scale") and index == axis)
             or (key == "rpy" and index != axis)
-            or (key == "scale" and index == axis)
             or (index in _PRODUCTS and mirror in str(index)[1:])
             or (
                 path[:2] == ("joint", "axis")
@@ -233,13 +222,10 @@ def mirrored(node: Node, mirror: str, is_root: bool) -> Values:
                 and node.kind in _WITH_AXIS
             )
         ):
-            values[path] = tuple(map(negative, numbers))
+            values[path] = negative(number)
     return values
 
 
-def table(span: Span, entries: Mapping[str, Any]) -> Map:
-    """Return a mapping of the tree."""
-    made = Map(span)
-    for key, value in entries.items():
-        made.put(key, value, span, span)
-    return made
+def is_pose(path: Path) -> bool:
+    """Return True for a value of the pose of a joint."""
+    return path[:2] in (("joint", "xyz"), ("joint", "rpy"))

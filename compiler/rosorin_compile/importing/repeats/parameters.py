@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from rosorin_compile.source.numbers import exact
@@ -18,11 +19,9 @@ from rosorin_compile.source.units import Quantity
 
 from ..description import free_name, identifier
 from ..layout import ROTATING, Expression, escaped, in_degrees
-from .nodes import Values, is_number, negative
+from .nodes import Values, negative
 from .part_names import sign_name
 
-MAX_PARAMETERS = 6
-GIVEN = "with"
 _TABLES = ("limit", "dynamics", "inertial", "inertia", "safety_controller", "calibration", "box", "cylinder")
 _MIN_IN_TABLE = 3  # differing values of a table that becomes one parameter
 _TYPES = {
@@ -34,26 +33,32 @@ _TYPES = {
 _ROTATING = {"lower": "angle", "upper": "angle", "effort": "torque", "velocity": "angular_speed"}
 _SLIDING = {"lower": "length", "upper": "length", "effort": "force", "velocity": "speed"}
 _DEGREES = {"angle": "deg", "angular_speed": "deg/s"}
-_HINTS = {"lower": "lower_limit", "upper": "upper_limit", "file": "mesh", "rgba": "colour", "material": "look"}
+_WORDS = {"lower": "lower_limit", "upper": "upper_limit", "file": "mesh", "rgba": "colour", "material": "look"}
 _AXES = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
 RESERVED = ("name", "mirrored", "prefix", "first", "meshes")
 
+Write = Callable[[str], str]  # the text of an expression, by the name of a parameter
 
+
+@dataclass
 class Parameter:
-    """A parameter of a part: its type, its value in each instance, and candidates for its name, the best one first.
+    """A parameter of a part: its type, its value in each instance, and the word that names it.
 
-    A sign is 1 or -1; one that ``is_derived`` is computed by the part from ``mirrored``.
+    A sign is 1 or -1; one that ``is_derived`` is computed by the part from ``mirrored``. ``places`` are the values that
+    it replaces: the terms of a node, the path, and the expression.
     """
 
-    def __init__(self, kind: str, values: Sequence[Any], hints: Sequence[str], is_derived: bool = False) -> None:
-        self.kind, self.values, self.hints, self.is_derived = kind, values, hints, is_derived
-        self.name = ""
+    kind: str
+    values: Sequence[Any]
+    word: str
+    owner: str = ""
+    is_derived: bool = False
+    places: list[tuple[dict[Path, Any], Path, Write]] = field(default_factory=list)
 
     @property
     def default(self) -> Any:
         """The value of at least half of the instances, or None."""
-        counts = Counter(map(repr, self.values))
-        text, count = counts.most_common(1)[0]
+        text, count = Counter(map(repr, self.values)).most_common(1)[0]
         has_default = self.kind != "sign" and count > 1 and 2 * count >= len(self.values)
         return next(value for value in self.values if repr(value) == text) if has_default else None
 
@@ -61,74 +66,104 @@ class Parameter:
 class Parameters:
     """The parameters of one part.
 
-    ``uses``, ``prefixes`` and ``mirrored`` have the name of the use, the prefix before names and whether the use is
+    ``uses``, ``prefixes`` and ``mirrored`` have the name of the use, the prefix of its names and whether it is
     mirrored, for each instance.
     """
 
     def __init__(self, uses: Sequence[str], prefixes: Sequence[str], mirrored: Sequence[bool]) -> None:
         self.uses, self.prefixes, self.mirrored = uses, prefixes, mirrored
-        self.all: list[Parameter] = []
         self.count = 0  # of values that became expressions
-        self._pending: list[tuple[dict[Path, Any], Path, str, list[Parameter], str]] = []
         self._index: dict[Any, Parameter] = {}
-        self._signs: dict[tuple[int, ...], Parameter] = {}
+
+    def named(self) -> dict[str, Parameter]:
+        """Return the parameters by name; the expressions that use them are written."""
+        every = list(self._index.values())
+        counts = Counter(one.word for one in every)
+        named: dict[str, Parameter] = {}
+        for one in every:
+            word = one.word if counts[one.word] == 1 or not one.owner else f"{one.owner}_{one.word}"
+            name = free_name(identifier(word), named)
+            named[name] = one
+            for terms, path, write in one.places:
+                terms[path] = Expression(write(name))
+        return named
 
     @property
-    def given(self) -> list[Parameter]:
-        """The parameters that a use gives."""
-        return [one for one in self.all if not one.is_derived]
+    def given(self) -> int:
+        """The number of parameters that a use gives."""
+        return sum(not one.is_derived for one in self._index.values())
 
-    def replace(self, values: Values, terms: dict[Path, Any], owner: str, kind: str, types: Mapping[str, str]) -> None:
-        """Put an expression into ``terms`` for each value that differs.
+    def replace(self, values: Mapping[Path, Sequence[Any]], terms: dict[Path, Any], owner: str, kind: str) -> None:
+        """Put an expression into ``terms`` for each value that differs between instances.
 
-        ``owner`` names the link, joint or use, ``kind`` is the type of the joint; ``types`` are those of the parameters
-        that a use gives.
+        ``owner`` names the link or joint, ``kind`` is the type of the joint.
         """
         differing = [path for path, some in values.items() if any(value != some[0] for value in some[1:])]
-        counts = Counter(
-            path[:length] for path in differing if not _is_sign(values[path]) for length in range(1, len(path))
-        )
-        whole: dict[Path, list[Path]] = {}
-        for path in differing:
-            whole.setdefault(_changed_unit(path, values, counts), []).append(path)
-        self.count += len(whole)
-        for unit, paths in whole.items():
-            name = _type_of(unit, kind, types)
-            if unit != paths[0]:
+        first = {path: some[0] for path, some in values.items()}
+        units = dict.fromkeys(changed_units(differing, first, lambda path: _is_sign(values[path])))
+        self.count += len(units)
+        for unit in units:
+            quantity = _type_of(unit, kind)
+            if unit not in values:
                 items = [
-                    {path[len(unit) :]: some[i] for path, some in values.items() if path[: len(unit)] == unit}
-                    for i in range(len(self.uses))
+                    {path[len(unit) :]: some[index] for path, some in values.items() if path[: len(unit)] == unit}
+                    for index in range(len(self.uses))
                 ]
-                table = "list" if isinstance(next(iter(items[0]))[0], int) else "table"
-                parameter = self._known(table, [_in_degrees(_nested(item), name) for item in items], unit, owner)
-                self._pending.append((terms, unit, "{}", [parameter], ""))
+                is_list = isinstance(next(iter(items[0]))[0], int)
+                table = [_in_degrees(_nested(item), quantity) for item in items]
+                self._add("list" if is_list else "table", table, terms, unit, owner)
+            elif all(map(is_number, values[unit])):
+                self._add_number(values[unit], terms, unit, owner, quantity)
+            elif all(isinstance(value, str) for value in values[unit]):
+                self._add_text(values[unit], terms, unit, owner)
             else:
-                self._replace_scalar(values[unit], terms, unit, owner, name)
+                is_flag = all(isinstance(value, bool) for value in values[unit])
+                self._add("boolean" if is_flag else "any", values[unit], terms, unit, owner)
 
-    def _replace_scalar(
-        self, values: tuple[Any, ...], terms: dict[Path, Any], path: Path, owner: str, kind: str
+    def count_up(self, first: Sequence[int]) -> None:
+        """Add the parameter ``first``: the first number in the names of each instance."""
+        self._index["first"] = Parameter("integer", first, "first")
+
+    def _add(
+        self,
+        kind: str,
+        values: Sequence[Any],
+        terms: dict[Path, Any],
+        path: Path,
+        owner: str,
+        write: Write = lambda name: f"${{{name}}}",
     ) -> None:
-        if all(map(is_number, values)):
-            if _is_sign(values):
-                signs = tuple(1 if value == values[0] else -1 for value in values)
-                number = _spelt(values[0], _DEGREES.get(kind, ""))
-                self._pending.append((terms, path, "{}", self._factors(signs), number))
-                return
-            opposite = self._index.get(("number", repr([negative(value) for value in values])))
-            if opposite is not None:
-                self._pending.append((terms, path, "{}", [opposite], "-1"))
-                return
-            has_unit = any(isinstance(value, Quantity) and value.text for value in values)
-            shown = [_in_degrees(value, kind) for value in values]
-            parameter = self._known("any" if has_unit else kind, shown, path, owner, ("number", repr(list(values))))
-            self._pending.append((terms, path, "{}", [parameter], ""))
-        elif all(isinstance(value, str) for value in values):
-            self._replace_text(values, terms, path, owner)
-        else:
-            kind = "boolean" if all(isinstance(value, bool) for value in values) else "any"
-            self._pending.append((terms, path, "{}", [self._known(kind, values, path, owner)], ""))
+        key = (kind if kind in ("text", "boolean", "any", "list", "table") else "number", repr(list(values)))
+        if key not in self._index:
+            words = [step for step in path if isinstance(step, str)]
+            word = _WORDS.get(words[-1], words[-1])
+            if isinstance(path[-1], int) and words[-1] in _AXES:
+                word = _AXES[words[-1]][path[-1]]
+            self._index[key] = Parameter(kind, values, word, re.sub(r"\$\{[^}]*\}", "", owner))
+        self._index[key].places.append((terms, path, write))
 
-    def _replace_text(self, texts: Sequence[str], terms: dict[Path, Any], path: Path, owner: str) -> None:
+    def _add_number(self, values: Sequence[Any], terms: dict[Path, Any], path: Path, owner: str, kind: str) -> None:
+        if _is_sign(values):
+            signs = tuple(1 if value == values[0] else -1 for value in values)
+            sign = self._index.setdefault(signs, self._sign(signs))
+            text = _spelt(values[0], _DEGREES.get(kind, ""))
+            factor = text[:-1] if text in ("1", "-1") else f"{text} * "
+            sign.places.append((terms, path, lambda name: f"${{{factor}{name}}}"))
+            return
+        shown = [_in_degrees(value, kind) for value in values]
+        opposite = self._index.get(("number", repr([negative(value) for value in shown])))
+        if opposite is not None:
+            opposite.places.append((terms, path, lambda name: f"${{-{name}}}"))
+            return
+        has_unit = any(isinstance(value, Quantity) and value.text for value in values)
+        self._add("any" if has_unit else kind, shown, terms, path, owner)
+
+    def _sign(self, signs: tuple[int, ...]) -> Parameter:
+        is_derived = any(self.mirrored) and signs == tuple(-1 if flag else 1 for flag in self.mirrored)
+        word = sign_name(self.uses, signs) or ("side" if is_derived else "direction")
+        return Parameter("sign", signs, word, "", is_derived)
+
+    def _add_text(self, texts: Sequence[str], terms: dict[Path, Any], path: Path, owner: str) -> None:
         if all(self.uses) and not any("${" in text or "$(" in text for text in texts):
             for word, names in (("name", self.uses), ("prefix", self.prefixes)):
                 around = r"{}" if word == "prefix" else r"(?<![A-Za-z0-9]){}(?![A-Za-z0-9])"
@@ -145,52 +180,7 @@ class Parameters:
             before = f"{min(folders)}/" if len(folders) == 1 and all("/" in text for text in texts) else ""
             after = f".{min(endings)}" if len(endings) == 1 and all("." in t[len(before) :] for t in texts) else ""
         inner = [text[len(before) : len(text) - len(after)] for text in texts]
-        parameter = self._known("text", inner, path, owner)
-        shape = "{{}}".join(text.replace("{", "{{").replace("}", "}}") for text in (escaped(before), escaped(after)))
-        self._pending.append((terms, path, shape.replace("{{}}", "{}"), [parameter], ""))
-
-    def _factors(self, signs: tuple[int, ...]) -> list[Parameter]:
-        """Return the sign parameters whose product these signs are, at most two, or a new one."""
-        if signs in self._signs:
-            return [self._signs[signs]]
-        for one, first in self._signs.items():
-            for other, second in self._signs.items():
-                if one < other and tuple(a * b for a, b in zip(one, other, strict=True)) == signs:
-                    return [first, second]
-        is_derived = any(self.mirrored) and signs == tuple(-1 if flag else 1 for flag in self.mirrored)
-        hint = sign_name(self.uses, signs) or ("side" if is_derived else "direction")
-        self._signs[signs] = Parameter("sign", signs, [hint], is_derived)
-        self.all.append(self._signs[signs])
-        return [self._signs[signs]]
-
-    def _known(self, kind: str, values: Sequence[Any], path: Path, owner: str, key: Any = None) -> Parameter:
-        key = key or (kind, repr(list(values)))
-        if key not in self._index:
-            steps = [step for step in path if isinstance(step, str)]
-            word = _HINTS.get(steps[-1], steps[-1])
-            if isinstance(path[-1], int) and steps[-1] in _AXES:
-                word = _AXES[steps[-1]][path[-1]]
-            plain = re.sub(r"\$\{[^}]*\}", "", owner)
-            self._index[key] = Parameter(kind, values, [word, f"{plain}_{word}"])
-            self.all.append(self._index[key])
-        return self._index[key]
-
-    def name_all(self) -> None:
-        """Name the parameters, and write the expressions that use them."""
-        count = Counter(one.hints[0] for one in self.all)
-        taken: set[str] = set()
-        for one in self.all:
-            one.name = one.name or free_name(
-                identifier(one.hints[-1] if count[one.hints[0]] > 1 else one.hints[0]), taken
-            )
-            taken.add(one.name)
-        for terms, path, shape, factors, number in self._pending:
-            names = [factor.name for factor in factors]
-            if number in ("1", "-1"):
-                names[0] = number[:-1] + names[0]
-            elif number:
-                names.insert(0, number)
-            terms[path] = Expression(shape.format(f"${{{' * '.join(names)}}}"))
+        self._add("text", inner, terms, path, owner, lambda name: f"{escaped(before)}${{{name}}}{escaped(after)}")
 
 
 def differences(one: Values, other: Values) -> tuple[int, int]:
@@ -198,33 +188,38 @@ def differences(one: Values, other: Values) -> tuple[int, int]:
 
     Values that are likely to be one parameter count once: a list, a small table.
     """
-    pairs = {path: (a[0], other[path][0]) for path, a in one.items() if is_number(a[0]) and a != other[path]}
-    signs = [path for path in pairs if _is_sign((*one[path], *other[path]))]
-    free = [path for path in pairs if path not in signs]
-    counts = Counter(path[:length] for path in free for length in range(1, len(path)))
-    return len({_changed_unit(path, one, counts) for path in free}), len(signs)
+    differing = [path for path, value in one.items() if is_number(value) and value != other[path]]
+    signs = {path for path in differing if abs(one[path]) == abs(other[path])}
+    units = changed_units([path for path in differing if path not in signs], one, lambda path: path in signs)
+    return len(set(units)), len(signs)
 
 
-def _changed_unit(path: Path, values: Values, counts: Mapping[Path, int]) -> Path:
-    """Return the outermost table or list that becomes one parameter together with this value, or the value's path."""
-    for length in range(1, len(path)):
-        unit = path[:length]
-        is_point = length == len(path) - 1 and isinstance(path[-1], int) and is_number(values[path][0])
-        is_table = unit[-1] in _TABLES or unit[:-1] == (GIVEN,)
-        if counts.get(unit, 0) >= (2 if is_point else _MIN_IN_TABLE) and (is_point or is_table):
-            return unit
-    return path
+def changed_units(differing: Sequence[Path], values: Values, is_sign: Callable[[Path], bool]) -> Iterator[Path]:
+    """Yield for each path the outermost table or list that becomes one parameter with it, or the path itself."""
+    counts = Counter(path[:length] for path in differing if not is_sign(path) for length in range(1, len(path)))
+    for path in differing:
+        for length in range(1, len(path)):
+            unit = path[:length]
+            is_point = length == len(path) - 1 and isinstance(path[-1], int) and is_number(values[path])
+            if counts[unit] >= (2 if is_point else _MIN_IN_TABLE) and (is_point or unit[-1] in _TABLES):
+                yield unit
+                break
+        else:
+            yield path
+
+
+def is_number(value: Any) -> bool:
+    """Return True for an int or float, and False for a boolean."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def _is_sign(values: Sequence[Any]) -> bool:
     return all(map(is_number, values)) and len({abs(value) for value in values}) == 1
 
 
-def _type_of(path: Path, kind: str, types: Mapping[str, str]) -> str:
+def _type_of(path: Path, kind: str) -> str:
     """Return the type of a parameter for the value at a path."""
     keys = [key for key in path if isinstance(key, str)]
-    if keys[0] == GIVEN:
-        return types.get(keys[1], "number") if len(keys) == 2 else "number"
     if len(keys) > 2 and keys[:2] in (["joint", "limit"], ["joint", "safety_controller"]):
         return (_ROTATING if kind in ROTATING else _SLIDING).get(keys[-1], "number")
     return _TYPES.get(keys[-1], "number")

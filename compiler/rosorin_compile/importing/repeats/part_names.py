@@ -14,8 +14,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ..layout import Expression
+from .nodes import MOUNT
 
-MOUNT = "mount"  # the link of the robot that a use hangs on
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[^A-Za-z\d]")
 _SEPARATORS = "_-./: "
 _SIDE = re.compile(r"left|right|l|r|[fmrhb]?[lr]|[lr][fmrhb]|front|rear|back|middle|mid|hind|upper|lower|\d+")

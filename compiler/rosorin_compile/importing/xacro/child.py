@@ -132,6 +132,7 @@ class Expansion:
 
     def __init__(self, request: dict[str, Any]) -> None:
         self.file: str = request["file"]
+        self.text: str | None = request.get("text")  # expanded in place of the file
         self.seconds: float = request["seconds"]
         self.given: dict[str, str] = request["arguments"]
         self.packages = Packages({k: Path(v) for k, v in request["packages"].items()}, os.environ, Path(self.file))
@@ -177,7 +178,7 @@ class Expansion:
     def expanded(self, xacro: Any, arguments: dict[str, str]) -> Any:
         """Return the expanded document, without the banner that names the file."""
         xacro.init_stacks(self.file)
-        document = xacro.parse(None, self.file)
+        document = xacro.parse(self.text, self.file)
         xacro.process_doc(document, mappings=arguments)
         return document
 

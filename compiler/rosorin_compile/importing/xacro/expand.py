@@ -18,6 +18,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import quoteattr
 
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.urdf.read import read_urdf
@@ -37,12 +38,15 @@ from rosorin_compile.source.diagnostics import (
 )
 from rosorin_compile.source.files import record, shown
 from rosorin_compile.source.messages import with_calls
+from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.system import pip_install
+from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import and_more, counted
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, named, parse, read_source
 
 from .child import out_of_time
+from .macros import how_to_call, macro_call, macros_of
 
 Place = Sequence[int]
 
@@ -145,6 +149,9 @@ def _may_define(document: Document, name: str) -> bool:
 def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported:
     """Return the robot of a xacro file."""
     first = document.root.span
+    call = None if options.call is None else macro_call(options.call, document, path, options)
+    if call is not None and call.problems:
+        return Imported(None, call.problems, files=(path,))
     warning = Diagnostic(
         "xacro-runs-code",
         WARNING,
@@ -159,7 +166,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         options.tell(replace(warning, numbers=TRUSTED) if trusted else warning)
         diagnostics = []
     system.needs("resource", system.NO_LIMITS)
-    answer = _expand(path, options)
+    answer = _expand(path, options, None, call.text if call else None)
     for name, version in answer.get("recorded", ()):
         record(name, tuple(version))
     files = _files(path, answer)
@@ -172,6 +179,10 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         return Imported(None, [*diagnostics, *problems], (), files)
     try:
         made = parse(Source(document.source.path, answer["text"]))
+        mount = _mount(made) if call else ""
+        if mount:
+            text = f"{answer['text'].rstrip().removesuffix('</robot>')}<link name={quoteattr(mount)}/></robot>"
+            made = parse(Source(document.source.path, text))
     except MarkupError as failure:
         message = f"xacro makes something of {path.name} that is no XML: {failure.diagnostic.message}"
         return Imported(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
@@ -180,13 +191,42 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         help = f"write it to a file first: xacro {path.name} > {path.name.split('.')[0]}.xml"
         message = f"{path.name} expands to <{made.root.tag}>, not to <robot>"
         return Imported(None, [*diagnostics, error("wrong-root", message, made.root.span, help)], (), files)
-    if not any(child.tag == "link" for child in made.root.children) and "<xacro:macro" in document.source.text:
+    if not any(child.tag == "link" for child in made.root.children) and options.call is not None:
+        message, span = f'the macro "{options.call["macro"]}" makes no link', options.call.value_spans["macro"]
+        return Imported(None, [*diagnostics, error("no-links", message, span, "call one that does")], (), files)
+    macros = macros_of(document, path, Packages(options.packages, options.environment or os.environ, path))
+    if macros and not any(child.tag == "link" for child in made.root.children):
         message = f"{path.name} makes no link: it defines macros for other files"
-        help = "name the file that calls them"
-        return Imported(None, [*diagnostics, error("no-links", message, first, help)], (), files)
+        return Imported(None, [*diagnostics, error("no-links", message, first, how_to_call(path, macros))], (), files)
     read = read_urdf(made, path, options, files)
+    if mount and read.tree is not None:
+        read = read._replace(tree=_without_mount(read.tree, mount), mount=mount)
+    if call is not None:
+        read = read._replace(passed=call.passed)
     own = _of_this_machine(made, answer["folders"])
     return read._replace(diagnostics=[*diagnostics, *map(with_calls, [*read.diagnostics, *own])])
+
+
+def _mount(made: Document) -> str:
+    """Return the first parent of a joint that is no link of an expanded macro; empty if there is none."""
+    links = {child.get("name") for child in made.root.children if child.tag == "link"}
+    joints = (child for child in made.root.children if child.tag == "joint")
+    parents = (inner.get("link") for joint in joints for inner in joint.children if inner.tag == "parent")
+    return next((name for name in parents if name not in links), "")
+
+
+def _without_mount(tree: Map, mount: str) -> Map:
+    """Return the robot of a macro without the link of another robot that it is attached to."""
+    made = tree.copied()
+    made["links"] = made["links"].copied()
+    del made["links"][mount]
+    accept = tree.get("accept")
+    if accept is not None:
+        made["accept"] = Seq(accept.span)
+        for entry, span in zip(accept, accept.value_spans, strict=True):
+            if mount not in entry["of"]:
+                made["accept"].put(entry, span)
+    return made
 
 
 def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnostic]:
@@ -203,12 +243,15 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
         yield Diagnostic("import-machine-path", WARNING, message, span, (), help)
 
 
-def _expand(path: Path, options: ReadOptions, plan: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Run xacro in a child process; with a ``plan``, on symbols instead of values."""
+def _expand(
+    path: Path, options: ReadOptions, plan: Mapping[str, Any] | None = None, text: str | None = None
+) -> dict[str, Any]:
+    """Run xacro in a child process on a file, or on a ``text`` in its place; with a ``plan``, on symbols."""
     seconds = _seconds()
     wait = _PATIENCE * seconds + _START
     request = {
         "file": str(path),
+        "text": text,
         "arguments": dict(options.arguments),
         "packages": {name: os.path.abspath(folder) for name, folder in options.packages.items()},
         "seconds": seconds,

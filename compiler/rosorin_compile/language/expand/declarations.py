@@ -6,9 +6,10 @@ The schema validates sections after the expansion, and does not see what is arou
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import Related, Suggestion, error, nearest
+from rosorin_compile.source.diagnostics import Help, Related, Suggestion, error, nearest
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Map, Place, Seq
 from rosorin_compile.source.units import ANGLE, DIMENSIONS, LENGTH, NUMBER, Dimension, Quantity, describe, in_si
@@ -18,7 +19,7 @@ from ..annotations import ENTRIES, ITEMS
 from ..expression import CHOICES
 from ..expression.functions import kind_of
 from ..schema import merged, of_parts, of_types, resolve, schema
-from ..suggestions import flag_meant, number_meant, text_meant_by, text_tails, word_meant
+from ..suggestions import flag_meant, key_of_entry_meant, number_meant, text_tails, word_meant
 from .expansion import Failed
 from .placing import AXES, is_number, is_vector
 from .scope import Scope, key_place, value_place
@@ -83,11 +84,11 @@ def declare(
     suggested: set[str | None] = set()
     for name in given:
         if name not in known:
-            close = nearest(name, known)
-            suggested.add(close)
-            near = [Related("the suggestion is defined here", known[close].place.span)] if close else []
-            help = Suggestion(name, known, none="it has none")
-            scope.report("unknown-argument", f'{owner} has no argument "{name}"', places[name], help, near)
+            suggested.add(nearest(name, known))
+            help = Suggestion(
+                name, known, none="it has none", places={key: one.place.span for key, one in known.items()}
+            )
+            scope.report("unknown-argument", f'{owner} has no argument "{name}"', places[name], help)
     missing = [one for name, one in known.items() if name not in given and not one.has_default]
     scope.broken.update(one.name for one in missing)
     # The default, or the argument, may be there under a misspelt key, which is reported.
@@ -141,7 +142,7 @@ def _parameter(scope: Scope, name: str, entry: Any, declared: Map) -> Parameter:
     good = check_entry(f'argument "{name}"', entry, scope, (*KEYS, "min", "max"), _PARAMETER_KINDS, "arg")
     kind = entry.get("type", "")
     if isinstance(kind, str) and kind and kind not in TYPES and kind not in DIMENSIONS:
-        help = word_meant(kind, [*TYPES, *DIMENSIONS], "arg type")
+        help = partial(word_meant, kind, [*TYPES, *DIMENSIONS], "arg type")
         scope.report("wrong-value", f'argument "{name}" type cannot be "{kind}"', value_place(entry, "type"), help)
         kind = ""
     place = value_place(entry, "default") if "default" in entry else place
@@ -162,25 +163,25 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         return
     if value is None and parameter.has_default:  # an optional argument, passed on as a key that is left out
         return
-    near: list[Related] = []
     limited = isinstance(allowed, list)
     if wanted and not _fits(value, wanted):
         shown = f'the text "{value}"' if isinstance(value, str) else kind_of(value)
         article = "" if wanted in ("text", "any") else "an " if wanted[0] in "aeiou" else "a "
         message = f'"{name}" of {owner} is {article}{wanted.replace("_", " ")}, not {shown}'
-        help = parameter.help
+        help: Help = parameter.help
         if not help and wanted == "boolean":
             help = flag_meant(value) or "write true or false"
         elif not help and isinstance(value, str) and (wanted in DIMENSIONS or wanted in ("integer", "number")):
-            help = number_meant(value, _SI.get(wanted, ()))
+            help = partial(number_meant, value, _SI.get(wanted, ()))
     elif limited and value not in allowed:
         shown = f'"{value}"' if isinstance(value, (str, int, float)) else kind_of(value)
         message = f'{shown} is not a value of the argument "{name}"'
-        help = "; ".join(filter(None, [f"allowed: {', '.join(map(str, allowed))}", parameter.help]))
-        meant = nearest(value, [one for one in allowed if isinstance(one, str)]) if isinstance(value, str) else None
-        if meant and isinstance(allowed, Seq):
-            help = f'did you mean "{meant}"? ({help})'
-            near = [Related("the suggestion is defined here", allowed.value_spans[allowed.index(meant)])]
+        details = "; ".join(filter(None, [f"allowed: {', '.join(map(str, allowed))}", parameter.help]))
+        help = details
+        if isinstance(value, str) and isinstance(allowed, Seq):
+            pairs = zip(allowed, allowed.value_spans, strict=True)
+            places = {one: span for one, span in pairs if isinstance(one, str)}
+            help = Suggestion(value, places, details=details, places=places)
     elif is_number(value) and not ((low is None or value >= low) and (high is None or value <= high)):
         least, most, shown = (
             getattr(one, "text", "") or f"{one:g}" if one is not None else "" for one in (low, high, value)
@@ -196,7 +197,7 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         return
     scope.broken.add(name)
     scope.values.pop(name, None)
-    scope.report("bad-argument", message, place, help, near, of_kinds=not limited)
+    scope.report("bad-argument", message, place, help, of_kinds=not limited)
 
 
 def _fits(value: Any, wanted: str) -> bool:
@@ -317,9 +318,7 @@ def check_entry(
     unknown = [key for key in tree if keys is not None and key not in keys]
     tails = text_tails(tree, unknown) if unknown else ()
     for key in (key for key in unknown if key not in tails):
-        help = text_meant_by(key, tree) or word_meant(key, keys or (), word)
-        if word == "use" and help.startswith("known"):
-            help = f"an argument of the part stands in with: {{{key}: ...}}; {help}"
+        help = partial(key_of_entry_meant, key, tree, keys or (), word)
         place = Place(tree.key_spans[key], scope.via or tree.via)
         scope.report("unknown-key", f'{owner} has no key "{key}"', place, help)
     given = [(key, kind) for key, kind in kinds.items() if tree.get(key) is not None]
@@ -331,17 +330,17 @@ def check_entry(
 
 
 def _check_vector(owner: str, tree: Map, key: str, dimension: Dimension, scope: Scope) -> bool:
-    value, where, place = tree.get(key), f"{owner} {key}", place_of(tree, key, scope)
+    value: Any = tree.get(key)
+    where, place = f"{owner} {key}", place_of(tree, key, scope)
     if is_vector(value, dimension):
         return True
-    wrong = (
-        [one for one in value if not is_number(one, dimension)] if isinstance(value, list) and len(value) == 3 else []
-    )
+    is_triple = isinstance(value, list) and len(value) == 3
+    wrong = [one for one in value if not is_number(one, dimension)] if is_triple else []
     if wrong and isinstance(wrong[0], Quantity):
         number = wrong[0].text or float(wrong[0])
         message = f"{where} is {describe(dimension)}, but {number} is {_kind(wrong[0])}"
         scope.report("wrong-unit", message, place, "correct the unit; a bare number is in SI units")
-    elif isinstance(value, list) and len(value) == 3 and not wrong:
+    elif is_triple and not wrong:
         scope.report("not-finite", f"{where} is not finite", place, "write numbers, or leave the key out")
     else:
         found = f"of {_kind(wrong[0])}" if wrong else _kind(value)

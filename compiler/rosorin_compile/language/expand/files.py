@@ -290,7 +290,7 @@ class Reader:
                 except LoadError as problem:
                     found, span = problem.diagnostic, problem.diagnostic.span
                     where = f" ({span.source.path}:{span.line}:{span.column})" if span else ""
-                    raise ExpressionError(f"{found.message}{where}", help=found.help) from None
+                    raise ExpressionError(f"{found.message}{where}", help=found.suggest or found.help) from None
             return loaded[name]
 
         return load

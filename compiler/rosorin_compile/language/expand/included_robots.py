@@ -35,6 +35,7 @@ from .scope import Scope
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compiled import RobotReader
+    from rosorin_compile.formats.imported import Imported
 
     from .files import Reader
 
@@ -48,8 +49,8 @@ RULES = (
 
 Tell = Callable[[Diagnostic], None]
 
-_KINDS: dict[str, type] = {**INCLUDE_KINDS, "lenient": bool, "trust": bool}
-_KINDS |= dict.fromkeys(("prefix", "meshes", "parent", "joint"), str)
+_KINDS: dict[str, type] = {**INCLUDE_KINDS, "lenient": bool, "trust": bool, "with": Map}
+_KINDS |= dict.fromkeys(("macro", "prefix", "meshes", "parent", "joint"), str)
 _KEYS = ("xyz", "rpy", "publisher", "source", "for", "if")
 _PREFIX = re.compile(r"([^\s<>&\"']+( +[^\s<>&\"']+)* *)?")  # what a name can begin with
 # What the readers suggest to somebody at a command line, and what it is called in an include.
@@ -88,10 +89,11 @@ class IncludedRobots:
 
     def __init__(self, reader: Reader, robots: RobotReader, tell: Tell | None) -> None:
         self.reader, self.robots, self.tell = reader, robots, tell
-        self.trees: dict[tuple[Any, ...], Map | None] = {}
+        self.read: dict[tuple[Any, ...], Imported | None] = {}
         self.places: dict[tuple[Any, ...], Place] = {}
         self.included: list[tuple[Included, Map]] = []
         self.diagnostics: list[Diagnostic] = []
+        self.told: set[str] = set()
 
     def fragments(self) -> Iterator[Map | None]:
         """Yield the sections of each included robot, in order; None for one with errors, after reporting."""
@@ -106,7 +108,8 @@ class IncludedRobots:
                 yield None
 
     def _fragment(self, include: Included) -> Map:
-        entry, tree = include.entry, self._tree(include)
+        entry, foreign = include.entry, self._robot(include)
+        tree = foreign.whole
         self.included.append((include, tree))
         include.scope.count(weight(tree), *include.place)
         prefix = entry.get("prefix") or ""
@@ -116,14 +119,14 @@ class IncludedRobots:
             message = f'in elements that are kept as they are, "{prefix}" was put before {first_of(names, _FEW)}'
             note = Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"])
             self._report(note, include.via.parent)
-        made = self._attached(self._with_meshes(made, include), include)
+        made = self._attached(self._with_meshes(made, include), foreign, include)
         owner = entry if entry.get("source") is not None else tree
         for section, node in sections().items():
             if node.sourced and isinstance(made.get(section), Map):
                 made[section] = sourced(made[section], owner)
         return made
 
-    def _tree(self, include: Included) -> Map:
+    def _robot(self, include: Included) -> Imported:
         entry, scope, place, by, _ = include
         packages, package = self.reader.packages_of(entry, by), entry.get("package")
         try:
@@ -139,7 +142,8 @@ class IncludedRobots:
             span = place_of(entry, "trust", scope).span
             self.diagnostics.append(Diagnostic("trust-ignored", WARNING, message, span, (), help))
         prefix = entry.get("prefix") or ""
-        names = (path, prefix, *texts.items())
+        call = str([entry.get(key) for key in ("macro", "with", "parent", "xyz", "rpy")]) if "macro" in entry else ""
+        names = (path, prefix, call, *texts.items())
         first = self.places.get(names)
         self.places[names] = place
         if first is not None:
@@ -147,27 +151,33 @@ class IncludedRobots:
             message = f"{path.name} is included twice {how}: all of its names would stand twice"
             related = [Related("first included here", first.span)]
             raise scope.failed("duplicate-name", message, place, "give each its own prefix: left_, right_", related)
-        same = (str(path), tuple(texts.items()), tuple(packages.items()), bool(entry.get("lenient")))
-        if same not in self.trees:
-            self.trees[same] = self._read(path, texts, packages, include)
-        tree = self.trees[same]
-        if tree is None:
+        same = (str(path), call, tuple(texts.items()), tuple(packages.items()), bool(entry.get("lenient")))
+        if same not in self.read:
+            self.read[same] = self._read(path, texts, packages, include)
+        foreign = self.read[same]
+        if foreign is None:
             raise Failed
-        return tree
+        return foreign
 
-    def _read(self, path: Path, texts: dict[str, str], packages: dict[str, Path], include: Included) -> Map | None:
+    def _read(self, path: Path, texts: dict[str, str], packages: dict[str, Path], include: Included) -> Imported | None:
         entry, scope, _, _, via = include
         tell = partial(self._report, via=via, ahead=True)
-        foreign = self.robots.read(path, texts, packages, bool(entry.get("lenient")), tell, via.span)
+        foreign = self.robots.read(path, texts, packages, entry, tell, via.span)
         self.reader.files += [file for file in foreign.files if file not in self.reader.files]
         for diagnostic in foreign.diagnostics:
-            self._report(with_nearest_file(diagnostic, entry["file"], path), via)
+            is_here = diagnostic.span is not None and diagnostic.span.source is entry.span.source
+            self._report(with_nearest_file(diagnostic, entry["file"], path), via.parent if is_here else via)
+        if "macro" in entry and not foreign.takes_arguments and foreign.tree is not None:
+            message = f"{path.name} defines no macros: only a xacro does"
+            help = "remove macro to include it as a robot"
+            scope.report("unknown-macro", message, place_of(entry, "macro", scope), help)
+            return None
         if texts and not foreign.takes_arguments and foreign.tree is not None:
             place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
             message = f"{path.name} has no arguments: only a xacro has them"
             scope.report("unknown-argument", message, place, "remove args")
             return None
-        return foreign.tree
+        return foreign if foreign.tree is not None else None
 
     def _warn(self, rule: str, message: str, span: Span, help: str, include: Included) -> None:
         self._report(Diagnostic(rule, WARNING, message, span, (), help), include.via.parent)
@@ -182,7 +192,9 @@ class IncludedRobots:
         stack = stack[1:] if stack and diagnostic.span == stack[0].span else stack
         reported = replace(diagnostic, message=message, help=help, related=(*diagnostic.related, *stack))
         if ahead and self.tell is not None:
-            self.tell(reported)
+            if diagnostic.message not in self.told:
+                self.tell(reported)
+            self.told.add(diagnostic.message)
         elif diagnostic.numbers != TRUSTED:
             self.diagnostics.append(reported)
 
@@ -214,16 +226,29 @@ class IncludedRobots:
             self._warn("include-mesh-path", message, entry.value_spans["file"], help, include)
         return map_files(made, lambda name: new.get(name, name)) if new else made
 
-    def _attached(self, made: Map, include: Included) -> Map:
-        """Return a robot with the joint that attaches its root. Raises Failed after reporting a name that is taken."""
+    def _attached(self, made: Map, foreign: Imported, include: Included) -> Map:
+        """Return a robot with the joint that attaches its root. Raises Failed after reporting a name that is taken.
+
+        A macro may make that joint itself; then it is the one on ``foreign.mount``.
+        """
         entry, via = include.entry, include.via
-        if entry.get("parent") is None:
-            ignored = [key for key in ("xyz", "rpy", "joint", "publisher") if entry.get(key) is not None]
-            if ignored:
-                message = f'an include has "{ignored[0]}", but what it includes is attached to nothing'
-                self._warn("ignored-key", message, entry.key_spans[ignored[0]], "write parent: FRAME", include)
-            return made
+        keys = [
+            key
+            for key in ("parent", "xyz", "rpy", "joint", "publisher")
+            if entry.get(key) is not None and key not in foreign.passed
+        ]
         have = made.get("joints") or Map(made.span)
+        if foreign.mount or "parent" not in keys:
+            if keys:
+                message = f'an include has "{keys[0]}", but what it includes is attached to nothing'
+                help = "write parent: FRAME"
+                if foreign.mount:
+                    message = f'an include has "{keys[0]}", but the macro attaches what it makes to "{foreign.mount}"'
+                    help = "remove it"
+                self._warn("ignored-key", message, entry.key_spans[keys[0]], help, include)
+            if foreign.mount and foreign.mount == entry.get("parent"):
+                made["joints"] = map_items(have, lambda joint: _as_in_include(joint, entry))
+            return made
         children = {joint["child"] for joint in have.values()}
         root = next(str(link) for link in made["links"] if link not in children)
         name = f"{root}_joint"
@@ -238,8 +263,8 @@ class IncludedRobots:
         joint = Map(span, via.parent)
         joint.put("type", "fixed", span, span)
         joint.put("child", root, span, span)
-        for key in ("parent", "xyz", "rpy", "publisher"):
-            if entry.get(key) is not None:
+        for key in keys:
+            if key != "joint":
                 joint.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
         named = entry.value_spans["joint" if entry.get("joint") else "parent"]
         joints = Map(made.span)
@@ -282,6 +307,17 @@ class IncludedRobots:
                 self._warn("include-settings", message, entry.value_spans["file"], help, include)
 
 
+def _as_in_include(joint: Map, include: Map) -> Map:
+    """Return the joint that a macro makes on the parent of an include, with the places of values in the include."""
+    if joint["parent"] != include["parent"]:
+        return joint
+    made = joint.copied()
+    for key in ("parent", "xyz", "rpy"):
+        if joint.get(key) == include.get(key) is not None:
+            made.put(key, include[key], include.key_spans[key], include.value_spans[key])
+    return made
+
+
 def _moving_joints(tree: Map) -> int:
     joints = (tree.get("joints") or {}).values()
     return sum(isinstance(joint, Map) and joint.get("type") != "fixed" for joint in joints)
@@ -289,6 +325,12 @@ def _moving_joints(tree: Map) -> int:
 
 def _check_include(entry: Map, scope: Scope) -> None:
     good = check_include(entry, scope, _KINDS, _KEYS)
+    if "with" in entry and "macro" not in entry:
+        help = "write macro: NAME; args has values of arguments of a file"
+        scope.report(
+            "missing-key", "with has values for a macro, and there is no macro", place_of(entry, "with", scope), help
+        )
+        good = False
     prefix = entry.get("prefix")
     if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):
         help = "no markup, no quotes; spaces only within"
@@ -307,13 +349,12 @@ def _argument(values: Map, name: str, scope: Scope) -> str:
 
 def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
     """Return the sections of an imported robot with ``prefix`` before its names; ``via`` tells how it came here."""
-    fragment = Map(tree.span, via)
-    for key, value in tree.items():
-        if key not in sections() or not sections()[key].whole:
-            fragment.put(key, value, tree.key_spans[key], tree.value_spans[key])
+    fragment = tree.by(via).copied()
+    for key in (key for key, node in sections().items() if node.whole):
+        fragment.pop(key, None)
     if not prefix:
         return placed(fragment, Use(prefix), elements=lambda text: text), Counter()
-    names = SymbolTable(fragment).names()
+    names = SymbolTable(fragment)
     things, materials = names.among(THINGS), fragment.get("materials") or ()
     changed: Counter[str] = Counter()
 

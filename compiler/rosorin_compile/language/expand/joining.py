@@ -34,8 +34,10 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
         elif isinstance(have, Seq) and isinstance(value, Seq) and section in merged(ITEMS):
             _extend(have, value)
         elif isinstance(have, Map) and isinstance(value, Map) and _is_joined(section):
-            add = _join_within if holds_many(section) else _join_entries
-            good &= add(section, have, value, scope)
+            if holds_many(section):
+                good &= _join_within(section, have, value, scope)
+            else:  # two calls of a macro have the materials of its file
+                good &= _join_entries(section, have, value, scope, equal=section == "materials")
         elif value is not None:
             good &= _report_section(section, tree, more, scope)
             continue

@@ -11,7 +11,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Any, NoReturn
 
-from rosorin_compile.source.diagnostics import Help, Related, Span, did_you_mean, error, nearest
+from rosorin_compile.source.diagnostics import Help, Related, Span, Suggestion, error
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Kept, Map, Place, Seq
@@ -163,9 +163,10 @@ class Scope:
                 self.lookup(name)
         return not self.pending
 
-    def all_names(self) -> set[str]:
-        """Return all names defined here and in the scopes around, without constants, units and functions."""
-        return (self.parent.all_names() if self.parent else set()) | set(self.places)
+    def all_names(self) -> dict[str, Span]:
+        """Return where the names defined here and in the scopes around are, without constants, units and functions."""
+        here = {name: self.looped.get(name, place.span) for name, place in self.places.items()}
+        return {**(self.parent.all_names() if self.parent else {}), **here}
 
     def owner(self, name: str) -> Scope | None:
         """Return the scope that defines a name that can be used here."""
@@ -384,27 +385,21 @@ class Scope:
         elsewhere = (origin.span, *origin.others) if origin else ()
         first = list(names.items())[:3]
         related = [Related(f'"{name}" comes from here', span) for name, span in first if span not in elsewhere]
-        meant = nearest(problem.unknown, self.all_names()) if problem.unknown else None
-        if meant and (owner := self.owner(meant)):
-            near = owner.looped.get(meant, owner.places[meant].span)
-            is_name = near.source.line(near.line).startswith(meant, near.column - 1)
-            related = [Related(f'"{meant}" {"is named" if is_name else "comes from"} here', near)]
-        if problem.near is not None:
-            related.insert(0, Related("the suggestion is defined here", problem.near))
         self.report_origin("expression", problem.message, where, help, related, origin)
 
-    def _place_and_help(self, problem: ExpressionError, piece: Piece, text: str, place: Place) -> tuple[Place, str]:
-        help, unknown = problem.help, problem.unknown
+    def _place_and_help(self, problem: ExpressionError, piece: Piece, text: str, place: Place) -> tuple[Place, Help]:
+        help: Help = problem.help
+        unknown = problem.unknown
         if problem.unit is not None and (meant := unit_meant(problem.unit[1], [])):
             help = f"write {problem.unit[0]} {meant}"
         elif unknown.endswith("()"):
-            help = did_you_mean(unknown[:-2], {*functions(), *OF_DESCRIPTIONS})
+            help = Suggestion(unknown[:-2], {*functions(), *OF_DESCRIPTIONS})
         elif unknown in ("math", "np", "numpy", "xacro", "self"):
             help = "functions and constants stand by themselves: pi, sin(x), load('file.yaml')"
         elif unknown:
             names = self.all_names()
-            guess, listed = did_you_mean(unknown, {*names, *CONSTANTS, *UNITS}), first_of(sorted(names), MAX_LISTED)
-            help = guess if guess.startswith("did") else f"known here: {listed}" if listed else "name it in let"
+            known = f"known here: {first_of(sorted(names), MAX_LISTED)}" if names else "name it in let"
+            help = Suggestion(unknown, {*names, *CONSTANTS, *UNITS}, instead=known, places=names)
         where = _within(place, text, piece.offset + 2)
         if "\n" not in piece.text and where.span != place.span:
             column = where.span.column + len(piece.text) - len(piece.text.lstrip()) + max(0, problem.column)
@@ -470,12 +465,9 @@ def _loop_values(scope: Scope, values: Any, place: Place) -> tuple[Sequence[Any]
 def _short(value: Any) -> str:
     if isinstance(value, list) and not any(isinstance(item, (list, Mapping)) for item in value):
         return ", ".join(map(str, value))[:40]
-    is_table = isinstance(value, Mapping)
-    return (
-        f"{'a table' if is_table else 'a list'} of {len(value)}"
-        if is_table or isinstance(value, list)
-        else str(value)[:40]
-    )
+    if isinstance(value, (list, Mapping)):
+        return f"a {'list' if isinstance(value, list) else 'table'} of {len(value)}"
+    return str(value)[:40]
 
 
 def _as_tree(value: list[Any], span: Span, via: Instance | None) -> Seq:

@@ -15,7 +15,7 @@ from rosorin_compile.source.plugins import Plugin, aside, load
 from rosorin_compile.source.units import ANGLE, NUMBER, UNITS, Dimension, Quantity, describe, dimension_of
 
 if TYPE_CHECKING:
-    from rosorin_compile.source.diagnostics import Span
+    from rosorin_compile.source.diagnostics import Help
 
 MAX_ITEMS = 100_000
 _KINDS: dict[Any, str] = {type(None): "nothing", bool: "true or false", (int, float): "a number"}
@@ -25,19 +25,15 @@ _KINDS |= {str: "text", Mapping: "a table", object: "a list"}
 class ExpressionError(Exception):
     """An expression without a value; ``column`` counts from 0 within the expression, -1 if it is not known yet.
 
-    ``unknown`` is a name that is not defined, ``near`` the place of a suggested one; ``unit`` is a number and the
-    unknown unit after it.
+    ``unknown`` is a name that is not defined; ``unit`` is a number and the unknown unit after it.
     """
 
-    def __init__(
-        self, message: str, column: int = -1, help: str = "", unknown: str = "", near: Span | None = None
-    ) -> None:
+    def __init__(self, message: str, column: int = -1, help: Help = "", unknown: str = "") -> None:
         super().__init__(message)
         self.message = message
         self.column = column
         self.help = help
         self.unknown = unknown
-        self.near = near
         self.unit: tuple[str, str] | None = None
 
 

@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from rosorin_compile.source.diagnostics import nearest
+from rosorin_compile.source.diagnostics import Suggestion
 from rosorin_compile.source.units import NUMBER, UNITS, Quantity, add, dimension_of
 from rosorin_compile.source.wording import printable
 
@@ -359,8 +359,7 @@ def _check_choices(name: ast.expr, other: ast.expr, lookup: Lookup) -> None:
         if isinstance(value, (str, int, float)) and value not in choices:
             allowed = f"allowed: {', '.join(map(str, choices))}"
             texts = [choice for choice in choices if isinstance(choice, str)]
-            suggestion = nearest(value, texts) if isinstance(value, str) else None
-            help = f'did you mean "{suggestion}"? ({allowed})' if suggestion else allowed
+            help = Suggestion(value, texts, details=allowed) if isinstance(value, str) else allowed
             raise ExpressionError(f'the argument "{name.id}" is never "{value!s}"', literal.col_offset, help)
 
 
@@ -390,10 +389,8 @@ def _entry(container: Any, key: Any) -> Any:
             return container[key]
         entries = f"entries: {', '.join(map(str, container)) or 'it is empty'}"
         texts = [name for name in container if isinstance(name, str)]
-        suggestion = nearest(key, texts) if isinstance(key, str) else None
-        help = f'did you mean "{suggestion}"? ({entries})' if suggestion else entries
-        near = getattr(container, "key_spans", {}).get(suggestion)
-        raise ExpressionError(f'the table has no entry "{key}"', help=help, near=near)
+        help = Suggestion(str(key), texts, details=entries, places=getattr(container, "key_spans", {}))
+        raise ExpressionError(f'the table has no entry "{key}"', help=help)
     if not isinstance(container, (list, str)):
         raise KindError(f"{kind_of(container)} has no entries")
     if not isinstance(key, int):

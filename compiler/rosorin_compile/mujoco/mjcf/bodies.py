@@ -20,6 +20,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.model import (
     Box,
+    Capsule,
+    Cylinder,
     Ellipsoid,
     Geometry,
     HeightMap,
@@ -211,6 +213,18 @@ def has_volume(geometry: Geometry) -> bool:
     if isinstance(geometry, Ellipsoid):
         return all(radius > 0 for radius in geometry.radii)
     return geometry.radius > 0 and (isinstance(geometry, Sphere) or geometry.length > 0)
+
+
+def half_sizes(geometry: Geometry) -> tuple[float, ...]:
+    """Return the sizes of a primitive as MuJoCo counts: half extents, radii, radius and half length (m)."""
+    if isinstance(geometry, Box):
+        x, y, z = geometry.size
+        return (x / 2, y / 2, z / 2)
+    if isinstance(geometry, (Cylinder, Capsule)):
+        return (geometry.radius, geometry.length / 2)
+    if isinstance(geometry, Ellipsoid):
+        return geometry.radii
+    return (geometry.radius,) if isinstance(geometry, Sphere) else ()
 
 
 def form_of(output: Output) -> str:

@@ -1,7 +1,8 @@
-"""Compare two compiled models of MuJoCo object by object, in each array of mjModel that ``mujoco.introspect`` has.
+"""Compare two compiled models of MuJoCo in each array of mjModel that ``mujoco.introspect`` has.
 
-Objects are matched by name, or by the name that the import gave them; those without a name by type and place. Frames
-are compared where MuJoCo puts them, in the first pose and in a random one.
+Objects are matched by name, or by the name that the import gave them; those without a name by what they refer to and
+by their place. Frames are compared where MuJoCo puts them in the body of the source, in the first pose and in a random
+one.
 
 Equal for MuJoCo, and therefore no difference, are: added sites and bodies without mass (a link is a body and a site), a
 site that became a body, a visual added to a collision shape, both signs of a quaternion, other principal axes, and the
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from functools import cache
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -23,7 +25,6 @@ _KINDS = """body joint mesh hfield texture material geom site camera light pair 
 sensor numeric text tuple key"""
 KINDS = {kind: _PREFIXES.get(kind, kind) for kind in _KINDS.split()}
 _KIND_OF_EXTENT = {f"n{prefix}": kind for kind, prefix in KINDS.items()}
-
 # Long arrays in which an object has a piece, by their length: the kind, where the piece begins, and its size.
 _PIECE_TABLE = """nq joint jnt_qposadr
 nv joint jnt_dofadr
@@ -41,31 +42,16 @@ na actuator actuator_actadr actuator_actnum
 nwrap tendon tendon_adr tendon_num"""
 _PIECES = {extent: piece for extent, *piece in map(str.split, _PIECE_TABLE.splitlines())}
 _COORDINATES = {"nq": {0: 7, 1: 4}, "nv": {0: 6, 1: 3}}  # of free joints and balls
-
-# Fields with the number of another object: its kind, or the field that decides it.
-_REFERENCE_TABLE = """geom_dataid:geom_type site_matid:material site_dataid:mesh tendon_matid:material mat_texid:texture
-cam_targetbodyid:body light_targetbodyid:body light_texid:texture pair_geom1:geom pair_geom2:geom eq_obj1id:eq_type
-eq_obj2id:eq_type actuator_trnid:actuator_trntype sensor_objid:sensor_objtype sensor_refid:sensor_reftype
-tuple_objid:tuple_objtype wrap_objid:wrap_type"""
-_REFERENCES = dict(pair.split(":") for pair in _REFERENCE_TABLE.split())
-# The kinds of objects that a type stands for, by the enumeration of MuJoCo; other types are those of objects.
-_TARGETS = {
-    "actuator_trntype": ("mjtTrn", "JOINT:joint JOINTINPARENT:joint SLIDERCRANK:site SITE:site SO3:site TENDON:tendon"
-                         " BODY:body"),
-    "eq_type": ("mjtEq", "JOINT:joint TENDON:tendon FLEX:flex"),
-    "geom_type": ("mjtGeom", "HFIELD:hfield MESH:mesh SDF:mesh"),
-    "wrap_type": ("mjtWrap", "JOINT:joint SITE:site SPHERE:geom CYLINDER:geom"),
-}  # fmt: skip
-# What objects without a name have in common with their match, besides being the nearest one.
-_SIGNATURES = {
-    fields.partition("_")[0]: fields.split()
-    for fields in (
-        *("jnt_bodyid jnt_type", "geom_bodyid geom_type", "site_bodyid site_type", "cam_bodyid cam_mode"),
-        *("light_bodyid light_mode", "pair_geom1 pair_geom2", "eq_type eq_obj1id eq_obj2id"),
-        *("tendon_type tendon_num", "actuator_trntype actuator_trnid", "sensor_type sensor_objid"),
-        "tex_type tex_height tex_width",
-    )
-}
+# Fields with the number of another object: its kind, or the field and the enumeration that decide the kind.
+_REFERENCE_TABLE = """site_matid:material site_dataid:mesh tendon_matid:material mat_texid:texture
+cam_targetbodyid:body light_targetbodyid:body light_texid:texture pair_geom1:geom pair_geom2:geom
+eq_obj1id:eq_type:mjtEq eq_obj2id:eq_type:mjtEq actuator_trnid:actuator_trntype:mjtTrn
+sensor_objid:sensor_objtype:mjtObj sensor_refid:sensor_reftype:mjtObj tuple_objid:tuple_objtype:mjtObj
+wrap_objid:wrap_type:mjtWrap"""
+_REFERENCES = {field: by for field, *by in (entry.split(":") for entry in _REFERENCE_TABLE.split())}
+# The kinds of types that are not called like them: what drives, what tendons wrap around.
+_KIND_OF_TYPE = {"jointinparent": "joint", "slidercrank": "site", "so3": "site", "xbody": "body"}
+_KIND_OF_TYPE |= {"sphere": "geom", "cylinder": "geom"}
 # Where MuJoCo puts objects: position and rotation in mjData.
 _FRAMES = {kind: (f"{kind[:4]}_xpos", f"{kind[:4]}_xmat") for kind in ("geom", "site")}
 _FRAMES |= {"body": ("xpos", "xmat"), "joint": ("xanchor", "xaxis"), "camera": ("cam_xpos", "cam_xmat")}
@@ -80,7 +66,7 @@ _DERIVED = re.compile(
 )
 _BY_METHODS = re.compile(
     r"body_(parentid|pos|quat|mass|ipos|iquat|inertia|mocapid)|jnt_(bodyid|pos|axis)|(geom|site|cam|light)_bodyid"
-    r"|(geom|site|cam|mesh)_(pos|quat)|light_(pos|dir)|geom_(group|rgba|matid)|key_(q|c|a|m).*|wrap_prm"
+    r"|(geom|site|cam|mesh)_(pos|quat)|light_(pos|dir)|geom_(group|rgba|matid|dataid)|key_(q|c|a|m).*|wrap_prm"
 )
 # Fields that have no effect unless another one is set.
 _GATED = re.compile(r"(jnt|tendon|actuator)_(solref|solimp|margin|range|actfrcrange|ctrlrange|forcerange|actrange)")
@@ -132,21 +118,13 @@ class Model:
     """A compiled model with the names of its objects, and ``data`` in which kinematics are computed."""
 
     def __init__(self, mujoco: Any, model: Any) -> None:
-        self.mj, self.data = model, mujoco.MjData(model)
-        numbers = {kind: getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}") for kind in KINDS}
-        self.kind_of = {int(number): kind for kind, number in numbers.items()}
-        self.kind_of[int(mujoco.mjtObj.mjOBJ_XBODY)] = "body"
+        self.mujoco, self.mj, self.data = mujoco, model, mujoco.MjData(model)
         self.names = {
-            kind: [mujoco.mj_id2name(model, numbers[kind], at) or "" for at in range(getattr(model, f"n{prefix}"))]
+            kind: [
+                mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), index) or ""
+                for index in range(getattr(model, f"n{prefix}"))
+            ]
             for kind, prefix in KINDS.items()
-        }
-        self.targets = {
-            field: {
-                int(number): dict(pair.split(":") for pair in kinds.split())[word]
-                for name, number in getattr(mujoco, enumeration).__members__.items()
-                if (word := name.rpartition("_")[2]) + ":" in kinds
-            }
-            for field, (enumeration, kinds) in _TARGETS.items()
         }
 
     def value(self, field: str, extent: str, index: int) -> Any:
@@ -164,21 +142,28 @@ class Model:
             count = _COORDINATES[extent].get(int(self.mj.jnt_type[index]), 1)
         return slice(start, start + count) if start >= 0 else slice(0, 0)
 
-    def references(self, field: str, extent: str, index: int) -> list[tuple[str, int]]:
+    def references(self, field: str, extent: str, index: int) -> list[tuple[str, float]]:
         """Return the objects that a field names, each with its kind; the kind of a plain number is empty."""
-        numbers = [int(number) for number in np.atleast_1d(self.value(field, extent, index))]
-        by = _REFERENCES[field]
-        if by in KINDS:
+        numbers: list[float] = np.atleast_1d(self.value(field, extent, index)).tolist()
+        by, *enumerations = _REFERENCES[field]
+        if not enumerations:
             return [(by, number) for number in numbers]
         types = np.resize(self.value(by, extent, index), len(numbers)).tolist()
-        if by == "eq_type" and types[:1] and types[0] not in self.targets[by]:
-            types, by = [int(self.mj.eq_objtype[index])], "eq_objtype"
-        kinds = self.targets.get(by, self.kind_of)
-        found = [(kinds.get(int(which), ""), number) for which, number in zip(types, numbers, strict=True)]
+        kinds = [self._kind(enumerations[0], number) for number in types]
+        if by == "eq_type" and not kinds[0]:  # two bodies or two sites
+            kinds = [self._kind("mjtObj", int(self.mj.eq_objtype[index]))]
+        found = list(zip(kinds, numbers, strict=True))
         if field == "wrap_objid":  # the site at the side of a solid is a number among others
-            prm = self.value("wrap_prm", extent, index)
-            found += [("site" if of == "geom" else "", n) for (of, _), n in zip(found, prm, strict=True)]
+            sides = self.value("wrap_prm", extent, index).tolist()
+            found += [("site" if kind == "geom" else "", side) for kind, side in zip(kinds, sides, strict=True)]
         return found
+
+    def _kind(self, enumeration: str, number: int) -> str:
+        try:
+            word = getattr(self.mujoco, enumeration)(number).name.rpartition("_")[2].lower()
+        except ValueError:
+            return ""
+        return _KIND_OF_TYPE.get(word, word if word in KINDS else "")
 
     def called(self, kind: str, index: int) -> str:
         name = self.names[kind][index]
@@ -193,6 +178,13 @@ class Model:
         """Return position and rotation of an object in the world; the direction of a light, the axis of a joint."""
         pos, turn = (getattr(self.data, name)[index] for name in _FRAMES[kind])
         return pos, turn.reshape(3, -1)
+
+    def place(self, kind: str, index: int) -> Any:
+        """Return numbers that are alike for objects at one place."""
+        if kind not in ("geom", "site", "camera", "light"):
+            return np.zeros(0)
+        sizes = self.mj.geom_size[index] if kind == "geom" else ()
+        return np.concatenate([self.frame(kind, index)[0], sizes])
 
     def mesh_of(self, geom: int) -> int:
         return int(self.mj.geom_dataid[geom]) if self.mj.geom_type[geom] in (_MESH, _SDF) else -1
@@ -234,24 +226,25 @@ class Comparison:
         """Compare everything; ``statistic`` is the <statistic> of the source's mjSpec, nan where it has no value."""
         self._settings(statistic)
         self._objects()
-        for field in import_module("mujoco.introspect.structs").STRUCTS["mjModel"].fields:
-            extent = str(field.array_extent[0]) if getattr(field, "array_extent", None) else ""
-            if extent and not _DERIVED.fullmatch(field.name) and not _BY_METHODS.fullmatch(field.name):
-                self._array(field.name, extent)
-        self._bodies()
+        for field, extent in _arrays():
+            if not _BY_METHODS.fullmatch(field):
+                self._array(field, extent)
+        for one, other in self.maps["body"].items():
+            self._body(one, other)
         self._frames()
-        self._geoms()
+        for one, other in self.maps["geom"].items():
+            self._geom(one, other)
         self._keys()
         self._order()
         self._touching()
         return self.found
 
-    def tell(self, kind: str, index: int, field: str, text: str) -> None:
+    def report(self, kind: str, index: int, field: str, text: str) -> None:
         self.found.append(Difference(kind, field, f"{self.source.called(kind, index)}: {text}"))
 
-    def values(self, kind: str, index: int, field: str, one: Any, other: Any, what: str = "") -> None:
+    def values(self, kind: str, index: int, field: str, one: Any, other: Any, word: str = "") -> None:
         if not close(one, other):
-            self.tell(kind, index, field, f"{what or field} {in_words(one, other)}")
+            self.report(kind, index, field, f"{word or field} {in_words(one, other)}")
 
     def place(self, chance: Any) -> None:
         """Put both models into their first pose, or with a generator into the same random one.
@@ -300,8 +293,7 @@ class Comparison:
 
     def _motion(self) -> tuple[float, str, int]:
         source, ours, first, second = self.source, self.ours, self.source.data, self.ours.data
-        bodies, chance = np.array(list(self.maps["body"].items()), dtype=int), np.random.default_rng(1)
-        largest, where, constraints = 0.0, "", 0
+        chance, constraints, found = np.random.default_rng(1), 0, [(0.0, "")]
         for _ in range(STATES):
             self.place(chance)
             for one, other in self.maps["joint"].items():
@@ -314,50 +306,42 @@ class Comparison:
                 first.ctrl[here] = second.ctrl[there] = chance.uniform(limits[:, 0], limits[:, 1])
                 here, there = source.piece("na", one), ours.piece("na", other)
                 first.act[here] = second.act[there] = chance.uniform(0, 1, here.stop - here.start)
-            self.mujoco.mj_forward(source.mj, first)
-            self.mujoco.mj_forward(ours.mj, second)
+            for model in (source, ours):
+                self.mujoco.mj_forward(model.mj, model.data)
             constraints += int(first.nefc)
-            off = np.abs(first.xpos[bodies[:, 0]] - second.xpos[bodies[:, 1]]).max(axis=1)
-            off = np.maximum(off, np.abs(first.xmat[bodies[:, 0]] - second.xmat[bodies[:, 1]]).max(axis=1))
-            found = [(float(off.max()), source.called("body", int(bodies[off.argmax(), 0])))]
+            for one, other in self.maps["body"].items():
+                pairs = zip(source.frame("body", one), ours.frame("body", other), strict=True)
+                found.append((max(float(np.abs(a - b).max()) for a, b in pairs), source.called("body", one)))
             scale = max(1.0, float(np.abs(first.qacc).max(initial=0)))
             for one, other in self.maps["joint"].items():
                 apart = np.abs(first.qacc[source.piece("nv", one)] - second.qacc[ours.piece("nv", other)]).max()
                 found.append((float(np.nan_to_num(apart, nan=np.inf)) / scale, source.called("joint", one)))
-            most = max(found, key=lambda one: one[0])
-            if most[0] > largest:
-                largest, where = most
-        return largest, where, constraints
+        return *max(found, key=lambda one: one[0]), constraints
 
     def _match(self, kind: str) -> None:
-        """Find the object of ours for each of the source: by name, else the nearest one of the same signature."""
+        """Find the object of ours for each of the source: by name, else the nearest one that refers to the same."""
         source, ours = self.source, self.ours
         by_name = {name: index for index, name in enumerate(ours.names[kind]) if name}
         found = self.maps[kind] = {0: 0} if kind == "body" else {}
-        taken = set(found.values())
         for index, own in enumerate(source.names[kind]):
             name = self.given.get(kind, {}).get(index, "") or own
             other = by_name.get(name)
             if other is None and name and kind in ("material", "texture"):  # ours begin with the name of the robot
                 longer = [mine for mine in by_name if mine.endswith(f"_{name}")]
                 other = by_name[min(longer, key=len)] if longer else None
-            if other is not None and index not in found and other not in taken:
+            if other is not None and index not in found and other not in found.values():
                 found[index] = other
-                taken.add(other)
         waiting: dict[Any, list[int]] = {}
-        for index in range(len(ours.names[kind])):
-            if index not in taken:
-                waiting.setdefault(self._signature(ours, kind, index), []).append(index)
+        for index in sorted(set(range(len(ours.names[kind]))) - set(found.values())):
+            waiting.setdefault(self._signature(ours, kind, index), []).append(index)
         for index, name in enumerate(source.names[kind]):
             if index in found or kind in ("mesh", "hfield", "material") or (kind == "texture" and name):
                 continue
             same = waiting.get(self._signature(source, kind, index), [])
             if same:
-                place = _place(source, kind, index)
-                apart = [round(float(np.abs(place - _place(ours, kind, at)).max(initial=0)), 9) for at in same]
-                nearest = same[apart.index(min(apart))]
-                same.remove(nearest)
-                found[index] = nearest
+                place = source.place(kind, index)
+                apart = [round(float(np.abs(place - ours.place(kind, at)).max(initial=0)), 9) for at in same]
+                found[index] = same.pop(apart.index(min(apart)))
         for one, other in found.items():  # the names of meshes are made up again
             if kind == "geom" and (source.mesh_of(one) >= 0) == (ours.mesh_of(other) >= 0):
                 data = int(source.mj.geom_dataid[one]), int(ours.mj.geom_dataid[other])
@@ -369,26 +353,24 @@ class Comparison:
                         self.maps["texture"].setdefault(int(theirs), int(mine))
 
     def _signature(self, model: Model, kind: str, index: int) -> Any:
-        """Return what an object has in common with its match, in the numbers of ours."""
+        """Return what an object has in common with its match, in the numbers of ours: types, and what it refers to."""
 
-        def mapped(of: str, number: int) -> int:
+        def mapped(of: str, number: float) -> float:
             is_ours = model is self.ours or number < 0 or not of
-            return number if is_ours else self.maps.get(of, {}).get(number, -2 - number)
+            return number if is_ours else self.maps.get(of, {}).get(int(number), -2 - number)
 
-        if kind == "body":
-            return mapped("body", model.body_of(kind, index))
-        values: list[Any] = []
-        for field in _SIGNATURES.get(KINDS[kind], ()):
-            if field in _REFERENCES:
-                values.append(mapped(*model.references(field, f"n{KINDS[kind]}", index)[0]))
-            elif field.endswith("_bodyid"):
-                values.append(mapped("body", model.body_of(kind, index)))
-            else:
-                values.append(int(np.ravel(getattr(model.mj, field))[index]))
+        prefix, values = KINDS[kind], list[Any]()
+        if kind in _FRAMES:
+            values.append(mapped("body", model.body_of(kind, index)))
+        for field, extent in _arrays() if kind != "body" else ():
+            if extent == f"n{prefix}" and field in _REFERENCES and not field.endswith("matid"):
+                values += [mapped(*one) for one in model.references(field, extent, index)]
+            elif field in (f"{prefix}_type", f"{prefix}_mode"):
+                values.append(int(getattr(model.mj, field)[index]))
         if kind == "geom":
             mesh = model.mesh_of(index)
-            sizes = (int(model.mj.mesh_vertnum[mesh]), int(model.mj.mesh_facenum[mesh])) if mesh >= 0 else ()
-            return (*values, model.collides(index), *sizes)
+            values.append(model.collides(index))
+            values += [int(model.mj.mesh_vertnum[mesh]), int(model.mj.mesh_facenum[mesh])] if mesh >= 0 else []
         return frozenset(values) if kind == "pair" else tuple(values)
 
     def _settings(self, statistic: Any) -> None:
@@ -410,11 +392,11 @@ class Comparison:
                 other = self.maps[kind].get(index)
                 if other is None:
                     if not (kind == "material" and self.source.is_colour(index)):
-                        self.tell(kind, index, "", "is not in ours")
+                        self.report(kind, index, "", "is not in ours")
                 elif name and kind not in ("mesh", "hfield", "texture", "material"):
                     own = ours.names[kind][other]
                     if own not in (name, self.given.get(kind, {}).get(index)):
-                        self.tell(kind, index, "name", f"is called {own or 'nothing'} in ours")
+                        self.report(kind, index, "name", f"is called {own or 'nothing'} in ours")
         for kind in _MATTER:
             for index in sorted(set(range(len(ours.names[kind]))) - set(self.maps[kind].values())):
                 is_harmless = (
@@ -468,11 +450,10 @@ class Comparison:
             theirs, own = (np.concatenate([row[:6], rotation(row[6:10]).ravel(), row[10:]]) for row in (theirs, own))
         if array == "actuator_lengthrange" and np.allclose(theirs, own, rtol=_SIMULATED, atol=_SIMULATED):
             return  # found by a simulation
-        if extent == "nq":
-            if not _same_position(theirs, own):
-                self.tell(kind, one, array, f"{_WORDS[array]} {in_words(theirs, own)}")
-            return
-        self.values(kind, one, array.partition("_")[2], theirs, own)
+        if extent != "nq":
+            self.values(kind, one, array.partition("_")[2], theirs, own)
+        elif not _same_position(theirs, own):
+            self.report(kind, one, array, f"{_WORDS[array]} {in_words(theirs, own)}")
 
     def _reference(self, kind: str, array: str, extent: str, one: int, other: int) -> None:
         theirs, own = self.source.references(array, extent, one), self.ours.references(array, extent, other)
@@ -483,9 +464,9 @@ class Comparison:
             ]
             field = array.partition("_")[2]
             text = f"{field} {texts[0] or 'nothing'} in the source, {texts[1] or 'nothing'} in ours"
-            self.tell(kind, one, field, text)
+            self.report(kind, one, field, text)
 
-    def _is_same(self, theirs: tuple[str, Any], own: tuple[str, Any]) -> bool:
+    def _is_same(self, theirs: tuple[str, float], own: tuple[str, float]) -> bool:
         (kind, one), (other_kind, other) = theirs, own
         if kind != other_kind or one < 0 or not kind:
             return kind == other_kind and close(one, other)
@@ -494,32 +475,27 @@ class Comparison:
             return kind == "material" and self.source.is_colour(int(one))
         if kind == "body" and other >= 0 and self._is_rigid(expected, int(other)):
             return all(map(near, self.ours.frame("body", expected), self.ours.frame("body", int(other))))
-        if kind == "mesh":  # it may be in ours in several forms
-            pairs = self.maps["geom"].items()
-            forms = {int(self.ours.mj.geom_dataid[b]) for a, b in pairs if self.source.mj.geom_dataid[a] == one}
-            return other in {expected, *forms}
-        return bool(expected == other)
+        return expected == other
 
     def _is_rigid(self, one: int, other: int) -> bool:
         """Return True if no joint of ours moves two bodies against each other."""
         return bool(self.ours.mj.body_weldid[one] == self.ours.mj.body_weldid[other])
 
-    def _bodies(self) -> None:
+    def _body(self, one: int, other: int) -> None:
         theirs, own = self.source.mj, self.ours.mj
-        for one, other in self.maps["body"].items():
-            captured = bool(theirs.body_mocapid[one] >= 0), bool(own.body_mocapid[other] >= 0)
-            self.values("body", one, "mocapid", *captured, "motion capture")
-            masses = float(theirs.body_mass[one]), float(own.body_mass[other])
-            if not one or max(masses) <= _NO_MASS:
-                continue
-            self.values("body", one, "mass", *masses)
-            if not near(theirs.body_ipos[one], own.body_ipos[other]):
-                places = in_words(theirs.body_ipos[one], own.body_ipos[other])
-                self.tell("body", one, "ipos", f"centre of mass {places}")
-            a, b = (_inertia(mj, body) for mj, body in ((theirs, one), (own, other)))
-            if np.abs(a - b).max() > max(np.trace(a) * 1e-8, 1e-14):
-                moments = in_words(np.diag(a), np.diag(b))
-                self.tell("body", one, "inertia", f"inertia {moments}, along the axes of the body")
+        captured = bool(theirs.body_mocapid[one] >= 0), bool(own.body_mocapid[other] >= 0)
+        self.values("body", one, "mocapid", *captured, "motion capture")
+        masses = float(theirs.body_mass[one]), float(own.body_mass[other])
+        if not one or max(masses) <= _NO_MASS:
+            return
+        self.values("body", one, "mass", *masses)
+        if not near(theirs.body_ipos[one], own.body_ipos[other]):
+            places = in_words(theirs.body_ipos[one], own.body_ipos[other])
+            self.report("body", one, "ipos", f"centre of mass {places}")
+        a, b = (_inertia(mj, body) for mj, body in ((theirs, one), (own, other)))
+        if np.abs(a - b).max() > max(np.trace(a) * 1e-8, 1e-14):
+            moments = in_words(np.diag(a), np.diag(b))
+            self.report("body", one, "inertia", f"inertia {moments}, along the axes of the body")
 
     def _frames(self) -> None:
         """Compare where objects are in their bodies, in the first pose; of bodies and joints in a random one, too."""
@@ -532,76 +508,66 @@ class Comparison:
                         self._frame(kind, one, other)
 
     def _frame(self, kind: str, one: int, other: int) -> None:
+        """Compare an object in the frame of its body; of a mesh the vertices: MuJoCo moves the origins of meshes."""
         source, ours = self.source, self.ours
         base = source.body_of(kind, one)
         while base not in self.maps["body"]:
             base = source.body_of("body", base)
         there = self.maps["body"][base]
         if kind not in ("body", "joint") and not self._is_rigid(there, ours.body_of(kind, other)):
-            self.tell(kind, one, "bodyid", f"is on {ours.called('body', ours.body_of(kind, other))} in ours")
+            self.report(kind, one, "bodyid", f"is on {ours.called('body', ours.body_of(kind, other))} in ours")
             return
         origins = source.frame("body", base), ours.frame("body", there)
         if kind == "geom" and source.mesh_of(one) >= 0 and ours.mesh_of(other) >= 0:
-            self._mesh(one, other, origins)
+            meshes = source.vertices(one), ours.vertices(other)
+            a, b = ((corners - pos) @ turn for (pos, turn), corners in zip(origins, meshes, strict=True))
+            scale = _VERTEX * max(1e-3, float(np.abs(a).max(initial=0)))
+            if a.shape != b.shape or np.ptp(a - b, axis=0).max(initial=0) > scale:
+                self.report("mesh", source.mesh_of(one), "vertices", "vertices differ")
+            elif np.abs(a - b).max(initial=0) > scale:
+                self.report("geom", one, "pos", f"position {in_words(*np.round((a[0], b[0]), 7))}")
             return
         (x, a), (y, b) = (
             (turn.T @ (place[0] - pos), turn.T @ place[1])
             for (pos, turn), place in zip(origins, (source.frame(kind, one), ours.frame(kind, other)), strict=True)
         )
-        words = {"pos": "position"}
+        word = "position"
         if kind == "joint":
-            types, words = (int(source.mj.jnt_type[one]), int(ours.mj.jnt_type[other])), {"pos": "anchor"}
+            types, word = (int(source.mj.jnt_type[one]), int(ours.mj.jnt_type[other])), "anchor"
             if types[0] != types[1]:
                 return
             if types[0] not in (FREE, BALL) and not near(a, b):
-                self.tell(kind, one, "axis", f"axis {in_words(a, b)}")
+                self.report(kind, one, "axis", f"axis {in_words(a, b)}")
             a, y = b, x if types[0] in (FREE, SLIDE) else y
         if not near(x, y):
-            self.tell(kind, one, "pos", f"{words['pos']} {in_words(x, y)}")
+            self.report(kind, one, "pos", f"{word} {in_words(x, y)}")
         if not near(a, b):
-            self.tell(kind, one, "quat", f"orientation differs by {np.abs(a - b).max():.2g}")
+            self.report(kind, one, "quat", f"orientation differs by {np.abs(a - b).max():.2g}")
 
-    def _mesh(self, one: int, other: int, origins: Any) -> None:
-        """Compare the vertices of two meshes in the frame of the body: MuJoCo moves the origins of meshes."""
-        source, ours = self.source, self.ours
-        places, own = (
-            (vertices - pos) @ turn
-            for (pos, turn), vertices in zip(origins, (source.vertices(one), ours.vertices(other)), strict=True)
-        )
-        scale = _VERTEX * max(1e-3, float(np.abs(places).max(initial=0)))
-        if places.shape != own.shape or np.ptp(places - own, axis=0).max(initial=0) > scale:
-            self.tell("mesh", source.mesh_of(one), "vertices", "vertices differ")
-        elif np.abs(places - own).max(initial=0) > scale:
-            self.tell("geom", one, "pos", f"position {in_words(*np.round((places[0], own[0]), 7))}")
-
-    def _geoms(self) -> None:
-        theirs, own = self.source.mj, self.ours.mj
-        for one, other in self.maps["geom"].items():
-            kind, collides = int(theirs.geom_type[one]), self.source.collides(one)
-            if kind != own.geom_type[other]:
-                continue
-            groups = theirs.geom_group[one], own.geom_group[other]
-            if groups[1] not in (groups[0], *((0, 3) if collides else (1, 2))):
-                self.values("geom", one, "group", *groups)
-            if not collides:  # what is seen of a collision shape may be a visual in ours
-                self.values("geom", one, "rgba", self.source.colour(one), self.ours.colour(other), what="colour")
+    def _geom(self, one: int, other: int) -> None:
+        theirs, own, collides = self.source.mj, self.ours.mj, self.source.collides(one)
+        if theirs.geom_type[one] != own.geom_type[other]:
+            return
+        groups = theirs.geom_group[one], own.geom_group[other]
+        if groups[1] not in (groups[0], *((0, 3) if collides else (1, 2))):
+            self.values("geom", one, "group", *groups)
+        if not collides:  # what is seen of a collision shape may be a visual in ours
+            self.values("geom", one, "rgba", self.source.colour(one), self.ours.colour(other), "colour")
 
     def _keys(self) -> None:
-        for one, other in self.maps["key"].items():
-            for field, extent, word in _OF_KEYS:
-                kind = _PIECES[extent][0]
-                for at, mine in self.maps[kind].items():
-                    theirs, own = (
-                        np.reshape(row, (-1, {"mpos": 3, "mquat": 4}.get(field, 1)))[model.piece(extent, index)].ravel()
-                        for row, model, index in (
-                            (getattr(self.source.mj, f"key_{field}")[one], self.source, at),
-                            (getattr(self.ours.mj, f"key_{field}")[other], self.ours, mine),
-                        )
-                    )
-                    is_turn = field in ("qpos", "mquat") and len(theirs) == len(own) > 0
-                    if not (_same_position(theirs, own) if is_turn else close(theirs, own)):
-                        what = f"{word} of {self.source.called(kind, at)}"
-                        self.tell("key", one, field, f"{what} {in_words(theirs, own)}")
+        for key, (field, extent, word) in ((key, of) for key in self.maps["key"].items() for of in _OF_KEYS):
+            width, kind = {"mpos": 3, "mquat": 4}.get(field, 1), _PIECES[extent][0]
+            rows = [
+                np.reshape(getattr(model.mj, f"key_{field}")[index], (-1, width))
+                for model, index in zip((self.source, self.ours), key, strict=True)
+            ]
+            for at, mine in self.maps[kind].items():
+                theirs = rows[0][self.source.piece(extent, at)].ravel()
+                own = rows[1][self.ours.piece(extent, mine)].ravel()
+                is_turn = field in ("qpos", "mquat") and len(theirs) == len(own) > 0
+                if not (_same_position(theirs, own) if is_turn else close(theirs, own)):
+                    text = f"{word} of {self.source.called(kind, at)} {in_words(theirs, own)}"
+                    self.report("key", key[0], field, text)
 
     def _order(self) -> None:
         keys = [other for _, other in sorted(self.maps["key"].items())]
@@ -624,19 +590,18 @@ class Comparison:
         self.found += [Difference("contact", "", text) for text in sorted(texts)]
 
 
-def _place(model: Model, kind: str, index: int) -> Any:
-    if kind not in ("geom", "site", "camera", "light"):
-        return np.zeros(0)
-    sizes = model.mj.geom_size[index] if kind == "geom" else ()
-    return np.concatenate([model.frame(kind, index)[0], sizes])
+@cache
+def _arrays() -> Sequence[tuple[str, str]]:
+    """Return the name and the first extent of each array of mjModel that does not follow from others."""
+    fields = import_module("mujoco.introspect.structs").STRUCTS["mjModel"].fields
+    extents = {field.name: str(field.array_extent[0]) for field in fields if getattr(field, "array_extent", None)}
+    return [(name, extent) for name, extent in extents.items() if not _DERIVED.fullmatch(name)]
 
 
 def rotation(quaternion: Any) -> Any:
     """Return the rotation matrix of a quaternion (w, x, y, z)."""
-    made = np.zeros(9)
-    import_module("mujoco").mju_quat2Mat(
-        made, np.asarray(quaternion, dtype=float) / (np.linalg.norm(quaternion) or 1.0)
-    )
+    made, numbers = np.zeros(9), np.asarray(quaternion, dtype=float)
+    import_module("mujoco").mju_quat2Mat(made, numbers / (np.linalg.norm(numbers) or 1.0))
     return made.reshape(3, 3)
 
 

@@ -33,12 +33,12 @@ from rosorin_compile.model.bounds import ball_of
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import Transform, Vector, cross, dot, minus, norm, plane_axes, unit
 from rosorin_compile.model.joint import motion
-from rosorin_compile.model.shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, HeightMap, Shape, Sphere
+from rosorin_compile.model.shape import MERGED, Capsule, Cylinder, Ellipsoid, HeightMap, Shape, Sphere
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 from rosorin_compile.source.rule_registry import FORMATS, Rule
 
-from .bodies import HFIELD, Mask, Masks, body_name, form_of, has_volume, solids, weld_groups
+from .bodies import HFIELD, Mask, Masks, body_name, form_of, half_sizes, has_volume, solids, weld_groups
 from .omissions import is_written, position_range
 
 RULES = (
@@ -87,17 +87,11 @@ class Solid:
     @cached_property
     def half_extents(self) -> Vector:
         """Half the size along the axes of the shape, without the margin (m)."""
-        geometry = self.shape.geometry
-        if isinstance(geometry, Box):
-            x, y, z = geometry.size
-            return (abs(x) / 2, abs(y) / 2, abs(z) / 2)
-        if isinstance(geometry, Ellipsoid):
-            x, y, z = map(abs, geometry.radii)
-            return (x, y, z)
+        geometry, sizes = self.shape.geometry, [*map(abs, half_sizes(self.shape.geometry)), 0.0, 0.0, 0.0]
         if isinstance(geometry, (Cylinder, Capsule)):
-            radius = abs(geometry.radius) if isinstance(geometry, Cylinder) else 0.0
-            return (radius, radius, abs(geometry.length) / 2)
-        return _ORIGIN
+            radius = sizes[0] if isinstance(geometry, Cylinder) else 0.0
+            return (radius, radius, sizes[1])
+        return _ORIGIN if isinstance(geometry, Sphere) else (sizes[0], sizes[1], sizes[2])
 
     def support(self, place: Transform, direction: Vector) -> Vector:
         """Return the farthest point in a direction, without the margin; ``place`` is the pose of the shape."""

@@ -14,7 +14,7 @@ import json
 import os
 import re
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -73,7 +73,7 @@ def read(mujoco: Any, path: Path, here: Path) -> dict[str, Any]:
         warnings.simplefilter("always")
         try:
             spec = _spec(mujoco, path, here)
-            _strip_paths(spec)
+            _resolve_files(spec)
             _name_all(spec)
             made = _facts(mujoco, spec, spec.compile())
         except Exception as problem:  # whatever the reader refuses is reported, not raised
@@ -155,13 +155,23 @@ def _spec(mujoco: Any, path: Path, here: Path) -> Any:
     return spec
 
 
-def _strip_paths(spec: Any) -> None:
-    """Give files the names by which MuJoCo looks for them, where it is told to pass over their folders."""
-    if spec.strippath:
-        for asset in (*spec.meshes, *spec.textures, *spec.hfields, *spec.skins):
-            asset.file = asset.file.replace("\\", "/").rpartition("/")[2]
-        for texture in spec.textures:
-            texture.cubefiles = [file.replace("\\", "/").rpartition("/")[2] for file in texture.cubefiles]
+def _resolve_files(spec: Any) -> None:
+    """Give files their names as seen from the folder of the model, as MuJoCo looks for them."""
+
+    def path(file: str, folder: str) -> str:
+        file, folder = file.replace("\\", "/"), folder.replace("\\", "/").rstrip("/")
+        file = file.rpartition("/")[2] if spec.strippath else file
+        return f"{folder}/{file}" if file and folder else file
+
+    for word, assets in (("meshdir", (*spec.meshes, *spec.hfields, *spec.skins)), ("texturedir", spec.textures)):
+        for asset in assets:
+            folder = getattr(asset.compiler, word, "") or getattr(spec.compiler, word, "") or ""
+            asset.file = path(asset.file, folder)
+            if word == "texturedir":
+                asset.cubefiles = [path(file, folder) for file in asset.cubefiles]
+    for compiler in (spec.compiler, *(asset.compiler for asset in (*spec.meshes, *spec.hfields, *spec.textures))):
+        compiler.meshdir = compiler.texturedir = ""
+    spec.strippath = False
 
 
 def _name_all(spec: Any) -> None:
@@ -221,30 +231,40 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
     usual = type(spec)().add_mesh().inertia
     for mesh in spec.meshes:
         entry = made["meshes"][mesh.id]
-        entry |= {"file": mesh.file, "folder": _folder(mesh, spec, "meshdir")}
+        entry["file"] = mesh.file
         entry["taken"] = "" if mesh.inertia == usual else mesh.inertia.name.rpartition("_")[2].lower()
         entry["reference"] = {"pos": mesh.refpos.tolist(), "quat": mesh.refquat.tolist()}
-    kinds = {"mesh": ("meshdir", spec.meshes), "hfield": ("meshdir", spec.hfields)}
-    kinds["texture"] = ("texturedir", spec.textures)
-    made["folders"] = {
-        kind: {asset.name: _folder(asset, spec, word) for asset in assets} for kind, (word, assets) in kinds.items()
-    }
-    made["folders"]["skin"] = {"": (spec.compiler.meshdir or "").replace("\\", "/")}
-    paths = {kind: {one.id: _joined(one, spec, word) for one in assets} for kind, (word, assets) in kinds.items()}
-    made["assets"] = [file for file in dict.fromkeys(file for some in paths.values() for file in some.values()) if file]
+    assets = [*spec.meshes, *spec.hfields, *spec.textures]
+    made["assets"] = list(dict.fromkeys(asset.file for asset in assets if asset.file))
+    textures = {texture.id: texture.file for texture in spec.textures}
     for entry in made["materials"]:
-        used = [paths["texture"].get(index, "") for index in entry["texid"]]
-        entry["texture"] = next((file for file in used if file), "")
+        entry["texture"] = next((file for file in map(textures.get, entry["texid"]) if file), "")
     return made
 
 
-def _folder(asset: Any, spec: Any, word: str) -> str:
-    return (getattr(asset.compiler, word, "") or getattr(spec.compiler, word, "") or "").replace("\\", "/")
+def apply_classes(root: Any) -> None:
+    """Give each element of an MJCF, an ``ElementTree.Element``, the attributes of its class."""
+    classes: dict[str, dict[str, Mapping[str, str]]] = {}
 
+    def define(default: Any, above: Mapping[str, Mapping[str, str]], name: str) -> None:
+        own = {**above, **{one.tag: _merged(above.get(one.tag, {}), one.attrib) for one in default}}
+        classes[default.get("class") or name] = own
+        for inner in default.findall("default"):
+            define(inner, own, "")
 
-def _joined(asset: Any, spec: Any, word: str) -> str:
-    folder = _folder(asset, spec, word).rstrip("/")
-    return f"{folder}/{asset.file}" if asset.file and folder else asset.file
+    for default in root.findall("default"):
+        define(default, {}, "main")
+    for section in (one for one in root if one.tag != "default"):
+        kind = section.tag if section.tag in ("equality", "tendon") else ""
+        waiting = [(one, "main") for one in section]
+        while waiting:
+            element, childclass = waiting.pop()
+            childclass = element.get("childclass") or childclass
+            usual = classes.get(element.get("class") or childclass, {}).get(kind or element.tag, {})
+            made = _merged(usual, element.attrib)
+            element.attrib.clear()
+            element.attrib.update(made)
+            waiting += [(one, childclass) for one in element] if section.tag == "worldbody" else []
 
 
 def _elements(root: Any) -> dict[str, Any]:
@@ -253,67 +273,43 @@ def _elements(root: Any) -> dict[str, Any]:
     An element is its ``tag``, its ``attributes`` and the elements in it (``inner``). ``bodies`` and the kinds of
     ``_HELD`` are by name; in a body is here what is of no kind. The sections are lists in the order of the file.
     """
-    classes: dict[str, dict[str, dict[str, str]]] = {}
-
-    def read_class(default: Any, above: dict[str, dict[str, str]], name: str) -> None:
-        own = dict(above)
-        for child in default:
-            if child.tag != "default":
-                own[child.tag] = _merged(own.get(child.tag, {}), child.attrib)
-        classes[default.get("class") or name] = own
-        for child in default.findall("default"):
-            read_class(child, own, "")
-
-    def attributes(element: Any, kind: str, childclass: str = "") -> dict[str, str]:
-        usual = classes.get(element.get("class") or childclass or "main", {}).get(kind, {})
-        made = _merged(usual, element.attrib)
-        return {key: value for key, value in made.items() if key not in ("class", "childclass")}
-
-    def direct(element: Any, childclass: str) -> Iterator[tuple[Any, str]]:
-        """Yield the elements in a body itself, in frames or not, with the class that holds there."""
-        own = element.get("childclass") or childclass
-        for child in element:
-            if child.tag == "frame":
-                yield from direct(child, own)
-            else:
-                yield child, own
-
-    def body(element: Any, name: str, childclass: str) -> None:
-        held = made["bodies"].setdefault(name, {"tag": "body", "attributes": {}, "inner": []})
-        held["attributes"] |= attributes(element, "body")
-        for child, own in direct(element, childclass):
-            kind = next((kind for kind, tags in _HELD.items() if child.tag in tags), "")
-            if child.tag == "body":
-                body(child, child.get("name", ""), own)
-            elif kind:
-                usual = "" if child.tag == "freejoint" else child.tag
-                made[kind][child.get("name", "")] = _node(child, attributes(child, usual, own))
-            elif child.tag != "inertial":
-                held["inner"].append(_node(child, child.attrib))
-
-    for default in root.findall("default"):
-        read_class(default, {}, "main")
+    apply_classes(root)
     made: dict[str, Any] = {kind: {} for kind in (*_HELD, "bodies")}
+    kind_of = {tag: kind for kind, tags in _HELD.items() for tag in tags}
+
+    def add_body(element: Any, name: str) -> None:
+        held = made["bodies"].setdefault(name, {"tag": "body", "attributes": {}, "inner": []})
+        held["attributes"] |= _node(element)["attributes"]
+        waiting = list(element)
+        while waiting:
+            child = waiting.pop(0)
+            if child.tag == "frame":
+                waiting[:0] = list(child)
+            elif child.tag == "body":
+                add_body(child, child.get("name", ""))
+            elif child.tag in kind_of:
+                made[kind_of[child.tag]][child.get("name", "")] = _node(child)
+            elif child.tag != "inertial":
+                held["inner"].append(_node(child))
+
     for world in root.findall("worldbody"):
-        body(world, "world", "")
-    for word, section in _LISTED.items():
-        kind = "general" if section == "actuator" else section
-        made[word] = [_node(one, attributes(one, kind)) for one in root.iterfind(f"{section}/*")]
-    made["pairs"] = [_node(one, attributes(one, "pair")) for one in root.iterfind("contact/pair")]
-    for tag in ("material", "texture", "mesh", "hfield"):
-        made[f"{tag}_assets"] = [_node(one, attributes(one, tag)) for one in root.iterfind(f"asset/{tag}")]
+        add_body(world, "world")
+    paths = {word: f"{section}/*" for word, section in _LISTED.items()} | {"pairs": "contact/pair"}
+    paths |= {f"{tag}_assets": f"asset/{tag}" for tag in ("material", "texture", "mesh", "hfield")}
+    made |= {word: [_node(one) for one in root.iterfind(path)] for word, path in paths.items()}
     made["options"] = {key: value for option in root.findall("option") for key, value in option.attrib.items()}
     for flag in root.iterfind("option/flag"):
         made["options"] |= {f"flag {key}": value for key, value in flag.attrib.items()}
     made["keys"] = [dict(key.attrib) for key in root.iterfind("keyframe/*")]
-    made["whole"] = [_node(one, one.attrib) for tag in _WHOLE for one in root.findall(tag)]
+    made["whole"] = [_node(one) for tag in _WHOLE for one in root.findall(tag)]
     return made
 
 
-def _node(element: Any, attributes: Mapping[str, str]) -> dict[str, Any]:
-    own = {key: value for key, value in attributes.items() if key != "name" or not value.startswith(_NO_NAME)}
-    own = {key: value for key, value in own.items() if key != "name" or value}
-    return {"tag": element.tag, "attributes": own, "inner": [_node(child, child.attrib) for child in element]}
+def _node(element: Any) -> dict[str, Any]:
+    attributes = {key: value for key, value in element.attrib.items() if key not in ("class", "childclass")}
+    if attributes.get("name", _NO_NAME).startswith(_NO_NAME) or not attributes["name"]:
+        attributes.pop("name", None)
+    return {"tag": element.tag, "attributes": attributes, "inner": [_node(child) for child in element]}
 
 
 def _merged(usual: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:

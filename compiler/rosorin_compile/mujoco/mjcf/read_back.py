@@ -29,6 +29,7 @@ from rosorin_compile.model.simulation import Actuator
 from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
 from .bodies import COLLISION, FLOATING, PLANAR, TOUCHES, VISUAL, WORLD, colliding, is_free
+from .engine import apply_classes
 from .omissions import LEAST, position_range
 from .servos import is_clamped
 from .write import base_name
@@ -302,19 +303,11 @@ def _joint(joints: Sequence[Element], parent: str, child: str, place: Any) -> Jo
 
 def _apply_classes(root: Element) -> None:
     """Give each element the attributes of its class, and visuals the colour of their material, where they have none."""
-    classes: dict[str, dict[str, dict[str, str]]] = {}
-    waiting: list[tuple[Element, dict[str, dict[str, str]]]] = [(one, {}) for one in root.iterfind("default")]
-    while waiting:
-        default, above = waiting.pop()
-        own = {part.tag: above.get(part.tag, {}) | part.attrib for part in default if part.tag != "default"}
-        classes[default.get("class", "main")] = above | own
-        waiting += [(inner, above | own) for inner in default.iterfind("default")]
+    apply_classes(root)
     colours = {one.get("name", ""): one.get("rgba") for one in root.iterfind("asset/material")}
     for section in ("worldbody", "actuator"):
         for element in (inner for top in root.iterfind(section) for inner in top.iter()):
             attributes = element.attrib
-            for key, text in classes.get(attributes.get("class", ""), {}).get(element.tag, {}).items():
-                attributes.setdefault(key, text)
             if "material" in attributes and (colour := colours.get(attributes["material"])) is not None:
                 attributes.setdefault("rgba", colour)
 

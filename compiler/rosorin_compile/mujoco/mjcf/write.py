@@ -27,25 +27,8 @@ from typing import NamedTuple
 
 from markupsafe import Markup
 
+from rosorin_compile import model
 from rosorin_compile.formats.templating import Templates, attribute, attributes, comment
-from rosorin_compile.model import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Geometry,
-    HeightMap,
-    Inertial,
-    Joint,
-    Link,
-    Mesh,
-    Output,
-    Pose,
-    Robot,
-    Shape,
-    Sphere,
-    Vector,
-)
 from rosorin_compile.model.geometry import plane_axes, pose_of
 from rosorin_compile.model.joint import Dynamics
 from rosorin_compile.model.looks import colours_of
@@ -57,65 +40,29 @@ from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
 from rosorin_compile.source.xml.elements import indented
 
-from .bodies import (
-    COLLISION,
-    FLOATING,
-    FRAME,
-    PLANAR,
-    SHOWN,
-    SHOWN_WHEEL,
-    STIFF,
-    VISUAL,
-    WHEEL,
-    Field,
-    body_name,
-    field_of,
-    form_of,
-    has_volume,
-    is_free,
-    reference,
-    rolling,
-    solids,
-)
-from .classes import Classes, Named, Part
+from . import bodies, omissions
 from .contacts import contacts
-from .omissions import (
-    LEAST,
-    LEAST_EIGENVALUE,
-    along_link_of,
-    has_mass,
-    has_products,
-    is_written,
-    mesh_path,
-    named,
-    omitted,
-    position_range,
-    refused,
-    texture_path,
-    unpaired,
-    weightless,
-)
 from .servos import Drive, controls_of, is_clamped, kept_controls
 from .servos import drives as drives_of
-from .write_elements import ElementPrinter, place_of, sensor_elements
+from .write_elements import Classes, ElementPrinter, Named, Part, place_of, sensor_elements
 
 # The types of joints that one joint of MuJoCo is.
 TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
 
-_AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_AXES: tuple[model.Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _AT_ORIGIN = {"planar": (0.0, 0.0, 0.0), "floating": (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)}
 _AT_ORIGIN |= {"ball": (1.0, 0.0, 0.0, 0.0)}
 
 
-def body_pose(joint: Joint) -> Pose:
+def body_pose(joint: model.Joint) -> model.Pose:
     """Return the pose of the child body of a joint in the parent body, in metres and radians."""
-    ref = reference(joint)
+    ref = bodies.reference(joint)
     return pose_of(joint.transform(ref)) if ref else joint.origin
 
 
-def several(joint: Joint, printer: ElementPrinter) -> list[Markup]:
+def several(joint: model.Joint, printer: ElementPrinter) -> list[Markup]:
     """Return the attributes of the joints that a body has for a planar, floating or ball joint, in their order."""
-    if is_free(printer.robot, joint):
+    if bodies.is_free(printer.robot, joint):
         return [attributes(name=joint.name, type="free", **_inner(joint, printer))]
     if joint.type == "ball":
         return [attributes(name=joint.name, type="ball", **_inner(joint, printer))]
@@ -123,36 +70,36 @@ def several(joint: Joint, printer: ElementPrinter) -> list[Markup]:
     if joint.type == "planar":
         axes = (*plane_axes(joint.axis), joint.axis)
         kinds = ("slide", "slide", "hinge")
-        parts = zip(PLANAR, kinds, axes, strict=True)
+        parts = zip(bodies.PLANAR, kinds, axes, strict=True)
     else:
-        parts = zip(FLOATING[:3], ("slide",) * 3, _AXES, strict=True)
+        parts = zip(bodies.FLOATING[:3], ("slide",) * 3, _AXES, strict=True)
     made = [attributes(name=base + end, **_motion(kind, axis, number)) for end, kind, axis in parts]
-    return made if joint.type == "planar" else [*made, attributes(name=base + FLOATING[3], type="ball")]
+    return made if joint.type == "planar" else [*made, attributes(name=base + bodies.FLOATING[3], type="ball")]
 
 
-def base_name(joint: Joint, robot: Robot) -> str:
+def base_name(joint: model.Joint, robot: model.Robot) -> str:
     """Return the name of a joint, with underscores after it where its parts would have the names of others."""
     base = joint.name
-    while any(base + end in robot.joint for end in {*PLANAR, *FLOATING}):
+    while any(base + end in robot.joint for end in {*bodies.PLANAR, *bodies.FLOATING}):
         base += "_"
     return base
 
 
-def single(joint: Joint, printer: ElementPrinter) -> dict[str, str]:
+def single(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
     """Return the attributes of a joint of one position, but its name."""
     values = _motion(TYPES[joint.type], joint.axis, printer.number)
-    ends = position_range(joint)
+    ends = omissions.position_range(joint)
     if ends:
         values["range"] = numbers(ends, printer.number)
     return {**values, **_inner(joint, printer)}
 
 
-def _motion(kind: str, axis: Vector, number: NumberFormat) -> dict[str, str]:
+def _motion(kind: str, axis: model.Vector, number: NumberFormat) -> dict[str, str]:
     values = {} if kind == "hinge" else {"type": kind}
     return values if axis == _AXES[2] else {**values, "axis": vector(axis, number)}
 
 
-def _inner(joint: Joint, printer: ElementPrinter) -> dict[str, str]:
+def _inner(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
     number, dynamics = printer.number, joint.dynamics or Dynamics()
     # That of the drive, too: no force limit clamps it, and MJX leaves out the damping of actuators (MuJoCo 3.17).
     words = {"damping": joint.braking, "frictionloss": dynamics.friction, "armature": dynamics.armature}
@@ -166,7 +113,7 @@ def _inner(joint: Joint, printer: ElementPrinter) -> dict[str, str]:
     return values
 
 
-def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> list[Markup]:
+def followers(robot: model.Robot, joints: Sequence[model.Joint], number: NumberFormat) -> list[Markup]:
     """Return the attributes of the constraints of joints that follow another; of one that never moves: their angle."""
     made = []
     for joint, mimic in ((joint, joint.mimic) for joint in joints if joint.mimic is not None and joint.moves):
@@ -175,8 +122,8 @@ def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> li
         values |= {"joint2": leader.name} if leader.moves else {}
         factor = mimic.multiplier if leader.moves else 0.0
         # MuJoCo counts both from their references.
-        offset = mimic.offset + factor * reference(leader) - reference(joint)
-        tuned = {"solref": mimic.solref or STIFF["solref"], "solimp": mimic.solimp or STIFF["solimp"]}
+        offset = mimic.offset + factor * bodies.reference(leader) - bodies.reference(joint)
+        tuned = {"solref": mimic.solref or bodies.STIFF["solref"], "solimp": mimic.solimp or bodies.STIFF["solimp"]}
         words = {word: numbers(values, number) for word, values in tuned.items()}
         made.append(attributes(**values, polycoef=numbers([offset, factor, 0.0, 0.0, 0.0], number), **words))
     return made
@@ -186,7 +133,10 @@ Key = tuple[str, list[float], list[float], dict[str, Attribute]]
 
 
 def keys(
-    robot: Robot, joints: Sequence[Joint], drives: Sequence[Drive], base_pose: Callable[[JointPose], Pose] | None
+    robot: model.Robot,
+    joints: Sequence[model.Joint],
+    drives: Sequence[Drive],
+    base_pose: Callable[[JointPose], model.Pose] | None,
 ) -> list[Key]:
     """Return name, qpos, ctrl and the rest of each pose: the ``base_pose`` if the base is free, then the joints.
 
@@ -202,7 +152,7 @@ def keys(
         at: dict[str, Sequence[float]] = {}
         for joint in joints:
             at[joint.name] = _AT_ORIGIN.get(joint.type) or (robot.position(joint, pose.positions),)
-            if is_free(robot, joint):
+            if bodies.is_free(robot, joint):
                 at[joint.name] = (*joint.origin.xyz, *joint.origin.transform().quaternion())
         ctrl: list[float] = []
         for drive in drives:
@@ -233,7 +183,7 @@ PLAIN_WHEELS = {"cone": "elliptic"}
 
 # What a body without mass has where MuJoCo asks for one (see ``masses.weightless``).
 _NO_SIZE = 1e-9  # m
-_LEAST_INERTIAL = Inertial(LEAST, Pose(), LEAST, LEAST, LEAST)
+_LEAST_INERTIAL = model.Inertial(omissions.LEAST, model.Pose(), omissions.LEAST, omissions.LEAST, omissions.LEAST)
 # A geom that keeps fluids from such a body: MuJoCo takes it for a box of metres.
 _NO_DRAG = {"mass": "0", "contype": "0", "conaffinity": "0", "group": "5", "rgba": "0 0 0 0"}
 _NO_DRAG |= {"fluidshape": "ellipsoid", "fluidcoef": "0 0 0 0 0"}
@@ -244,12 +194,12 @@ class Frame(NamedTuple):
 
     name: str
     depth: int
-    pose: Pose
-    joint: Joint | None
-    link: Link | None
+    pose: model.Pose
+    joint: model.Joint | None
+    link: model.Link | None
 
 
-def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+def write(robot: model.Robot, output: model.Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the MJCF of a robot.
 
     Options: ``base`` (fixed: the root link is held in the world; free: it floats, as that of a robot with a drive does
@@ -269,28 +219,30 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     shared += [printer.actuator(drive) for drive in drives]
     classes = Classes(robot.name, shared, [*robot.mjcf, *(text for _, text in sections)])
     implied = output.options.get("contacts", "implied") == "implied"
-    rolls = rolling(robot) if implied else frozenset[str]()
+    rolls = bodies.rolling(robot) if implied else frozenset[str]()
     geoms = _Geoms(robot, output, printer, classes, rolls, frozenset(shown))
     stands_there = partial(stands_at, robot, clouds=clouds_of(robot, as_opened=True))
     is_placed = robot.root_in_world.placed or not free
     root = robot.root_in_world.pose if is_placed else stands_there(home_of(robot))
     top = 1 if robot.root_in_world.world else 0  # the depth of the frames that are bodies in the world
-    none = frozenset(weightless(robot, free))
+    none = frozenset(omissions.weightless(robot, free))
     in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
     printed = {joint.name: classes.printed(place) for place, joint in enumerate(moving)}
-    framed = attributes(**{"class": classes.named(FRAME)})
-    bodies: list[tuple[object, ...]] = []  # as the template takes them; the last are indents of bodies that end here
+    framed = attributes(**{"class": classes.named(bodies.FRAME)})
+    elements: list[
+        tuple[object, ...]
+    ] = []  # as the template takes them; the last are indents of elements that end here
     for frame, after in zip(frames, [*frames[1:], None], strict=True):
-        link, joint, indent = frame.link or Link(frame.name), frame.joint, _indent(frame.depth - top)
-        made = [*geoms.of(link, COLLISION, link.collision), *geoms.of(link, VISUAL, link.visual)]
+        link, joint, indent = frame.link or model.Link(frame.name), frame.joint, _indent(frame.depth - top)
+        made = [*geoms.of(link, bodies.COLLISION, link.collision), *geoms.of(link, bodies.VISUAL, link.visual)]
         if in_fluid and link.name in none:
             made.append(attributes(name=f"{link.name}_no_drag", size=number(_NO_SIZE), **_NO_DRAG))
         pose, names = root if frame.depth == 0 else frame.pose, ""
         if frame.depth >= top:
             place = place_of(pose.xyz, pose.rpy, number)
-            names = attribute("name", body_name(robot, frame.name)) + attributes(**place)
+            names = attribute("name", bodies.body_name(robot, frame.name)) + attributes(**place)
             names += printer.printed({**link.limited_values("mjcf"), **link.mjcf})
-        free_joint = [_free_joint(robot, printer)] if free and not bodies else []
+        free_joint = [_free_joint(robot, printer)] if free and not elements else []
         body = (
             free_joint,
             indent,
@@ -303,16 +255,16 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
             [indented(text, _indent(frame.depth - top + 1)) for text in link.mjcf_elements],
             [_indent(depth - top) for depth in range(frame.depth, (after.depth if after else top) - 1, -1)],
         )
-        bodies.append(body)
-    touching = contacts(robot, form_of(output), implied)
+        elements.append(body)
+    touching = contacts(robot, bodies.form_of(output), implied)
     values = {
         "robot": robot,
         "classes": classes.tree(geoms.used, bool(rolls), output.options.get("groups", {})),
         "materials": [printer.printed(values) for values in printer.materials()],
-        "textures": [(name, texture_path(file)) for file, name in printer.textures.items()],
+        "textures": [(name, omissions.texture_path(file)) for file, name in printer.textures.items()],
         "meshes": geoms.printed_meshes(),
         "fields": list(geoms.fields.items()),
-        "bodies": bodies,
+        "bodies": elements,
         "followers": followers(robot, joints, number),
         "actuators": [Part(one.actuator.type, classes.printed(at)) for at, one in enumerate(drives, len(moving))],
         "equalities": [printer.constraint(one) for one in robot.constraints],
@@ -320,7 +272,9 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "sections": sections,
         "keys": keys(robot, joints, drives, stands_there if free else None),
         "excludes": touching.excluded,
-        "contact_pairs": [[geoms.names[one.link, COLLISION, one.number] for one in pair] for pair in touching.pairs],
+        "contact_pairs": [
+            [geoms.names[one.link, bodies.COLLISION, one.number] for one in pair] for pair in touching.pairs
+        ],
         "stand_ins": [comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
         "title": comment(robot.name),
         "option": _option(robot, output, free, printer),
@@ -329,19 +283,24 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "kept": [indented(text, "  ") for text in robot.mjcf],
     }
     text = templates.own("mujoco/robot.xml.jinja", values)
-    found = [*refused(robot, free), *omitted(robot, joints), *unpaired(touching.left), *diagnostics]
-    return text, [*found, *(named(text, geoms.left_out) if geoms.left_out else ())]
+    found = [
+        *omissions.refused(robot, free),
+        *omissions.omitted(robot, joints),
+        *omissions.unpaired(touching.left),
+        *diagnostics,
+    ]
+    return text, [*found, *(omissions.named(text, geoms.left_out) if geoms.left_out else ())]
 
 
-def _walk(robot: Robot) -> Iterator[Frame]:
+def _walk(robot: model.Robot) -> Iterator[Frame]:
     """Yield every frame from the root, parents before children: links by their joints, then known static edges."""
-    edges: dict[str, list[tuple[str, Pose]]] = {}
+    edges: dict[str, list[tuple[str, model.Pose]]] = {}
     known = set(robot.link)
     for edge in robot.edges:
         if edge.pose is not None and not edge.moving and edge.child not in known:
             known.add(edge.child)
             edges.setdefault(edge.parent, []).append((edge.child, edge.pose))
-    waiting = [Frame(robot.root, 0, Pose(), None, robot.link[robot.root])]
+    waiting = [Frame(robot.root, 0, model.Pose(), None, robot.link[robot.root])]
     while waiting:
         frame = waiting.pop()
         yield frame
@@ -353,7 +312,7 @@ def _walk(robot: Robot) -> Iterator[Frame]:
             waiting.append(Frame(joint.child, depth, body_pose(joint), moving, robot.link[joint.child]))
 
 
-def _free_joint(robot: Robot, printer: ElementPrinter) -> Markup:
+def _free_joint(robot: model.Robot, printer: ElementPrinter) -> Markup:
     root = robot.root_in_world
     name = root.joint or f"{robot.root}_free"
     while name in robot.joint and not root.joint:
@@ -363,13 +322,13 @@ def _free_joint(robot: Robot, printer: ElementPrinter) -> Markup:
     return Markup("<joint{}/>").format(printer.printed({"name": name, "type": "free", **root.values}))
 
 
-def _inertial(inertial: Inertial | None, number: NumberFormat) -> Markup | str:
-    if inertial is None or not has_mass(inertial):
+def _inertial(inertial: model.Inertial | None, number: NumberFormat) -> Markup | str:
+    if inertial is None or not omissions.has_mass(inertial):
         return ""
-    pos, mass, six = vector(inertial.pose.xyz, number), number(inertial.mass), along_link_of(inertial)
+    pos, mass, six = vector(inertial.pose.xyz, number), number(inertial.mass), omissions.along_link_of(inertial)
     if not any(six[3:]):
         return attributes(pos=pos, mass=mass, diaginertia=" ".join(inertial.printed(number, six)[:3]))
-    if inertial.principal_moments[0] < LEAST_EIGENVALUE and not has_products(inertial):
+    if inertial.principal_moments[0] < omissions.LEAST_EIGENVALUE and not omissions.has_products(inertial):
         own, place = " ".join(inertial.printed(number)[:3]), place_of(inertial.pose.xyz, inertial.pose.rpy, number)
         return attributes(**{"pos": pos, **place, "mass": mass, "diaginertia": own})
     return attributes(pos=pos, mass=mass, fullinertia=" ".join(inertial.printed(number, six)))
@@ -384,8 +343,8 @@ class _Geoms:
 
     def __init__(
         self,
-        robot: Robot,
-        output: Output,
+        robot: model.Robot,
+        output: model.Output,
         printer: ElementPrinter,
         classes: Classes,
         rolls: frozenset[str],
@@ -393,71 +352,81 @@ class _Geoms:
     ) -> None:
         self.robot, self.printer, self.classes, self.rolls, self.shown = robot, printer, classes, rolls, shown
         self.colours = colours_of(robot) if shown else {}
-        self.form = form_of(output)
+        self.form = bodies.form_of(output)
         self.names, printer.own_names = _geom_names(robot, self.form)
         self.mesh_inertia = output.options.get("mesh_inertia", "shell")
-        self.meshes: dict[tuple[Mesh, str, tuple[tuple[str, Attribute], ...]], str] = {}
-        self.fields: dict[str, Field] = {}
+        self.meshes: dict[tuple[model.Mesh, str, tuple[tuple[str, Attribute], ...]], str] = {}
+        self.fields: dict[str, bodies.Field] = {}
         self.left_out: dict[str, str] = {}
         self.used: set[str] = set()
 
-    def of(self, link: Link, purpose: str, shapes: Sequence[Shape]) -> Iterator[Markup]:
+    def of(self, link: model.Link, purpose: str, shapes: Sequence[model.Shape]) -> Iterator[Markup]:
         """Yield the attributes of the geoms of a link for a purpose."""
-        is_shown, rolls = purpose == COLLISION and link.name in self.shown, link.name in self.rolls
+        is_shown, rolls = purpose == bodies.COLLISION and link.name in self.shown, link.name in self.rolls
         kind = purpose
-        if purpose == COLLISION and (rolls or is_shown):
-            kind = (SHOWN_WHEEL if is_shown else WHEEL) if rolls else SHOWN
+        if purpose == bodies.COLLISION and (rolls or is_shown):
+            kind = (bodies.SHOWN_WHEEL if is_shown else bodies.WHEEL) if rolls else bodies.SHOWN
         called = self.classes.named(kind)
-        for index, solid in enumerate([solid for shape in shapes for solid in solids(shape, self.form)], start=1):
+        for index, solid in enumerate(
+            [solid for shape in shapes for solid in bodies.solids(shape, self.form)], start=1
+        ):
             geometry, name = solid.geometry, self.names[link.name, purpose, index]
-            if not has_volume(geometry) or (isinstance(geometry, Mesh) and not is_written(self.robot, geometry)):
+            if not bodies.has_volume(geometry) or (
+                isinstance(geometry, model.Mesh) and not omissions.is_written(self.robot, geometry)
+            ):
                 self.left_out[name] = link.name
                 continue
             self.used.add(kind)
-            more = self.printer.look(solid) if purpose == VISUAL else {}
+            more = self.printer.look(solid) if purpose == bodies.VISUAL else {}
             more |= {"material": self.printer.material(self.colours[link.name].name)} if is_shown else {}
             if solid.contact is not None or solid.mjcf:
                 more |= self.printer.touching(solid, purpose)
             yield attributes(**{"name": name, "class": called, **self._sized(geometry, solid), **more})
 
-    def _sized(self, geometry: Geometry, solid: Shape) -> dict[str, str]:
+    def _sized(self, geometry: model.Geometry, solid: model.Shape) -> dict[str, str]:
         number, pose = self.printer.number, solid.origin()
-        if isinstance(geometry, HeightMap):
-            field = field_of(solid, geometry)
+        if isinstance(geometry, model.HeightMap):
+            field = bodies.field_of(solid, geometry)
             name, pose = f"{self.robot.name}_height_field_{len(self.fields) + 1}", field.pose
             self.fields[name] = field
             made = {"type": "hfield", "hfield": name}
-        elif isinstance(geometry, Mesh):
+        elif isinstance(geometry, model.Mesh):
             if not geometry.inertia and self.mesh_inertia != "legacy":
                 geometry = replace(geometry, inertia=self.mesh_inertia)
             key = (geometry, geometry.inertia, tuple(sorted(geometry.mjcf.items())))
             made = {"type": "mesh"}
             made["mesh"] = self.meshes.setdefault(key, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
         else:
-            made = {} if isinstance(geometry, Sphere) else {"type": type(geometry).__name__.lower()}
-            made["size"] = numbers(_half_sizes(geometry), number)
+            made = {} if isinstance(geometry, model.Sphere) else {"type": type(geometry).__name__.lower()}
+            made["size"] = numbers(bodies.half_sizes(geometry), number)
         return {**made, **place_of(pose.xyz, pose.rpy, number)}
 
     def printed_meshes(self) -> list[Markup]:
         made = []
         for (mesh, *_), name in self.meshes.items():
-            values = {"name": name, "file": mesh_path(mesh.file), "scale": numbers(mesh.scale, self.printer.number)}
+            values = {
+                "name": name,
+                "file": omissions.mesh_path(mesh.file),
+                "scale": numbers(mesh.scale, self.printer.number),
+            }
             values |= {"inertia": mesh.inertia} if mesh.inertia else {}
             made.append(attributes(**values, **self.printer.texts(mesh.mjcf)))
         return made
 
 
-def _geom_names(robot: Robot, form: str) -> tuple[dict[tuple[str, str, int], str], dict[str, str]]:
+def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int], str], dict[str, str]]:
     """Return the name of each geom by link, purpose and number; and by LINK_PURPOSE_NUMBER where another one has that.
 
     A geom has the name of its shape, if no other shape has it; one that collides goes before one that is seen. All
     others are called after their link.
     """
     places: dict[tuple[str, str, int], str] = {}
-    for purpose in (COLLISION, VISUAL):
+    for purpose in (bodies.COLLISION, bodies.VISUAL):
         for link in robot.links:
-            shapes = link.visual if purpose == VISUAL else link.collision
-            for number, solid in enumerate([solid for shape in shapes for solid in solids(shape, form)], start=1):
+            shapes = link.visual if purpose == bodies.VISUAL else link.collision
+            for number, solid in enumerate(
+                [solid for shape in shapes for solid in bodies.solids(shape, form)], start=1
+            ):
                 places[link.name, purpose, number] = solid.name
     own, first = [(at, name) for at, name in places.items() if name], dict[str, str]()
     for (_, purpose, _), name in own:
@@ -476,7 +445,9 @@ def _geom_names(robot: Robot, form: str) -> tuple[dict[tuple[str, str, int], str
     return names, meant
 
 
-def _option(robot: Robot, output: Output, free: bool, printer: ElementPrinter) -> tuple[Markup, Markup | str]:
+def _option(
+    robot: model.Robot, output: model.Output, free: bool, printer: ElementPrinter
+) -> tuple[Markup, Markup | str]:
     """Return the attributes of the settings of the simulation, and those of its flags, if any is set.
 
     What an import says is all that its source has: nothing is added.
@@ -493,15 +464,3 @@ def _option(robot: Robot, output: Output, free: bool, printer: ElementPrinter) -
 
 def _indent(depth: int) -> str:
     return "  " * (min(depth, DEEPEST) + 2)
-
-
-def _half_sizes(geometry: Geometry) -> tuple[float, ...]:
-    """Return the sizes of a primitive as MuJoCo counts: half extents, radius, radius and half length (m)."""
-    if isinstance(geometry, Box):
-        x, y, z = geometry.size
-        return (x / 2, y / 2, z / 2)
-    if isinstance(geometry, (Cylinder, Capsule)):
-        return (geometry.radius, geometry.length / 2)
-    if isinstance(geometry, Ellipsoid):
-        return geometry.radii
-    return (geometry.radius,) if isinstance(geometry, Sphere) else ()

@@ -15,13 +15,13 @@ from itertools import combinations, product
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Joint, Mesh, Robot, Shape, Transform
+from rosorin_compile.model import Box, Capsule, Cylinder, Joint, Mesh, Robot, Shape, Transform
 from rosorin_compile.model.mesh_triangles import TriangleMesh
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.progress import Progress
 
-from ..mjcf.bodies import weld_groups
+from ..mjcf.bodies import half_sizes, weld_groups
 
 Floats = Any  # an array of numpy, which is imported where it is used
 Meshes = Mapping[Mesh, Any]  # readable meshes as ``trimesh.Trimesh`` in metres
@@ -88,12 +88,8 @@ class Solid:
     @property
     def size(self) -> list[float]:
         """The sizes of the geom of a primitive in MuJoCo."""
-        geometry: Any = self.shape.geometry
-        if isinstance(geometry, Box):
-            return [side / 2 for side in geometry.size]
-        if isinstance(geometry, Ellipsoid):
-            return list(geometry.radii)
-        return [geometry.radius, getattr(geometry, "length", 2 * geometry.radius) / 2, geometry.radius]
+        sizes = half_sizes(self.shape.geometry)
+        return [*sizes, *[sizes[0]] * (3 - len(sizes))]
 
     @cached_property
     def hull(self) -> Any:

@@ -1,35 +1,23 @@
 """The sections of simulators that other formats can express in part: actuators and constraints.
 
 The words of the language become the attributes of MuJoCo's elements; what they name (links, joints, sites) stays the
-name that the description has for it.
+name that the description has for it. Each section has a folder with its piece of the schema.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
-from rosorin_compile.language.lower.records import Problem, actuator_of, entries_of, pose_of_entry, renamed_values
+from rosorin_compile.language.records import Problem, entries_of, pose_of_entry, renamed_values
 from rosorin_compile.model import Pose
 from rosorin_compile.model.sections import Section
-from rosorin_compile.model.simulation import Actuator, Attribute, Entry
-from rosorin_compile.source.rule_registry import checks_of
+from rosorin_compile.model.simulation import Attribute, Entry
 
-from . import actuators, numbers
-from .actuators import TARGETS
+from . import actuators
 
 
-def _actuators_of(tree: Mapping[str, Any], _: Problem) -> tuple[Actuator, ...]:
-    made = ((name, entry, actuator_of(entry)) for name, entry in entries_of(tree, "actuators"))
-    return tuple(
-        replace(one, name=name, targets={word: entry[key] for key, word in TARGETS.items() if key in entry})
-        for name, entry, one in made
-        if one is not None
-    )
-
-
-def _constraints_of(tree: Mapping[str, Any], _: Problem) -> tuple[Entry, ...]:
+def _constraints(tree: Mapping[str, Any], _: Problem) -> tuple[Entry, ...]:
     return tuple(_constraint(name, entry) for name, entry in entries_of(tree, "constraints"))
 
 
@@ -53,8 +41,4 @@ def _constraint(name: str, entry: Mapping[str, Any]) -> Entry:
     return Entry(entry["type"], name, values | renamed_values(entry, _OF_CONSTRAINT))
 
 
-# The rules of numbers are about contacts of shapes and constraints as well.
-ACTUATORS: Section[tuple[Actuator, ...]] = Section(
-    "actuators", lower=_actuators_of, checks=(*checks_of(actuators), *checks_of(numbers))
-)
-CONSTRAINTS: Section[tuple[Entry, ...]] = Section("constraints", lower=_constraints_of)
+SECTIONS: tuple[Section[Any], ...] = (actuators.SECTION, Section("constraints", lower=_constraints))

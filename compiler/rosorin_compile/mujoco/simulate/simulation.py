@@ -14,14 +14,22 @@ from rosorin_compile.model import Output
 from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, MissingPackages, RequestError, error, has_errors
+from rosorin_compile.source.diagnostics import (
+    NOTE,
+    Diagnostic,
+    MissingPackages,
+    RequestError,
+    UnknownName,
+    error,
+    has_errors,
+)
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.rule_registry import SIMULATION, declare
 from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.tree import exists
-from rosorin_compile.source.wording import counted, did_you_mean, first_of, listed
+from rosorin_compile.source.wording import counted, first_of, listed
 
 from ..mjcf.engine import reason
 from ..rest_pose import leader_of
@@ -121,7 +129,7 @@ def simulate_robot(
     used = dict(LIMITS)
     for name, value in (limits or {}).items():
         if name not in LIMITS:
-            raise RequestError(f'unknown limit "{name}"; {did_you_mean(name, LIMITS)}')
+            raise UnknownName("limit", name, LIMITS)
         if not 0 <= value < math.inf:
             raise RequestError(f"a limit is a number that is not negative, such as {name}={LIMITS[name].value:g}")
         used[name] = LIMITS[name]._replace(value=value)

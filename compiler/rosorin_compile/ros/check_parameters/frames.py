@@ -9,27 +9,10 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.joints import pieces
 from rosorin_compile.rules.publishers import steps_in_modes
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Suggestion, error, quoted
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.tables import Key
 from .nodes import DEFAULT, Node, Setting
 from .owners import Claim
-
-RULES = (
-    Rule(
-        "parameters-frame",
-        "A node names a frame that does not exist, that no node publishes, or by a name that tf2 refuses.",
-        "Name a frame of the robot.",
-        Heading.PARAMETERS,
-    ),
-    Rule(
-        "parameters-base",
-        "The base frame of a node is one that the odometry does not move: no transform leads to it from the odometry's "
-        "frame. AMCL and slam_toolbox take base_footprint by default.",
-        "Name the frame that the odometry moves, or one that hangs on it.",
-        Heading.PARAMETERS,
-    ),
-)
 
 BASE, ODOM, MAP, SENSOR = "base", "odom", "map", "sensor"
 

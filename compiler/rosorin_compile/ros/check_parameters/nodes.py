@@ -7,22 +7,11 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import Controller, Publisher
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, did_you_mean, error, nearest
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, error, nearest
 
-from ..controllers.types import full as full_type
+from ..parameters.files import Parameter, Section
 from ..parameters.tables import MANAGER, Kind, by_name, by_signs, controller, controller_by_keys, is_of, plugins
-from .files import Parameter, Section
-
-RULES = (
-    Rule(
-        "parameters-reach-nobody",
-        "No controller is called as parameters say that are for one. A warning: a node in a namespace does not get "
-        "parameters that name it without.",
-        "`/NAMESPACE/NODE:`, or `/**/NODE:`; or correct the name.",
-        Heading.PARAMETERS,
-    ),
-)
+from ..ports import full_type
 
 DEFAULT = "by default"
 
@@ -43,7 +32,7 @@ class Setting(NamedTuple):
         return "" if self.given else f" {DEFAULT}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Node:
     """A node of the files: its full name, the place that names it, its kind if it is known, and its parameters.
 
@@ -174,7 +163,7 @@ def _types(named: Mapping[str, list[Section]], files: Files) -> dict[str, _Type]
 
 
 def _is_type(text: str) -> bool:
-    return text in plugins("") or did_you_mean(text, plugins("")).startswith("did")
+    return text in plugins("") or nearest(text, plugins("")) is not None
 
 
 def _homeless(named: dict[str, list[Section]], types: Mapping[str, _Type]) -> Iterator[Diagnostic]:

@@ -9,34 +9,11 @@ from rosorin_compile.model import Publisher
 from rosorin_compile.model.joint import NODE
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, error
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path
 
 from .nodes import Node, Setting
 from .remaps import Remap, is_tf, topic
 from .values import world_problem
-
-RULES = (
-    Rule(
-        "parameters-two-owners",
-        "A node publishes an edge that belongs to another one, so the frame jumps between the two.",
-        "Switch one of them off, as the message says; or say in the description who owns the edge, and in which mode.",
-        Heading.PARAMETERS,
-    ),
-    Rule(
-        "parameters-no-owner",
-        "The node that owns an edge by the description does not publish it.",
-        "Switch it on, remap its topic to /tf, or name the real owner in the description.",
-        Heading.PARAMETERS,
-    ),
-    Rule(
-        "parameters-other-edge",
-        "A node publishes an edge that the description does not have: it has another parent, or another child. A "
-        "warning where no node of the description publishes that frame.",
-        "Correct the frames of the node, or add the edge to `edges`.",
-        Heading.PARAMETERS,
-    ),
-)
 
 
 @dataclass(frozen=True)

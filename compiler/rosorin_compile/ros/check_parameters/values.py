@@ -6,20 +6,10 @@ import re
 from collections.abc import Iterator
 
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error, quoted
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters.checking import against_kind
-from .files import Parameter
+from ..parameters.files import Parameter
 from .nodes import Node
-
-RULES = (
-    Rule(
-        "parameters-gap",
-        "An input of the EKF is never read, for it reads odom0, odom1, ... up to the first number that is missing.",
-        "Number the inputs from 0, without gaps.",
-        Heading.PARAMETERS,
-    ),
-)
 
 INPUTS = ("odom", "pose", "twist", "imu")
 _INPUT = re.compile(rf"({'|'.join(INPUTS)})(\d+)\Z")

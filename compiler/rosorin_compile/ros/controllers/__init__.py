@@ -6,9 +6,9 @@ holds parameters against the robot: those of a description (``described``), and 
 
 from __future__ import annotations
 
-from rosorin_compile.formats.format import Format, Unsupported
+from rosorin_compile.formats.format import Unsupported
 
-from ..parameters import options_of, read, syntax
+from ..parameters import parameter_file
 from .described import check
 from .filled import view, write
 
@@ -17,22 +17,15 @@ __all__ = ["FORMAT"]
 
 _UNSUPPORTED = {"controllers.*.inactive": Unsupported("the launch file of a package starts it so", quiet=True)}
 
-FORMAT = Format(
-    name="controllers",
+FORMAT = parameter_file(
+    "controllers",
     word="controllers.yaml",
-    article="a",
     about="the parameters of ros2_control's controllers",
     rank=61,
     covers=("robot", "controllers", "drive"),
     unsupported=_UNSUPPORTED,
-    options=options_of("controllers"),
     file="controllers.yaml",
     check=check,
     write=write,
     view=view,
-    read=read,
-    names_robot=False,
-    syntax=syntax,
-    folder="config",
-    deploys=True,
 )

@@ -1,6 +1,6 @@
 """Parameters of a controller held against what the robot knows, be they of a description or of a file.
 
-What is known of its type is in ``parameters`` beside this folder.
+What is known of its type is in ``parameters`` and in the table of ports.
 """
 
 from __future__ import annotations
@@ -11,64 +11,53 @@ from typing import Any
 
 from rosorin_compile.model import Robot
 from rosorin_compile.ros.sections.control.hardware import JOINT_WORDS, POSITION, VELOCITY
-from rosorin_compile.source.diagnostics import WARNING, Suggestion, listed, nearest, quoted
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Suggestion, listed, nearest, quoted
 
 from ..parameters.checking import Finding
-from ..parameters.tables import Kind
-from .derived import COMMANDS, Derived
-from .types import SHORT
-
-RULES = (
-    Rule(
-        "controller-missing",
-        "A controller lacks a parameter that it needs.",
-        "Give it; or say in the description what it follows from: `drive`, `sensors`, `control`.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "controller-name",
-        "A controller names a joint, a frame or a sensor that the robot does not have.",
-        "Correct the name.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "controller-differs",
-        "A controller is told something else than the robot says: the radius of a wheel, the distance between two, "
-        "which is on the left. A warning in a description.",
-        "Correct one of the two; what is left out of a description is filled in.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "controller-interface",
-        "Two controllers that are started claim one command of a joint: the second one does not start. A warning: a "
-        "controller commands what no hardware block has.",
-        "Start one of the two with `inactive: true`; give the joint this command in `control`, or name another joint.",
-        Heading.CONTROL,
-    ),
-)
+from ..parameters.tables import DISTRIBUTIONS, Kind, plugins
+from ..ports import full_type, interfaces_of, short_words
+from .derived import Derived
 
 _TOLERANCE = 0.005  # of a size: people round, and measure wheels that are pressed flat
 _LEAST = 0.0005  # m
-_JOINTS = re.compile(r"(?:\w+_)?(?:joints?|joint_name|wheels?_names|joints_names|dof_names|state_names)")
-_NOT_OF_URDF = ("extra_joints",)
+_JOINTS = re.compile(
+    r"(?!extra_joints)(?:\w+_)?(?:joints?|joint_name|wheels?_names|joints_names|dof_names|state_names)"
+)
 _FRAMES = ("base_frame_id", "frame_id", "odom_frame_id")
 _WORLD = ("map", "odom", "world", "earth")
-_OF_INTERFACES = (SHORT["joint_trajectory"], SHORT["admittance"])
-_SEVERAL_INTERFACES = "forward_command_controller/MultiInterfaceForwardCommandController"
-_GRIPPERS = (SHORT["position_gripper"], SHORT["effort_gripper"])
-# Drives that measure positions of their wheels unless `position_feedback` is false; others measure velocities.
-_BY_POSITION = tuple(
-    SHORT[word]
-    for word in ("diff_drive", "omni_wheel_drive", "ackermann_steering", "bicycle_steering", "tricycle_steering")
-)
 _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
+
+
+def of_type(name: str, kind: str, distribution: str) -> Finding | None:
+    """Return what is wrong with the type of a controller in a distribution, any of them if it is empty."""
+    known, every, plugin = plugins(distribution), plugins(""), full_type(kind)
+    if plugin in known:
+        return None
+    message = f'the controller "{name}" is of type "{kind}"'
+    if plugin in every:
+        others = listed(one.capitalize() for one in DISTRIBUTIONS if plugin in plugins(one))
+        message += f", which {distribution.capitalize()} does not have; {others} has it"
+        return Finding("controller-type", message, "type", "take another type, or ask for that distribution")
+    words = [*known, *(word for word, of in short_words().items() if of in known)]
+    packages = {*every.values(), *(one.partition("/")[0] for one in every)}
+    package = kind.partition("/")[0]
+    if "/" not in kind or package in packages:
+        own = [one for one, its in known.items() if its == package]
+        instead = f"short words: {', '.join(short_words())}; any other is PACKAGE/CLASS"
+        help = Suggestion(kind, words, instead=f"{package} has {listed(own)}" if own else instead)
+        message += ", which there is not" + (f" on {distribution.capitalize()}" if distribution else "")
+        return Finding("controller-type", message, "type", help)
+    message += ", of a package that is not known: its parameters are not checked"
+    meant = nearest(package, packages)  # vendors call theirs after those that they know
+    if meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words):
+        return Finding("controller-type", message, "type", Suggestion(kind, words), WARNING)
+    return Finding("controller-type", message, "type", "", NOTE)
 
 
 def missing(
     name: str, kind: Kind | None, given: Iterable[str], help: Callable[[list[str]], str] | None = None
 ) -> Iterator[Finding]:
-    """Yield the parameters that a controller needs and nobody gives; ``help`` says of them where to give them."""
+    """Yield the parameters that a controller needs and that are not given; ``help`` makes the help about them."""
     if kind is None:
         return
     meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # which is told
@@ -86,8 +75,9 @@ def against_robot(
         wrong = list(_joints_of(name, key, value, robot))
         yield from wrong
         if not wrong and key in known.values:
-            yield from _same(name, key, value, known.values[key], severity)
-    yield from _commanded(name, kind, values, robot)
+            yield from _differing(name, key, value, known.values[key], severity)
+    if robot.control:
+        yield from _interfaces(name, kind, values, robot)
 
 
 def frames_of(name: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Finding]:
@@ -98,8 +88,7 @@ def frames_of(name: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Fi
         there = {*frames, *_WORLD} if last == "odom_frame_id" else frames
         if last in _FRAMES and isinstance(value, str) and value and value.lstrip("/") not in there:
             message = f'"{key}" of {name} names "{value}", which is no frame of the robot'
-            help = Suggestion(value, there)
-            yield Finding("controller-name", message, key, help, unknown=value, known=there)
+            yield Finding("controller-name", message, key, Suggestion(value, there), unknown=value, known=there)
 
 
 def _texts(value: Any) -> list[str]:
@@ -108,11 +97,9 @@ def _texts(value: Any) -> list[str]:
 
 
 def _joints_of(name: str, key: str, value: Any, robot: Robot) -> Iterator[Finding]:
-    if "." in key or not _JOINTS.fullmatch(key) or key in _NOT_OF_URDF:
-        return
     moving = {joint.name for joint in robot.joints if not joint.is_fixed}
     controllers = {controller.name for controller in robot.controllers}
-    for one in _texts(value):
+    for one in _texts(value) if _JOINTS.fullmatch(key) else ():
         before, slash, joint = one.rpartition("/")
         if slash and joint in moving and (before in controllers or not controllers):
             continue  # it stands behind a controller of the chain
@@ -122,34 +109,24 @@ def _joints_of(name: str, key: str, value: Any, robot: Robot) -> Iterator[Findin
             yield Finding("controller-name", message, key, help, unknown=one, known=moving)
 
 
-def _same(name: str, key: str, value: Any, wanted: Any, severity: str) -> Iterator[Finding]:
+def _differing(name: str, key: str, value: Any, wanted: Any, severity: str) -> Iterator[Finding]:
+    last = key.rpartition(".")[2]
+    is_size = "multiplier" not in key and last.rpartition("_")[2].lower() in _SIZES
     if _JOINTS.fullmatch(key):
-        if (sorted(value) if isinstance(value, (list, tuple)) else value) == (
-            sorted(wanted) if isinstance(wanted, list) else wanted
-        ) or key in ("joints", "joint"):
-            return
-        message = f'"{key}" of {name} is {_names(value)}, and the drive says {_names(wanted)}'
-        yield Finding("controller-differs", message, key, "correct one of the two", severity)
-    elif _is_size(key) and isinstance(value, (int, float)) and isinstance(wanted, float):
-        if abs(value - wanted) <= max(_LEAST, _TOLERANCE * abs(wanted)):
+        same = sorted(_texts(value)) == sorted(_texts(wanted))
+        if not same and key not in ("joints", "joint"):
+            names = [quoted(map(str, one)) if isinstance(one, (list, tuple)) else f'"{one}"' for one in (value, wanted)]
+            message = f'"{key}" of {name} is {names[0]}, and the drive says {names[1]}'
+            yield Finding("controller-differs", message, key, "correct one of the two", severity)
+    elif (is_size or key.startswith("kinematics.base_frame_offset")) and isinstance(wanted, float):
+        allowed = max(_LEAST, _TOLERANCE * abs(wanted))
+        if not isinstance(value, (int, float)) or abs(value - wanted) <= allowed:
             return
         message = f'"{key}" of {name} is {value:.6g}, and the robot says {wanted:.6g}'
-        twice = abs(value - 2 * wanted) <= max(_LEAST, _TOLERANCE * abs(wanted))
-        half = abs(2 * value - wanted) <= max(_LEAST, _TOLERANCE * abs(wanted))
-        help = f"it is {'twice' if twice else 'half'} that: " if twice or half else ""
+        factors = (("twice", 2.0), ("half", 0.5))
+        help = next((f"it is {word} that: " for word, by in factors if abs(value / by - wanted) <= allowed), "")
         help += f"write {wanted:.6g}, or correct the robot"
         yield Finding("controller-differs", message, key, help, severity)
-
-
-def _is_size(key: str) -> bool:
-    last = key.rpartition(".")[2]
-    if key.startswith("kinematics.base_frame_offset"):
-        return True
-    return "multiplier" not in key and last.rpartition("_")[2].lower() in _SIZES
-
-
-def _names(value: Any) -> str:
-    return quoted(map(str, value)) if isinstance(value, (list, tuple)) else f'"{value}"'
 
 
 def claims(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
@@ -157,74 +134,63 @@ def claims(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str
 
     What stands behind another controller, as ``pid/wheel``, is claimed of that.
     """
-    for key, joints, words in _wanted(kind, values):
+    for key, joints, words in _commands(kind, values):
         yield from ((joint, word, key) for joint in joints for word in words if "/" not in joint)
 
 
-def _commanded(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Finding]:
-    if not robot.control:
-        return
-    there = {(one.name, word) for block in robot.control for one in block.joints for word in one.commands}
-    for key, joints, words in _wanted(kind, values):
-        words = [word for word in words if word in JOINT_WORDS]
-        lacking = [one for one in joints if one in robot.joint and any((one, word) not in there for word in words)]
+def _commands(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, list[str], list[str]]]:
+    about = interfaces_of(kind)
+    joints_key = about.get("joints", "joints")
+    if values.get(about.get("instead", "")):
+        joints_key = about["instead"]
+    for key, value in values.items():
+        if "drive" in about and _JOINTS.fullmatch(key) and "state" not in key:
+            front = key.startswith("front_wheels") == values.get("front_steering", True)
+            steers = "steering" in key or (key in ("front_wheels_names", "rear_wheels_names") and front)
+            words = [POSITION if steers else VELOCITY]
+        elif key == joints_key:
+            words = _texts(about.get("command")) or _texts(values.get(about.get("commands", "")))
+        else:
+            continue
+        if words and (joints := list(dict.fromkeys(_texts(value)))):
+            yield key, joints, words
+
+
+def _states(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+    about = interfaces_of(kind)
+    if "drive" in about:
+        by_position = values.get("position_feedback", about["turning"] == POSITION)
+        for key, joints, words in _commands(kind, values):
+            word = POSITION if words == [POSITION] or by_position else VELOCITY
+            yield from ((key, joint, word) for joint in joints)
+    else:
+        key = about.get("joints", "joints")
+        words = about.get("reads") or _texts(values.get(about.get("states", "")))
+        where = about.get("states", key)
+        yield from ((where, joint, word) for joint in _texts(values.get(key)) for word in words)
+
+
+def _interfaces(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Finding]:
+    """Yield the commands, the states and the sensor of a controller that no hardware block has."""
+    joints = [one for block in robot.control for one in block.joints]
+    there = {(one.name, word) for one in joints for word in one.commands}
+    for key, names, every in _commands(kind, values):
+        words = [word for word in every if word in JOINT_WORDS]
+        lacking = [one for one in names if one in robot.joint and any((one, word) not in there for word in words)]
         if lacking:
             message = f"{name} commands the {listed(words)} of {quoted(lacking, most=4)}, which no hardware block has"
             help = f"in control: joints: {{{lacking[0]}: {{command: {words[0]}}}}}"
             yield Finding("controller-interface", message, key, help, WARNING)
-    states = {(one.name, word) for block in robot.control for one in block.joints for word in one.states}
+    states = {(one.name, word) for one in joints for word in one.states}
     for key, joint, word in _states(kind, values):
         if joint in robot.joint and (joint, word) not in states:
             message = f'{name} reads the {word} of "{joint}", which no hardware block has: it does not become active'
             help = f"in control: joints: {{{joint}: {{state: [{word}]}}}}, if the hardware measures it"
             yield Finding("controller-interface", message, key, help, WARNING)
             break
-    sensor = values.get("sensor_name")
-    named = {one.name for block in robot.control for one in block.sensors}
-    if isinstance(sensor, str) and sensor and sensor not in named:
-        message = f'"sensor_name" of {name} is "{sensor}", and no hardware block has a sensor of this name'
-        suggestion = Suggestion(sensor, named, none=f"in control: sensors: {{{sensor}: {{}}}}")
-        yield Finding("controller-interface", message, "sensor_name", suggestion, WARNING)
-
-
-def _states(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    if kind in _OF_INTERFACES:
-        words = _texts(values.get("state_interfaces"))
-        yield from (("state_interfaces", joint, word) for joint in _texts(values.get("joints")) for word in words)
-    elif kind in _GRIPPERS:
-        yield from (("joint", joint, word) for joint in _texts(values.get("joint")) for word in (POSITION, VELOCITY))
-    elif _drives(kind):
-        turning = POSITION if values.get("position_feedback", kind in _BY_POSITION) else VELOCITY
-        for key, joints, words in _wanted(kind, values):
-            yield from ((key, joint, POSITION if words == [POSITION] else turning) for joint in joints)
-
-
-def _drives(kind: str) -> bool:
-    return kind in [SHORT[one] for one in SHORT if "drive" in one or "steering" in one or one == "tricycle"]
-
-
-def _wanted(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, list[str], list[str]]]:
-    driving = _drives(kind)
-    for key, value in values.items():
-        if not _JOINTS.fullmatch(key) or key in _NOT_OF_URDF:
-            continue
-        joints = list(dict.fromkeys(_texts(value)))
-        words: Any = []
-        if driving and "state" not in key:
-            steers = "steering" in key or (
-                key in ("front_wheels_names", "rear_wheels_names")
-                and (key == "front_wheels_names") == values.get("front_steering", True)
-            )
-            words = [POSITION if steers else VELOCITY]
-        elif kind in COMMANDS:
-            words = [COMMANDS[kind]]
-        elif kind == SHORT["forward_command"]:
-            words = [values["interface_name"]] if values.get("interface_name") else []
-        elif kind == _SEVERAL_INTERFACES and key == "joint":
-            words = _texts(values.get("interface_names"))
-        elif kind in _OF_INTERFACES and key == ("command_joints" if values.get("command_joints") else "joints"):
-            words = _texts(values.get("command_interfaces"))
-        elif kind == SHORT["pid"] and key == "dof_names":
-            words = [values["command_interface"]] if values.get("command_interface") else []
-        if words and joints:
-            yield key, joints, [str(word) for word in words]
+    sensors = {one.name for block in robot.control for one in block.sensors}
+    for sensor in _texts(values.get("sensor_name")):
+        if sensor not in sensors:
+            message = f'"sensor_name" of {name} is "{sensor}", and no hardware block has a sensor of this name'
+            help_ = Suggestion(sensor, sensors, none=f"in control: sensors: {{{sensor}: {{}}}}")
+            yield Finding("controller-interface", message, "sensor_name", help_, WARNING)

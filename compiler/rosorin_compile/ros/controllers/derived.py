@@ -16,7 +16,7 @@ from rosorin_compile.model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, OMNI, 
 from rosorin_compile.ros.sections.control.hardware import EFFORT, JOINT_WORDS, POSITION, VELOCITY
 
 from ..parameters import tables
-from .types import SHORT, full
+from ..ports import full_type, interfaces_of
 
 _EVEN = 1e-6  # m and rad: wheels that the controller takes to be alike, or evenly around, are so to this
 _ZERO = 1e-9
@@ -24,22 +24,6 @@ _NAV2 = "nav2"
 # By default a mecanum controller stops one cycle after each velocity, and Nav2 sends 20 a second. Seconds: what
 # diff_drive has by default (cmd_vel_timeout).
 _TIMEOUT = 0.5
-
-_KINDS = {
-    SHORT["mecanum_drive"]: (MECANUM,),
-    SHORT["diff_drive"]: (DIFFERENTIAL,),
-    SHORT["omni_wheel_drive"]: (OMNI,),
-    SHORT["tricycle"]: (TRICYCLE,),
-    SHORT["tricycle_steering"]: (TRICYCLE,),
-    SHORT["bicycle_steering"]: (TRICYCLE,),
-    SHORT["ackermann_steering"]: (ACKERMANN,),
-}
-_SENSORS = {
-    SHORT["imu_sensor_broadcaster"]: "imu",
-    SHORT["range_sensor_broadcaster"]: "range_finder",
-    SHORT["force_torque_sensor_broadcaster"]: "force_torque",
-    SHORT["gps_sensor_broadcaster"]: "gnss",
-}
 
 
 class Derived(NamedTuple):
@@ -51,19 +35,20 @@ class Derived(NamedTuple):
 
 def derived(robot: Robot, controller: Controller, kind: str) -> Derived:
     """Return what a robot knows of the parameters of a controller; of all distributions."""
-    if kind in _KINDS:
-        return _of_drive(robot, controller, kind)
-    if kind in _SENSORS:
-        return _of_sensor(robot, controller, _SENSORS[kind])
-    return Derived(_of_joints(robot, controller, kind))
+    about = interfaces_of(kind)
+    if "drive" in about:
+        return _of_drive(robot, controller, about["drive"])
+    if "sensor" in about:
+        return _of_sensor(robot, controller, about["sensor"])
+    return Derived(_of_joints(robot, controller, about))
 
 
 def _of_drive(robot: Robot, controller: Controller, kind: str) -> Derived:
     drive = robot.drive
     if drive is None:
         return Derived({}, "the description has no drive")
-    if drive.kind not in _KINDS[kind]:
-        return Derived({}, f"the drive is {drive.kind}, not {_KINDS[kind][0]}")
+    if drive.kind != kind:
+        return Derived({}, f"the drive is {drive.kind}, not {kind}")
     try:
         driving = driving_of(robot)
     except ValueError as problem:
@@ -88,8 +73,8 @@ def owned(robot: Robot, controller: Controller) -> list[Edge]:
 
     One that the description calls otherwise is known by its package, if it is the only one that drives.
     """
-    driving = [one for one in robot.controllers if full(one.type) in _KINDS]
-    kind = tables.controller(full(controller.type), "") if driving == [controller] else None
+    driving = [one for one in robot.controllers if "drive" in interfaces_of(full_type(one.type))]
+    kind = tables.controller(full_type(controller.type), "") if driving == [controller] else None
     return [edge for edge in robot.edges if tables.is_of(controller.name, kind, edge.publisher, robot.publishers)]
 
 
@@ -233,33 +218,16 @@ def _of_sensor(robot: Robot, controller: Controller, kind: str) -> Derived:
     return Derived({"sensor_name": found[0].name, "frame_id": found[0].frame})
 
 
-# The interface that a controller commands by its type.
-COMMANDS = {
-    SHORT["position_group"]: POSITION,
-    SHORT["velocity_group"]: VELOCITY,
-    SHORT["effort_group"]: EFFORT,
-    SHORT["position_gripper"]: POSITION,
-    SHORT["effort_gripper"]: EFFORT,
-    SHORT["parallel_gripper"]: POSITION,
-}
-_ORDER = (POSITION, VELOCITY, EFFORT)
-_GRIPPERS = tuple(SHORT[word] for word in ("position_gripper", "effort_gripper", "parallel_gripper"))
-
-
-def _of_joints(robot: Robot, controller: Controller, kind: str) -> dict[str, Any]:
-    wanted = COMMANDS.get(kind, "")
+def _of_joints(robot: Robot, controller: Controller, about: Mapping[str, Any]) -> dict[str, Any]:
+    wanted = about.get("command", "")
     block = next((one for one in robot.control if one.name == controller.hardware), None)
     moved = [one for one in block.joints if one.command and (not wanted or wanted in one.commands)] if block else []
     names = [one.name for one in moved]
-    values: dict[str, Any] = {}
-    if kind in _GRIPPERS:
-        joint = controller.params.get("joint", names[0] if len(names) == 1 else "")
-        return _of_gripper(robot, str(joint))
-    if names:
-        values["joints"] = names
-        if len(names) == 1:
-            values["joint"] = names[0]
-    if kind == SHORT["joint_trajectory"]:
+    if wanted and about.get("joints") == "joint":
+        return _of_gripper(robot, str(controller.params.get("joint", names[0] if len(names) == 1 else "")))
+    values: dict[str, Any] = {"joints": names} if names else {}
+    values |= {"joint": names[0]} if len(names) == 1 else {}
+    if "states" in about and "action" in about:
         given = controller.params.get("joints")
         values |= _interfaces(robot, tuple(map(str, given if given and isinstance(given, (list, tuple)) else names)))
     return values
@@ -285,7 +253,7 @@ def _interfaces(robot: Robot, names: tuple[str, ...]) -> dict[str, Any]:
     found = [one for block in robot.control for one in block.joints if one.name in names]
     if not names or len(found) < len(names):
         return {}
-    commands = [word for word in _ORDER if all(word in one.commands for one in found)][:1]
+    commands = [word for word in (POSITION, VELOCITY, EFFORT) if all(word in one.commands for one in found)][:1]
     states = list(takewhile(lambda word: all(word in one.states for one in found), JOINT_WORDS[:3]))
     values = {"command_interfaces": commands, "state_interfaces": states}
     return {key: words for key, words in values.items() if words}

@@ -13,31 +13,14 @@ from rosorin_compile.formats.format import described_by as known_distribution
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Controller, Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..parameters import files
 from ..parameters.files import Node, asked
 from ..parameters.tables import MANAGER, Kind, controller, manager
 from ..parameters.values import converted
-from ..ports import ODOMETRY, VELOCITY, port_of
+from ..ports import ODOMETRY, VELOCITY, full_type, port_of
 from ..sections.controllers import flat
 from .derived import Derived, derived
-from .types import full
-
-RULES = (
-    Rule(
-        "controllers-later",
-        "A note: the parameters of controllers are known up to Jazzy, and a later distribution is asked for.",
-        "Nothing, as long as the controllers start.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "controllers-remap",
-        "A note: a controller owns odom -> base, and publishes it beside /tf.",
-        "Start it with the remap that the message names.",
-        Heading.CONTROL,
-    ),
-)
 
 UPDATE_RATE = 100  # Hz
 CONTROLLERS = "controllers"  # the backend
@@ -61,7 +44,7 @@ def filled(robot: Robot, distribution: str) -> list[Filled]:
     """Return the controllers of a robot with all that is known of their parameters, for humble or jazzy."""
     made = []
     for one in robot.controllers:
-        kind = full(one.type)
+        kind = full_type(one.type)
         found, knows = controller(kind, distribution), derived(robot, one, kind)
         values = {key: value for key, value in knows.values.items() if found is not None and key in found}
         if found is not None and _LATER in found:
@@ -170,7 +153,7 @@ class Driver(NamedTuple):
 def drivers(robot: Robot) -> list[Driver]:
     """Return the controllers of a drive, those that are started active first; none without an output for them."""
     output = next((one for one in robot.outputs if one.backend == CONTROLLERS), None)
-    if output is None or not _is_whole(robot):
+    if output is None or not is_whole(robot):
         return []
     space = str(output.options.get("namespace", "")).strip("/")
     distribution, found = asked(output), []
@@ -182,7 +165,8 @@ def drivers(robot: Robot) -> list[Driver]:
     return sorted(found, key=lambda driver: driver.one.controller.inactive)
 
 
-def _is_whole(robot: Robot) -> bool:
+def is_whole(robot: Robot) -> bool:
+    """Return True if the joints and the frame of the drive exist."""
     drive = robot.drive
     if drive is None:
         return True

@@ -6,30 +6,21 @@ no tuning. ``write`` makes it, ``known`` says what goes into it.
 
 from __future__ import annotations
 
-from rosorin_compile.formats.format import Format
-
-from ..parameters import options_of, read, syntax
+from ..parameters import parameter_file
 from . import write
 
 __all__ = ["FORMAT"]
 
 
-FORMAT = Format(
-    name="nav2",
+FORMAT = parameter_file(
+    "nav2",
     word="parameter file for Nav2",
-    article="a",
     about="frames, footprint and height of the robot for Nav2, AMCL and slam_toolbox",
     rank=62,
     covers=("robot", "edges.parent", "edges.child"),
-    options=options_of("nav2"),
     file="nav2.yaml",
     check=write.check,
     write=write.write,
     view=write.view,
-    read=read,
     measures=True,
-    names_robot=False,
-    syntax=syntax,
-    folder="config",
-    deploys=True,
 )

@@ -15,7 +15,6 @@ from rosorin_compile.model import Mesh, Output, Publisher, Robot, Sensor
 from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error, listed
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.derived import owned
 from ..controllers.filled import Driver, drivers
@@ -23,42 +22,6 @@ from ..navigation import AMCL, FILTER, SLAM, Found, Frames, diagnose, frames_of,
 from ..parameters.files import Node, Parameters, asked, parameters_of, text
 from ..ports import IN, OBSTACLES, ODOMETRY, VELOCITY, message_of_sensor, ports, short_type
 from .footprint import CORNERS, Footprint, footprint, left_out, padded, solids
-
-RULES = (
-    Rule(
-        "nav2-footprint",
-        "A warning: the footprint is left out, for the robot has no collision shapes, or meshes of unknown size, so it "
-        "would be too small; or the base frame is not within it, which Nav2 takes for granted.",
-        "Give the links shapes; or name another `base_frame`.",
-        Heading.NAVIGATION,
-    ),
-    Rule(
-        "nav2-base",
-        "The base frame for Nav2 is no frame of the robot, or it moves against the one that the odometry moves.",
-        "Name a frame that is fixed to it.",
-        Heading.NAVIGATION,
-    ),
-    Rule("nav2-pose", "The robot has no pose of this name.", "Name one of `poses`.", Heading.NAVIGATION),
-    Rule(
-        "nav2-pose-left-out",
-        "A warning: the pose of the footprint does not name a joint, and what that moves decides on the footprint, for "
-        "it is where it reaches farthest.",
-        "Name the joint in the pose.",
-        Heading.NAVIGATION,
-    ),
-    Rule(
-        "nav2-source",
-        "An observation source is no sensor that sees obstacles, has no topic, or is lower than any obstacle.",
-        "As the message says.",
-        Heading.NAVIGATION,
-    ),
-    Rule(
-        "nav2-command",
-        "A warning: a controller of the drive takes velocities in another message than Nav2 sends: nothing drives.",
-        "Give the controller `use_stamped_vel: false`, or both outputs the same `distribution`.",
-        Heading.NAVIGATION,
-    ),
-)
 
 LOCAL, GLOBAL = "local_costmap", "global_costmap"
 _LAYERS = {LOCAL: "voxel_layer", GLOBAL: "obstacle_layer"}  # nav2_bringup/params/nav2_params.yaml

@@ -9,18 +9,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, listed
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from ..controllers.filled import COMMAND, TF, Filled, distribution_of, drivers, filled, remaps
 from ..graph import DRIVER, Graph, graph_of, open_ends
 from ..parameters.files import nodes_of
 from ..parameters.tables import plugins
 from ..parameters.values import written
-from ..ports import short_type
+from ..ports import interfaces_of, short_type
 from .options import CONTROL, MOVEIT, NAV2, STARTS
 
 if TYPE_CHECKING:
@@ -28,59 +27,51 @@ if TYPE_CHECKING:
 
     from ..srdf.planning import Planning
 
-RULES = (
-    Rule("package-start", "A package starts what no output is for, or what its nodes cannot load.",
-         "Add the output that the message names, or follow its advice.", Heading.PACKAGES),
-    Rule(
-        "package-gazebo",
-        "A note: Nav2 is started, and an SDF gives sensors no frames: what Gazebo publishes is in no frame of tf.",
-        "`gazebo: harmonic` in the output; nothing, where the SDF is for other readers.",
-        Heading.PACKAGES,
-    ),
-    Rule(
-        "package-acceleration",
-        "A note: MoveIt of Jazzy and later plans nothing for a joint without a limit of acceleration, which a "
-        "description does not have: `joint_limits.yaml` has a stand-in, 1 rad/s^2 or 1 m/s^2, as MoveIt of Humble.",
-        "Nothing, if that is what you want; else give MoveIt the limits of the maker.",
-        Heading.PACKAGES,
-    ),
-)  # fmt: skip
-
 BRINGUP = "bringup.launch.py"
-_URDF, _CONTROLLERS, _SRDF, _NAV2, _EKF = "urdf", "controllers", "srdf", "nav2", "robot_localization"
-_LAUNCH = {CONTROL: "control.launch.py", MOVEIT: "moveit.launch.py", NAV2: "navigation.launch.py"}
-_ABOUT = {
-    CONTROL: "the controller_manager with its controllers",
-    MOVEIT: "MoveIt's move_group",
-    NAV2: "Nav2, localisation and the filter of odometry",
-}
-_HELP = {
-    CONTROL: "add under outputs: a URDF with `control: jazzy` or `humble`, and `controllers: {}`",
-    MOVEIT: "add `srdf: {}` under outputs",
-    NAV2: "add `nav2: {}` or `robot_localization: {}` under outputs",
-}
-_MOVEIT_PACKAGES = (
-    *("moveit_configs_utils", "moveit_kinematics", "moveit_planners_ompl", "moveit_ros_move_group"),
-    "moveit_simple_controller_manager",
-)
-_MADE = {
-    "config/joint_limits.yaml": "joint_limits.yaml",
-    "config/kinematics.yaml": "kinematics.yaml",
-    "config/moveit_controllers.yaml": "moveit_controllers.yaml",
-    "rviz/moveit.rviz": "moveit.rviz",
-}
-# The action that MoveIt has for a type of controller.
-_ACTIONS = {
-    "joint_trajectory_controller/JointTrajectoryController": ("FollowJointTrajectory", "follow_joint_trajectory"),
-    "position_controllers/GripperActionController": ("GripperCommand", "gripper_cmd"),
-    "effort_controllers/GripperActionController": ("GripperCommand", "gripper_cmd"),
-    "parallel_gripper_action_controller/GripperActionController": ("ParallelGripperCommand", "gripper_cmd"),
-}
+_URDF, _CONTROLLERS, _SRDF, _EKF = "urdf", "controllers", "srdf", "robot_localization"
 _HUMBLE = "humble"
 _ONE_AXIS = ("revolute", "continuous", "prismatic")  # MoveIt limits each axis of other joints by a name of its own
 _STAND_IN = 1.0  # rad/s^2 or m/s^2: the default of MoveIt's time parameterization until Iron (moveit2#1794)
 _FIRST = "joint_state_broadcaster/JointStateBroadcaster"
 _OF_GAZEBO = ("gz_ros2_control", "ign_ros2_control", "gazebo_ros2_control")
+
+
+class _Start(NamedTuple):
+    """A launch file: its name, what it starts, and how a description gets the outputs for it."""
+
+    file: str
+    about: str
+    help: str
+    templates: tuple[str, ...] = ()
+    packages: tuple[str, ...] = ()
+
+
+_STARTS = {
+    CONTROL: _Start(
+        "control.launch.py",
+        "the controller_manager with its controllers",
+        "add under outputs: a URDF with `control: jazzy` or `humble`, and `controllers: {}`",
+        packages=("controller_manager",),
+    ),
+    MOVEIT: _Start(
+        "moveit.launch.py",
+        "MoveIt's move_group",
+        "add `srdf: {}` under outputs",
+        (
+            *("config/joint_limits.yaml", "config/kinematics.yaml", "config/moveit_controllers.yaml"),
+            "rviz/moveit.rviz",
+        ),
+        (
+            *("moveit_configs_utils", "moveit_kinematics", "moveit_planners_ompl", "moveit_ros_move_group"),
+            "moveit_simple_controller_manager",
+        ),
+    ),
+    NAV2: _Start(
+        "navigation.launch.py",
+        "Nav2, localisation and the filter of odometry",
+        "add `nav2: {}` or `robot_localization: {}` under outputs",
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -105,6 +96,14 @@ class Bringup:
     def _filled(self) -> list[Filled]:
         return filled(self.robot, self._distribution)
 
+    @cached_property
+    def _planning(self) -> Planning | None:
+        return planning_of(self.robot) if MOVEIT in self.starts else None
+
+    @property
+    def _navigates(self) -> bool:
+        return NAV2 in self.starts and NAV2 in self.places
+
     def _output(self, backend: str) -> Output:
         return next(one for one in self.robot.outputs if one.name == self.outputs[backend])
 
@@ -113,28 +112,27 @@ class Bringup:
 
     def packages(self) -> Iterator[str]:
         """Yield the packages of the nodes and plug-ins that are started."""
-        if MOVEIT in self.starts:
-            yield from _MOVEIT_PACKAGES
+        for word in self.starts:
+            yield from _STARTS[word].packages
         if CONTROL in self.starts:
-            yield "controller_manager"
             for block in self.robot.control:
                 package = block.plugin.partition("/")[0]
                 yield "hardware_interface" if package == "mock_components" else package
             known = plugins(self._distribution)
-            yield from sorted({known[one.type] for one in self._filled if one.type in known})
+            yield from (known[one.type] for one in self._filled if one.type in known)
         if NAV2 in self.starts:
-            needed = (("nav2_bringup", _NAV2), ("python3-yaml", _NAV2), (_EKF, _EKF))
+            needed = (("nav2_bringup", NAV2), ("python3-yaml", NAV2), (_EKF, _EKF))
             yield from (name for name, backend in needed if backend in self.places)
 
     def templates(self) -> dict[str, str]:
         """Return the templates of the files that are made, by their places."""
-        launch = {f"launch/{_LAUNCH[word]}": _LAUNCH[word] for word in self.starts}
-        made = _MADE if MOVEIT in self.starts else {}
-        return {**launch, **made, **({f"launch/{BRINGUP}": BRINGUP} if self.starts else {})}
+        places = [place for word in self.starts for place in (f"launch/{_STARTS[word].file}", *_STARTS[word].templates)]
+        places += [f"launch/{BRINGUP}"] if self.starts else []
+        return {place: place.rpartition("/")[2] for place in places}
 
     def contents(self) -> list[tuple[str, str]]:
         """Return the files that are made with what each is."""
-        rows = [(f"launch/{_LAUNCH[word]}", _ABOUT[word]) for word in self.starts]
+        rows = [(f"launch/{_STARTS[word].file}", _STARTS[word].about) for word in self.starts]
         rows += [(f"launch/{BRINGUP}", "all of it")] if self.starts else []
         if MOVEIT in self.starts:
             rows += [("config/*.yaml", "what MoveIt wants besides the SRDF"), ("rviz/moveit.rviz", "RViz for MoveIt")]
@@ -145,22 +143,19 @@ class Bringup:
         made = self._graph(topics)
         outside = [one for one in made.published if made.nodes[one.node] == DRIVER and made.readers(one)]
         values: dict[str, Any] = {
-            "starts": [(word, _LAUNCH[word], _ABOUT[word]) for word in self.starts],
+            "starts": [(word, _STARTS[word].file, _STARTS[word].about) for word in self.starts],
             "places": self.places,
             "ekf_name": self.ekf,
             "written": written,
-            "control_namespace": self._namespace(),
+            "control_namespace": "",
             "navigates": NAV2 in self.starts,
             "drives": False,
             "outside": [(one.node, short_type(one.type), one.topic) for one in outside] if self.starts else [],
-            "teleop": self._teleop() if CONTROL in self.starts else None,
+            "teleop": None,
         }
-        if NAV2 in self.starts and _NAV2 in self.places:
-            values |= self._localisation()
-        if CONTROL in self.starts:
-            values |= self._control(main)
-        if MOVEIT in self.starts:
-            values |= self._moveit()
+        values |= self._localisation() if self._navigates else {}
+        values |= self._control(main) if CONTROL in self.starts else {}
+        values |= self._moveit() if MOVEIT in self.starts else {}
         return values
 
     def open_ends(self, topics: Mapping[str, str]) -> list[Diagnostic]:
@@ -182,39 +177,27 @@ class Bringup:
 
     def remarks(self) -> list[Diagnostic]:
         """Return notes about the files that are made."""
-        planning = planning_of(self.robot) if MOVEIT in self.starts else None
-        limits = list(self._limits(planning)) if planning is not None else []
-        names = [one["name"] for one in limits if one["acceleration"] is not None]
+        names = [one["name"] for one in self._limits() if one["acceleration"] is not None]
         message = f"joints have no limit of acceleration ({listed(names, 4)}), and MoveIt plans nothing "
         message += "without: config/joint_limits.yaml has a stand-in, 1 rad/s^2 or 1 m/s^2"
         help = "if the maker gives others, load them after that file"
         return [Diagnostic("package-acceleration", NOTE, message, help=help)] if names else []
 
-    def _namespace(self) -> str:
-        if CONTROL not in self.starts:
-            return ""
-        return str(self._output(_CONTROLLERS).options.get("namespace", "")).strip("/")
-
-    def _teleop(self) -> dict[str, Any] | None:
-        for driver in drivers(self.robot):
-            topic = COMMAND if NAV2 in self.starts and _NAV2 in self.places else f"/{driver.topic(driver.command)}"
-            return {"topic": f"/{topic.lstrip('/')}", "stamped": driver.stamped}
-        return None
-
     def _control(self, main: str) -> dict[str, Any]:
-        every = sorted(self._filled, key=lambda one: one.type != _FIRST)
-        found, driving = remaps(self.robot, self._output(_CONTROLLERS)), drivers(self.robot)
-        if NAV2 in self.starts and _NAV2 in self.places:
-            for driver in driving:
-                found.setdefault(driver.name, []).append((driver.command, COMMAND))
-        spawned = [
-            {"name": one.name, "remaps": found.get(one.name, []), "inactive": one.inactive}
-            for one in (filled_one.controller for filled_one in every)
-        ]
+        output, driving = self._output(_CONTROLLERS), drivers(self.robot)
+        found = remaps(self.robot, output)
+        for driver in driving if self._navigates else ():
+            found.setdefault(driver.name, []).append((driver.command, COMMAND))
+        every = [one.controller for one in sorted(self._filled, key=lambda one: one.type != _FIRST)]
+        topics = [COMMAND if self._navigates else driver.topic(driver.command) for driver in driving]
         return {
+            "control_namespace": str(output.options.get("namespace", "")).strip("/"),
+            "teleop": {"topic": f"/{topics[0].lstrip('/')}", "stamped": driving[0].stamped} if driving else None,
             "humble": self._distribution == _HUMBLE,
             "drives": bool(driving),
-            "spawned": spawned,
+            "spawned": [
+                {"name": one.name, "remaps": found.get(one.name, []), "inactive": one.inactive} for one in every
+            ],
             "own_description": self.places[_URDF] != main,
             "why": {TF: "it publishes there what it owns", COMMAND: "Nav2 sends velocities there"},
         }
@@ -227,7 +210,7 @@ class Bringup:
         from ..nav2.write import seen_by_slam
         from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
 
-        output = self._output(_NAV2)
+        output = self._output(NAV2)
         frames, _ = frames_of(self.robot, output)
         if frames is None or not frames.map:
             return {"slam": "False"}
@@ -237,21 +220,23 @@ class Bringup:
         return {"slam": str(SLAM in kinds and AMCL not in kinds), "seen_by_slam": seen}
 
     def _moveit(self) -> dict[str, Any]:
-        planning = planning_of(self.robot)
+        planning = self._planning
         if planning is None:  # then there is no SRDF either
             return {"solved": [], "limited": [], "moved": []}
         moved = []
         for one in self._filled if _CONTROLLERS in self.outputs else ():
             joints = one.values.get("joints") or [one.values.get("joint", "")]
-            if one.type in _ACTIONS and all(name in planning.joints for name in joints):
-                moved.append((one.controller.name, *_ACTIONS[one.type], list(joints)))
+            action = interfaces_of(one.type).get("action")
+            if action and all(name in planning.joints for name in joints):
+                moved.append((one.controller.name, *action, list(joints)))
         solved = [group.name for group in planning.groups.values() if _is_chain(planning, group.name)]
-        return {"solved": solved, "limited": list(self._limits(planning)), "moved": moved}
+        return {"solved": solved, "limited": list(self._limits()), "moved": moved}
 
-    def _limits(self, planning: Planning) -> Iterator[dict[str, Any]]:
-        acceleration = None if self._distribution == _HUMBLE else _STAND_IN
-        names = {name for group in planning.groups.values() for name in planning.active(group)}
-        for name, joint in planning.joints.items():
+    def _limits(self) -> Iterator[dict[str, Any]]:
+        acceleration, planning = None if self._distribution == _HUMBLE else _STAND_IN, self._planning
+        groups = planning.groups.values() if planning is not None else ()
+        names = {name for group in groups if planning is not None for name in planning.active(group)}
+        for name, joint in planning.joints.items() if planning is not None else ():
             if name in names and joint.type in _ONE_AXIS:
                 velocity = (joint.limit.known("velocity") if joint.limit is not None else None) or None
                 if velocity or acceleration:
@@ -277,18 +262,16 @@ def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str])
         places["moveit_urdf"] = next((at for at, one in placed.items() if one.output == planning.urdf.name), "")
     ekf = next(iter(nodes_of(placed[places[_EKF]].text))).rpartition("/")[2] if _EKF in places else ""
     made = Bringup(robot, tuple(word for word in STARTS if word in starts), places, outputs, ekf)
-    hardware = [
-        what for key, what in ((_URDF, "the hardware"), (_CONTROLLERS, "the controllers")) if key not in outputs
-    ]
+    hardware = [what for key, what in ((_URDF, "the hardware"), (_CONTROLLERS, "the controllers")) if key not in places]
     missing = {
         CONTROL: " and ".join(hardware),
         MOVEIT: "" if _SRDF in outputs else "an SRDF",
-        NAV2: "" if outputs.keys() & {_NAV2, _EKF} else "their parameters",
+        NAV2: "" if outputs.keys() & {NAV2, _EKF} else "their parameters",
     }
     for word in made.starts:
         if missing[word]:
-            message = f"--{word} is for {_ABOUT[word]}: no output has {missing[word]}"
-            return made, error("package-start", message, None, _HELP[word])
+            message = f"--{word} is for {_STARTS[word].about}: no output has {missing[word]}"
+            return made, error("package-start", message, None, _STARTS[word].help)
     return made, None
 
 

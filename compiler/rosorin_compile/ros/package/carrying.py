@@ -21,7 +21,6 @@ from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error, 
 from rosorin_compile.source.files import read_bytes, resolve
 from rosorin_compile.source.load import yaml_of
 from rosorin_compile.source.project import Description, tool_folders
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .meshes import named
 from .options import is_legal
@@ -33,15 +32,6 @@ if TYPE_CHECKING:
     from rosorin_compile.request import Request
 
     from .options import Options
-
-RULES = (
-    Rule(
-        "package-not-carried",
-        "`--compile-at-launch`: something that the description reads, or that its URDF names, is not there at launch.",
-        "Move it into the project, or into a ROS package.",
-        Heading.PACKAGES,
-    ),
-)
 
 STATICS = "static_tf_json"
 _CUT = "..."  # the end of a text that is too long to be shown

@@ -19,18 +19,8 @@ from xml.sax.saxutils import unescape
 from rosorin_compile.formats.mesh_files import references, urdf_file_name
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, first_of
 from rosorin_compile.source.files import is_file
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .options import is_legal
-
-RULES = (
-    Rule(
-        "package-mesh",
-        "A warning: a mesh or texture is found on some machines only, or not at all.",
-        "The message says where to put the file.",
-        Heading.PACKAGES,
-    ),
-)
 
 _FILE = re.compile(r"""(<(?:mesh|texture)\b[^<>]*?\bfilename=["'])([^"'<>]*)(?=["'])""")
 _OF_SDF = re.compile(r"(<(?:mesh>\s*<uri|albedo_map|normal_map|metalness_map|roughness_map)>\s*)([^<>]*?)(?=\s*</)")

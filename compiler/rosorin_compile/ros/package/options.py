@@ -12,14 +12,8 @@ from typing import Any
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import RequestError, Source, error
 from rosorin_compile.source.load import LoadError, load_mapping, yaml_of
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import MarkupError, parse
 from rosorin_compile.source.yaml_text import Scalar
-
-RULES = (
-    Rule("deploy-mapping", "The file with the places of `--map` is damaged.", "Remove it, and repeat `--map`.",
-         Heading.PACKAGES),
-)  # fmt: skip
 
 # What a package may start besides the publishers of the frames.
 CONTROL, MOVEIT, NAV2 = STARTS = ("control", "moveit", "nav2")

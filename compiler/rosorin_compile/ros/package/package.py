@@ -21,7 +21,6 @@ from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, has_errors
 from rosorin_compile.source.files import exists, is_file, read_bytes
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..ports import IN, message_of_sensor, ports
@@ -33,34 +32,6 @@ if TYPE_CHECKING:
     from rosorin_compile.formats.compiled import Compiled
 
     from .carrying import Carried
-
-RULES = (
-    Rule("package-no-urdf", "No output is a URDF.", "Add an output with the backend `urdf`.", Heading.PACKAGES),
-    Rule(
-        "package-same-place",
-        "Two outputs have one file name in two folders, and a package has one folder for both.",
-        "Let the file names differ.",
-        Heading.PACKAGES,
-    ),
-    Rule(
-        "package-exists",
-        "The folder has files of a package that the tool did not make.",
-        "A new folder, or `rosorin-compile deploy`.",
-        Heading.PACKAGES,
-    ),
-    Rule(
-        "package-defaults",
-        "A note: the package has no maintainer or no licence yet.",
-        "`--maintainer`, `--license`",
-        Heading.PACKAGES,
-    ),
-    Rule(
-        "package-license",
-        "A note: the tool does not carry the text of the licence, so there is no LICENSE.",
-        "Put the text into the file LICENSE of the package.",
-        Heading.PACKAGES,
-    ),
-)
 
 _BUILT_BY = {"ament_cmake": ("CMakeLists.txt",), "ament_python": ("setup.py", "setup.cfg")}
 _FOLDERS = ("config", "doc", "launch", "meshes", "rviz")  # besides those that formats ask for

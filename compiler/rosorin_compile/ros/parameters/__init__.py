@@ -1,8 +1,8 @@
 """Parameters of ROS 2 nodes: what is known of them, and values held against that.
 
-Formats write such parameters (``files``), and ``check parameters`` reads those that people have. ``tables`` says
-which kinds of nodes there are and which keys each has, ``values`` which values fit a type and what its validators
-refuse, ``checking`` what is wrong with the parameters of one node.
+Formats write such parameters, and ``check parameters`` reads those that people have: ``files``. ``tables`` has the
+kinds of nodes with the keys of each, ``values`` which values fit a type and what its validators refuse, ``checking``
+what is wrong with the parameters of one node.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.format import DISTRIBUTIONS
+from rosorin_compile.formats.format import DISTRIBUTIONS, Format
 
 from ..ports import facts
 
@@ -24,20 +24,22 @@ DISTRIBUTION: Mapping[str, Any] = {
 }
 
 
-def options_of(name: str) -> dict[str, Any]:
-    """Return the options of an output that is a parameter file, by the name of its format."""
-    return {"distribution": DISTRIBUTION, **facts("ros2_options")[name]}
+def parameter_file(name: str, **more: Any) -> Format:
+    """Return the format of a parameter file by its name, with the fields that it does not share with others."""
+    return Format(
+        name=name,
+        article="a",
+        options={"distribution": DISTRIBUTION, **facts("ros2_options")[name]},
+        read=_read,
+        names_robot=False,
+        syntax=lambda text: _read(text).node,
+        folder="config",
+        deploys=True,
+        **more,
+    )
 
 
-def read(written: str) -> Parameters:
-    """Return what a parameter file contains. Raises ValueError for a damaged text."""
+def _read(text: str) -> Parameters:
     from .files import read
 
-    return read(written)
-
-
-def syntax(written: str) -> object:
-    """Return the values of a parameter file without layout and comments. Raises ValueError."""
-    from .files import nodes_of
-
-    return nodes_of(written)
+    return read(text)

@@ -19,38 +19,12 @@ from rosorin_compile.source.diagnostics import (
     Span,
     Suggestion,
     diagnostic,
-    did_you_mean,
     listed,
     nearest,
 )
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .tables import Key, Kind, is_of_all_nodes
 from .values import as_type, fits, refused, type_in_words, value_text
-
-RULES = (
-    Rule(
-        "parameters-unknown-key",
-        "A node does not know a key, or that of another distribution: it starts, and does not do what is written. A "
-        "warning where only some keys of the node are known, and this is nearly one of them.",
-        "Correct it.",
-        Heading.PARAMETERS,
-    ),
-    Rule(
-        "parameters-wrong-type",
-        "A value has another type than its node takes: it throws when it starts. 1 is no double, 1.0 is one.",
-        "Write it as that type.",
-        Heading.PARAMETERS,
-    ),
-    Rule(
-        "parameters-wrong-value",
-        "A list has another length than its node takes, a number or a text is none of those that it takes, frames are "
-        "the same that have to differ. A warning where an input of the EKF uses nothing, and where it makes no "
-        "difference what stands there.",
-        "As the message says.",
-        Heading.PARAMETERS,
-    ),
-)
 
 
 class Finding(NamedTuple):
@@ -107,23 +81,20 @@ def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Iter
     near = _near(kind, key, values)
     if kind.complete:
         message = f'{name} has no key "{key}": it is accepted in silence, and does nothing'
-        yield Finding("parameters-unknown-key", message, key, near or "remove it", at_key=True)
+        yield Finding("parameters-unknown-key", message, key, near, at_key=True)
     elif near:
         message = f'"{key}" of {name} is nearly a key that it has'
         yield Finding("parameters-unknown-key", message, key, near, WARNING, at_key=True)
 
 
-def _near(kind: Kind, key: str, values: Mapping[str, Any]) -> str:
+def _near(kind: Kind, key: str, values: Mapping[str, Any]) -> Help:
     names = kind.like(key)
     if not kind.complete:
         close = nearest(key, names - values.keys())
         return f'did you mean "{close}"?' if close and _is_misspelt(key, close) else ""
-    near = did_you_mean(key, names)
     last = key.rpartition(".")[2]
     same = [one for one in names if one.rpartition(".")[2] == last]
-    if near.startswith("did"):
-        return near
-    return f'did you mean "{same[0]}"?' if len(same) == 1 else ""
+    return Suggestion(key, names, instead=f'did you mean "{same[0]}"?' if len(same) == 1 else "remove it")
 
 
 def _is_misspelt(name: str, close: str) -> bool:

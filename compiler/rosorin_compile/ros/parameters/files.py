@@ -1,4 +1,8 @@
-"""Parameter files as text and back.
+"""Parameter files of ROS 2: read as its nodes read them, with the place of every key and value, and written.
+
+The words are those of ``ros2/rcl:rcl_yaml_param_parser``, which are not those of YAML 1.2: yes and on are true, 010 is
+eight, a list has values of one type, there are no aliases, and a key without a value is an error. Whatever a node
+would refuse to start with is an error here.
 
 A value is written as the type that its node takes (1.0 for a double), for a node does not start with another one. A key
 that a distribution lacks is left out for it.
@@ -8,21 +12,332 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, NamedTuple
+
+import yaml
 
 from rosorin_compile.formats.format import JAZZY
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
+from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, error
 
 from .tables import Kind, kinds
 from .values import converted, written
 
 PARAMETERS = "ros__parameters"
+_DEEPEST = 42  # mappings and lists in each other
+_HELP = "a parameter file is NODE: {ros__parameters: {KEY: VALUE}}"
+_TRUE = {"y", "Y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"}
+_FALSE = {"n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"}
+# What strtol and strtod take, and the words of YAML for what is not finite.
+_INT = re.compile(r"[-+]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)\Z")
+_DOUBLE = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?\Z")
+_ZERO = re.compile(r"[-+]?[0.]+([eE].*)?\Z")
+_SPECIAL = re.compile(r"[-+]?(\.(inf|Inf|INF)|(?i:inf|infinity|nan))\Z|\.(nan|NaN|NAN)\Z")
+_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*|\*\*?")
+# Where something else stands when the file is used: of a launch file, or of those that replace words (nav2_common).
+_PUT_IN = re.compile(r"\$\(|<[A-Za-z_]\w*>")
+_LONGEST = 300  # digits of a number: more are beyond a double, too
+_MOST = 2**63 - 1
+_TEXT = "tag:yaml.org,2002:str"
+# Texts that are written without quotes, but for those that YAML reads as something else.
 _PLAIN = re.compile(r"[A-Za-z_/][A-Za-z0-9_/.-]*(::?[A-Za-z0-9_/.-]+)*")
 _WORDS = frozenset(("y", "yes", "n", "no", "true", "false", "on", "off", "null", "nan", "inf", "infinity"))
+
+
+class Parameter(NamedTuple):
+    """A value of a parameter file (bool, int, float, str, or a list of one of them), and its places."""
+
+    value: Any
+    key: Span
+    span: Span
+
+    @property
+    def substituted(self) -> bool:
+        """Whether something else is put here, ``$(find-pkg-share ...)`` or ``<prefix>``: its type is unknown."""
+        values = self.value if isinstance(self.value, list) else [self.value]
+        return any(isinstance(one, str) and _PUT_IN.search(one) for one in values)
+
+
+@dataclass(frozen=True)
+class Section:
+    """What a file says for the nodes that a name matches: ``name`` begins with / and may have the wildcards * and **.
+
+    ``parameters`` are by full name, with dots between the levels.
+    """
+
+    name: str
+    span: Span
+    parameters: dict[str, Parameter] = field(default_factory=dict)
+
+    @property
+    def of_any(self) -> bool:
+        """Whether it names no node: its last word is a wildcard."""
+        return self.name.rsplit("/", 1)[-1] in ("*", "**")
+
+    def matches(self, node: str) -> bool:
+        """Return True if it is for a node of a full name."""
+        words = self.name.strip("/").split("/")
+        pattern = "".join({"**": "(/[^/]+)*", "*": "/[^/]+"}.get(word, "/" + re.escape(word)) for word in words)
+        return re.fullmatch(pattern, node) is not None
+
+
+class NoParameters(ValueError):
+    """A file that is none of parameters; carries the diagnostic."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
+
+
+def read_sections(source: Source) -> tuple[list[Section], list[Diagnostic]]:
+    """Return the sections of a parameter file in its order, and warnings. Raises NoParameters."""
+    try:
+        reader = _Reader(source)
+        reader.read()
+    except yaml.YAMLError as problem:
+        from rosorin_compile.source.yaml_mistakes import explained
+
+        raise NoParameters(replace(explained(source, problem), rule="parameters-syntax")) from None
+    return list(reader.sections.values()), reader.diagnostics
+
+
+def read_file(path: Path) -> tuple[list[Section], list[Diagnostic]]:
+    """Read a parameter file. Raises NoParameters."""
+    from rosorin_compile.source.load import LoadError, read_utf8
+
+    try:
+        source = read_utf8(path, str(path))
+    except LoadError as problem:
+        help = problem.diagnostic.help.replace("descriptions are", "parameter files are")
+        raise NoParameters(replace(problem.diagnostic, help=help)) from None
+    return read_sections(source)
+
+
+class _Item(NamedTuple):
+    """A value of YAML: its first event, and what is in it; in a mapping, keys and values by turns."""
+
+    event: Any
+    inside: list[_Item]
+
+    @property
+    def pairs(self) -> Iterator[tuple[_Item, _Item]]:
+        return zip(self.inside[::2], self.inside[1::2], strict=True)
+
+    @property
+    def is_map(self) -> bool:
+        return isinstance(self.event, yaml.MappingStartEvent)
+
+    @property
+    def is_list(self) -> bool:
+        return isinstance(self.event, yaml.SequenceStartEvent)
+
+
+class _Reader:
+    """Reads the events of a YAML parser, which knows aliases and the style of texts."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.sections: dict[str, Section] = {}
+        self.diagnostics: list[Diagnostic] = []
+        self.count = 0  # of parameters
+        self.hollow = ""  # the last mapping, if it was empty
+        loader = getattr(yaml, "CLoader", yaml.Loader)
+        self.events: Iterator[Any] = iter(loader(source.text).get_event, None)
+
+    def read(self) -> None:
+        """Read the document of the file; one of comments alone is right."""
+        tops = [self.item(event, 0) for event in self.events if isinstance(event, yaml.NodeEvent)]
+        for top in tops:
+            if not top.is_map:
+                raise self.fail("this is no parameter file: its top is no mapping", top)
+            self.names("", top, None)
+        if not self.sections and tops:
+            self.warn(f"no node has parameters here: there is no {PARAMETERS}", self.source.span(), _HELP)
+
+    def item(self, event: Any, depth: int) -> _Item:
+        made = _Item(event, [])
+        if depth > _DEEPEST:
+            raise self.fail("nested deeper than 40 levels", made, "flatten the file")
+        if isinstance(event, yaml.CollectionStartEvent):
+            while not isinstance(inner := next(self.events), yaml.CollectionEndEvent):
+                made.inside.append(self.item(inner, depth + 1))
+        return made
+
+    def names(self, above: str, mapping: _Item, named: Span | None) -> None:
+        """Read a mapping of namespaces and nodes; ``named`` is the place of the last name."""
+        of_node = False
+        for key, value in mapping.pairs:
+            name = self.text(key)
+            if not name:
+                raise self.fail("a node has no name: ROS 2 refuses the whole file", key, "name it")
+            if not value.is_map:
+                if name == PARAMETERS:
+                    raise self.fail(f"{PARAMETERS} is a mapping of keys to values", value)
+                raise self.fail(f'"{name}" has a value, and no {PARAMETERS} stands above it', key)
+            if name == PARAMETERS:
+                if named is None:
+                    raise self.fail(f"{PARAMETERS} stands at the top: no node is named", key)
+                if of_node:
+                    raise self.fail(f"{PARAMETERS} is repeated for one node, which ROS 2 refuses", key, "make it one")
+                self.check_name(above, named)
+                section = self.sections.setdefault(above, Section(above, named))
+                self.parameters(section, "", value.pairs)
+                self.hollow, of_node = "", True
+                continue
+            before = self.count
+            between = "" if above.endswith("/") or (name.startswith("/") and not above) else "/"
+            self.names(f"{above}{between}{name}", value, self.span(key))
+            if of_node and self.count > before:
+                what = f'"{name}" stands behind the {PARAMETERS} of "{above.strip("/")}", which ROS 2 refuses'
+                raise self.fail(what, key, f"write it as a node of its own: {above.strip('/')}/{name}")
+
+    def check_name(self, full: str, named: Span) -> None:
+        """Hold the name of a node against those that there may be (rmw_validate_node_name)."""
+        words = full.removeprefix("/").split("/")
+        wrong = [word for word in words if not _WORD.fullmatch(word) and not _PUT_IN.search(word)]
+        if wrong:
+            what = f'"{wrong[0] or full}" is no name of a node or a namespace: ROS 2 refuses the whole file'
+            help = "letters, digits and _ alone, a digit not first"
+            help = help if wrong[0] else "a / stands between two names, and at most once before all of them"
+            raise NoParameters(error("parameters-syntax", what, named, help))
+
+    def parameters(self, section: Section, above: str, pairs: Iterable[tuple[_Item, _Item]]) -> None:
+        """Read parameters, in levels; behind an empty mapping ROS 2 loses count of the levels."""
+        for key, value in pairs:
+            text = self.text(key)
+            if not text:
+                raise self.fail("a parameter has no name: ROS 2 refuses the whole file", key, "name it")
+            if self.hollow:
+                what, help = f'"{text}" stands behind "{self.hollow}", which is empty', "leave the empty one out"
+                if not above:
+                    raise self.fail(f"{what}: ROS 2 refuses the whole file", key, help)
+                self.misread(what, key, help)
+                self.hollow = ""
+            name = f"{above}{text}"
+            if value.is_map:
+                self.parameters(section, f"{name}.", value.pairs)
+                self.hollow = self.hollow if value.inside else name
+            elif value.is_list:
+                self.add_list(section, name, key, value)
+            else:
+                self.put(section, name, self.scalar(value)[0], key, value)
+
+    def put(self, section: Section, name: str, value: Any, key: _Item, start: _Item) -> None:
+        """Add a parameter to those of a section."""
+        made = Parameter(value, self.span(key), self.span(start))
+        self.count += 1
+        before = section.parameters.get(name)
+        if before is not None:
+            message = f'"{name}" is repeated for {section.name}; the last one counts'
+            related = (Related("first set here", before.key),)
+            self.diagnostics.append(Diagnostic("parameters-twice", "warning", message, made.key, related, "remove one"))
+        if value == []:
+            message = f'"{name}" is an empty list, and ROS 2 does not know of what: nodes in C++ do not start '
+            message += '("No parameter value set")'
+            self.warn(message, made.span, "leave it out, if the node has a list by default")
+        section.parameters[name] = made
+
+    def add_list(self, section: Section, name: str, key: _Item, value: _Item) -> None:
+        """Add a list.
+
+        A mapping in it is one of parameters below its name, ``a: [{b: [1]}]`` is ``a.b``, as gpio_controllers has it.
+        """
+        first, rest = self.values(name, value.inside)
+        if not rest:
+            self.put(section, name, first, key, value)
+            return
+        self.in_list(section, name, rest[0])
+        if len(rest) > 1:
+            self.misread(f'"{name}" has more behind a mapping in a list', rest[1])
+
+    def in_list(self, section: Section, above: str, mapping: _Item) -> None:
+        """Read a mapping in a list; a plain value in it is the first of a list, up to the end of the mapping."""
+        for index, (key, value) in enumerate(mapping.pairs):
+            name = f"{above}.{self.text(key)}"
+            if value.is_map:
+                self.in_list(section, name, value)
+            elif value.is_list:
+                self.add_list(section, name, key, value)
+                self.parameters(section, f"{above}.", list(mapping.pairs)[index + 1 :])  # the list is over
+                return
+            else:
+                values, rest = self.values(name, mapping.inside[2 * index + 1 :])
+                if rest or len(values) > 1:
+                    self.misread(f'what stands behind "{name}" is no key, for it is in a list', key)
+                self.put(section, name, values, key, value)
+                return
+
+    def values(self, name: str, items: Sequence[_Item]) -> tuple[list[Any], Sequence[_Item]]:
+        """Return the values up to the first mapping, which have one type or no node starts, and the rest."""
+        values: list[Any] = []
+        first = ""
+        for index, item in enumerate(items):
+            if item.is_map:
+                return values, items[index:]
+            if item.is_list:
+                message, help = f'"{name}" holds a list in a list, which ROS 2 refuses', "write one text in quotes"
+                raise self.fail(message, item, f'{help}: "[[x, y], ...]"')
+            value, kind = self.scalar(item)
+            if isinstance(value, str) and _PUT_IN.search(value):
+                kind = first
+            if first and kind != first:
+                message = f'"{name}" mixes {first} and {kind}: ROS 2 refuses the whole file, and no node starts'
+                way = "write every number with a point: 0.0"
+                raise self.fail(message, item, way if {first, kind} == {"int", "double"} else "use one type")
+            first = kind
+            values.append(value)
+        return values, ()
+
+    def scalar(self, item: _Item) -> tuple[Any, str]:
+        """Return a value and its type."""
+        event = item.event
+        if isinstance(event, yaml.AliasEvent):
+            raise self.fail("ROS 2 takes no aliases in a parameter file", item, "write the value here")
+        text = event.value
+        if event.style in ("'", '"') or event.tag == _TEXT:
+            return text, "string"
+        if not text:
+            raise self.fail("this key has no value: ROS 2 refuses the whole file", item, 'write "" for an empty text')
+        if text in _TRUE or text in _FALSE:
+            return text in _TRUE, "bool"
+        if _INT.match(text):
+            digits = text.lstrip("+-")
+            base = 16 if digits[1:2] in ("x", "X") else 8 if digits.startswith("0") else 10
+            if len(digits) > _LONGEST:  # rcl takes a number that is no double for text
+                return text, "string"
+            number = int(digits, base) * (-1 if text.startswith("-") else 1)
+            return (number, "int") if -_MOST - 1 <= number <= _MOST else (float(number), "double")
+        if _DOUBLE.match(text):
+            fits = sys.float_info.min <= abs(float(text)) <= sys.float_info.max or _ZERO.match(text)
+            return (float(text), "double") if fits else (text, "string")  # beyond a double it is text for rcl
+        if _SPECIAL.match(text):
+            return float(text.replace(".", "")), "double"
+        return text, "string"
+
+    def text(self, item: _Item) -> str:
+        """Return a key."""
+        if not isinstance(item.event, yaml.ScalarEvent):
+            raise self.fail("a key is plain text", item)
+        return str(item.event.value)
+
+    def span(self, item: _Item) -> Span:
+        start, end = item.event.start_mark, item.event.end_mark
+        length = end.column - start.column if end.line == start.line else 1
+        return Span(self.source, start.line + 1, start.column + 1, max(1, length))
+
+    def fail(self, message: str, item: _Item, help: str = _HELP) -> NoParameters:
+        return NoParameters(error("parameters-syntax", message, self.span(item), help))
+
+    def warn(self, message: str, span: Span, help: str) -> None:
+        self.diagnostics.append(Diagnostic("parameters-syntax", "warning", message, span, help=help))
+
+    def misread(self, what: str, item: _Item, help: str = "write a mapping without the list") -> None:
+        self.warn(f"{what}: ROS 2 reads it otherwise than it looks", self.span(item), help)
 
 
 @dataclass(frozen=True)
@@ -32,10 +347,23 @@ class Parameters:
     node: Mapping[str, Mapping[str, Any]]
 
 
+def read(text: str) -> Parameters:
+    """Return what a parameter file that we wrote contains. Raises ValueError for a damaged text."""
+    return Parameters(nodes_of(text))
+
+
+def nodes_of(text: str) -> dict[str, dict[str, Any]]:
+    """Return the parameters of a file by node and full name. Raises ValueError for a damaged text."""
+    sections, _ = read_sections(Source("", text))
+    if not sections:
+        raise ValueError(f"it is no parameter file: it has no {PARAMETERS}")
+    return {one.name.strip("/"): {key: value.value for key, value in one.parameters.items()} for one in sections}
+
+
 class Node(NamedTuple):
     """A node with its parameters, by full name with dots; / parts ``name``.
 
-    ``kind`` is what is known of it, or the name of that in the tables; None: nobody knows its types.
+    ``kind`` is what is known of it, or the name of that in the tables; None if its types are unknown.
     """
 
     name: str
@@ -50,32 +378,28 @@ def asked(output: Output) -> str:
 
 def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str], nodes: Sequence[Node]) -> str:
     """Return the parameter file of some nodes; ``head`` are lines of comment."""
-    rows = list(_rows(_tree(output, nodes)))
-    values = {"robot": robot, "distribution": asked(output).capitalize(), "head": head, "rows": rows}
+    tree: dict[str, Any] = {}
+    for name, parameters in parameters_of(output, nodes).node.items():
+        for key, value in parameters.items():
+            _put(tree, [*name.split("/"), PARAMETERS, *key.split(".")], value)
+    values = {"robot": robot, "distribution": asked(output).capitalize(), "head": head, "rows": list(_rows(tree))}
     return templates.own("ros/parameters.yaml.jinja", values)
 
 
 def parameters_of(output: Output, nodes: Iterable[Node]) -> Parameters:
-    """Return what the parameter file of some nodes is meant to contain."""
-    found: dict[str, dict[str, Any]] = {}
-    _find(_tree(output, nodes), "", found, 0)
-    return Parameters(found)
-
-
-def _tree(output: Output, nodes: Iterable[Node]) -> dict[str, Any]:
-    """Return the values of some nodes as they are nested in the file.
+    """Return what the parameter file of some nodes is meant to contain.
 
     An empty list is left out, for rcl does not know of what it is one.
     """
-    tree: dict[str, Any] = {}
+    found: dict[str, dict[str, Any]] = {}
     for node in nodes:
         kind = kinds(asked(output))[node.kind] if isinstance(node.kind, str) else node.kind
         for key, value in node.values.items():
             known = kind.key(key) if kind is not None else None
             if value not in ([], ()) and (kind is None or known is None or kind.has(known)):
-                path = [*node.name.strip("/").split("/"), PARAMETERS, *key.split(".")]
-                _put(tree, path, converted(value, known.type) if known is not None else value)
-    return tree
+                made = converted(value, known.type) if known is not None else value
+                found.setdefault(node.name.strip("/"), {})[key] = made
+    return Parameters(found)
 
 
 def _put(tree: dict[str, Any], path: Sequence[str], value: Any) -> None:
@@ -106,57 +430,3 @@ def _text(value: str) -> str:
     if _PLAIN.fullmatch(value) and value.lower() not in _WORDS:
         return value
     return json.dumps(value, ensure_ascii=False)
-
-
-def read(written: str) -> Parameters:
-    """Return what a parameter file contains. Raises ValueError for a damaged text."""
-    return Parameters(nodes_of(written))
-
-
-def nodes_of(written: str) -> dict[str, dict[str, Any]]:
-    """Return the parameters of a file by node and full name. Raises ValueError for a damaged text."""
-    tree = value_of(written)
-    if not isinstance(tree, dict):
-        raise ValueError("it is no parameter file: its top is no mapping")
-    found: dict[str, dict[str, Any]] = {}
-    _find(tree, "", found, 0)
-    if not found:
-        raise ValueError(f"it is no parameter file: it has no {PARAMETERS}")
-    return found
-
-
-def value_of(written: str) -> Any:
-    """Return the value of a text of YAML. Raises ValueError for a damaged one."""
-    import yaml
-
-    try:
-        with suppress(yaml.YAMLError):  # libyaml says it in other words
-            return yaml.load(written, getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506 - both are safe
-        return yaml.safe_load(written)
-    except yaml.YAMLError as problem:
-        raise ValueError(f"it is not YAML: {problem}") from None
-    except RecursionError:
-        raise ValueError("it is nested too deeply") from None
-
-
-_DEEPEST = 40
-
-
-def _find(tree: Mapping[Any, Any], above: str, found: dict[str, dict[str, Any]], depth: int) -> None:
-    if depth > _DEEPEST:
-        raise ValueError("it is nested too deeply")
-    for key, value in tree.items():
-        if not isinstance(value, dict):
-            raise ValueError(f"it is no parameter file: {key} is neither a node nor a namespace")
-        if key == PARAMETERS:
-            found[above] = dict(_flat(value, "", 0))
-        else:
-            _find(value, f"{above}/{key}".strip("/"), found, depth + 1)
-
-
-def _flat(tree: Mapping[Any, Any], above: str, depth: int) -> Iterator[tuple[str, Any]]:
-    for key, value in tree.items():
-        if isinstance(value, dict) and depth < _DEEPEST:
-            yield from _flat(value, f"{above}{key}.", depth + 1)
-        else:
-            yield f"{above}{key}", value

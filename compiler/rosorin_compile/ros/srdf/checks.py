@@ -12,80 +12,11 @@ from rosorin_compile.model import Output
 from rosorin_compile.ros.moveit import EndEffector, Group
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Suggestion, counted, first_of, quoted
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Path, at
 
 from ..sections.moveit import state_path
 from .matrix import RENEW, stale_pairs, stale_text
 from .planning import URDF, Planning, planning_of
-
-RULES = (
-    Rule(
-        "moveit-urdf",
-        "`urdf` of `moveit` is no output that is a URDF, or there is none.",
-        "Name the output; an SRDF belongs to one URDF.",
-        Heading.OUTPUTS,
-    ),
-    Rule(
-        "moveit-not-in-urdf",
-        "A link or a joint for MoveIt is not in the URDF that the SRDF belongs to: MoveIt does not know it.",
-        "Name another one; or `urdf` of `moveit` names a URDF that has it, such as one with `frames: all`.",
-        Heading.OUTPUTS,
-    ),
-    Rule(
-        "moveit-group",
-        "A planning group has no joint, or has itself in it.",
-        "Give it a chain, joints, links or other groups.",
-        Heading.OUTPUTS,
-    ),
-    Rule(
-        "moveit-chain-swapped",
-        "A warning: the chain of a planning group ends at a link that its base hangs on: base and tip are swapped. "
-        "MoveIt takes the joints, and its solvers move the wrong end.",
-        "`chain: {base: LINK, tip: LINK}`: the tip is what moves.",
-        Heading.OUTPUTS,
-    ),
-    Rule(
-        "moveit-state",
-        "A pose that is to be a state of a group names none of its joints. A note: a pose names some joints of a group "
-        "and not all, and so is a state of none.",
-        "Name the joints in the pose; `states` of the group takes it as it is.",
-        Heading.OUTPUTS,
-    ),
-    Rule(
-        "moveit-end-effector",
-        "The parent group of an end effector does not have the link that carries it, or is its own group. A warning: "
-        "its own group has that link; MoveIt's setup assistant refuses that.",
-        "Correct the groups or the parent.",
-        Heading.OUTPUTS,
-    ),
-    Rule(
-        "moveit-virtual-joint",
-        "The virtual joint has the name of a joint of the URDF. A warning: its parent frame is a link of the URDF.",
-        "Rename it; name a frame of the world, such as odom.",
-        Heading.OUTPUTS,
-    ),
-    Rule(
-        "moveit-passive-joint",
-        "A warning: a passive joint is fixed, or follows another one, which is passive anyway.",
-        "Remove it.",
-        Heading.OUTPUTS,
-    ),
-    Rule(
-        "collisions-stale",
-        "A warning: shapes, joints, limits or numbers changed since the collision matrix was computed. Its pairs stay "
-        "in the SRDF; those that depend on what changed are listed, because they may collide now.",
-        "`rosorin-compile collisions` computes them again.",
-        Heading.OUTPUTS,
-    ),
-    Rule(
-        "collisions-missing",
-        "A note: no collision matrix was computed, so that MoveIt checks every pair of links, those that touch at a "
-        "joint too.",
-        "`rosorin-compile collisions` computes one.",
-        Heading.OUTPUTS,
-    ),
-)
 
 _TOP = "moveit"
 

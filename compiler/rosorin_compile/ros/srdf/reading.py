@@ -7,8 +7,8 @@ listed. What it reads is kept. Joints of a second chain of a group are named one
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from rosorin_compile.formats.format import Opened, Placed
@@ -25,48 +25,43 @@ from .planning import URDF, Planning
 
 Entry = dict[str, Any]
 
-# The elements of a file, and what each has.
-_KNOWN = {
-    "group": ("name",),
-    "group_state": ("name", "group"),
-    "end_effector": ("name", "parent_link", "group", "parent_group"),
-    "virtual_joint": ("name", "type", "parent_frame", "child_link"),
-    "passive_joint": ("name",),
-    "disable_collisions": ("link1", "link2", "reason"),
-    "enable_collisions": ("link1", "link2", "reason"),
-    "disable_default_collisions": ("link",),
-    "link_sphere_approximation": ("link",),
-    "joint_property": ("joint_name", "property_name", "value"),
+# The attributes of each element, in which MoveIt requires all but the last ones of _OPTIONAL; what they name, and what
+# may be in the element. Virtual joints and groups are read before the elements that name them.
+_KNOWN: Mapping[str, Mapping[str, str]] = {
+    "virtual_joint": {"name": "", "type": "", "parent_frame": "", "child_link": ""},
+    "group": {"name": ""},
+    "group_state": {"name": "", "group": "group"},
+    "end_effector": {"name": "", "parent_link": "link", "group": "group", "parent_group": ""},
+    "passive_joint": {"name": "joint"},
+    "disable_collisions": {"link1": "link", "link2": "link", "reason": ""},
+    "enable_collisions": {"link1": "link", "link2": "link", "reason": ""},
+    "disable_default_collisions": {"link": "link"},
+    "link_sphere_approximation": {"link": "link"},
+    "joint_property": {"joint_name": "joint", "property_name": "", "value": ""},
 }
-_INSIDE = {
-    "group": ("chain", "joint", "link", "group"),
-    "group_state": ("joint",),
-    "link_sphere_approximation": ("sphere",),
+_OPTIONAL = ("parent_group", "reason")
+_INSIDE: Mapping[str, Mapping[str, Mapping[str, str]]] = {
+    "group": {
+        "chain": {"base_link": "link", "tip_link": "link"},
+        "joint": {"name": "joint"},
+        "link": {"name": "link"},
+        "group": {"name": ""},
+    },
+    "group_state": {"joint": {"name": "joint", "value": ""}},
+    "link_sphere_approximation": {"sphere": {"center": "", "radius": ""}},
 }
-_ATTRIBUTES = {name for names in _KNOWN.values() for name in names} | {"base_link", "tip_link", "center", "radius"}
-_OF_INSIDE = {
-    "chain": ("base_link", "tip_link"),
-    "joint": ("name", "value"),
-    "link": ("name",),
-    "group": ("name",),
-    "sphere": ("center", "radius"),
-}
+_EVERY = [*_KNOWN.values(), *(names for tags in _INSIDE.values() for names in tags.values())]
+_ATTRIBUTES = {name for names in _EVERY for name in names}
 _OF_URDF = ("link", "joint", "material", "transmission")
-_WHOLE = ("name", "version")
 
 
-@dataclass(frozen=True)
+@dataclass
 class _State:
     """A state of a group: where it puts joints, with the places, and the base if it does."""
 
-    name: str
     span: Span
-    positions: Mapping[str, Placed] = field(default_factory=dict)
+    positions: dict[str, Placed] = field(default_factory=dict)
     base: Entry | None = None
-
-    def values(self) -> dict[str, Any]:
-        """Return the positions without their places."""
-        return {name: at.value for name, at in self.positions.items()}
 
 
 def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
@@ -85,8 +80,7 @@ def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
     made = _Joining(opened, robot)
     made.read(root)
     poses = made.poses(tree.get("poses") or {})
-    sections = {"moveit": made.moveit(), **({"poses": poses} if poses else {})}
-    return sections, made.reading.all_diagnostics()
+    return {"moveit": made.moveit(), **({"poses": poses} if poses else {})}, made.reading.all_diagnostics()
 
 
 class _Joining:
@@ -105,56 +99,66 @@ class _Joining:
         self.pairs: dict[str, dict[Pair, Placed]] = {"disable_collisions": {}, "enable_collisions": {}}
 
     def read(self, root: Element) -> None:
-        """Read the file: first the elements that others name."""
-        self.reading.check(root, tuple(_KNOWN), _WHOLE, None)
+        """Read the file."""
+        self.reading.check(root, tuple(_KNOWN), ("name", "version"), None)
         name = root.attributes.get("name")
         if name is not None and name.value.strip() != self.robot.name:
             help = f'the robot is "{self.robot.name}": is it another one? MoveIt wants the same name in both files'
             self.reading.cannot_carry(f'the name "{name.value}" of the SRDF', name.span, help)
-        children = [child for child in root.children if child.tag in _KNOWN]
-        for child in children:  # misspelt words, and what MoveIt passes over
-            tags = _INSIDE.get(child.tag, ())
-            self.reading.check(child, tags, _KNOWN[child.tag], None)
-            for inner in child.children:
-                if inner.tag in tags:
-                    self.reading.check(inner, (), _OF_INSIDE[inner.tag], None)
-        for tag in ("virtual_joint", "group", *(tag for tag in _KNOWN if tag not in ("virtual_joint", "group"))):
-            for child in children:
+        for child in root.children:  # misspelt words, and what MoveIt passes over
+            if child.tag in _KNOWN:
+                tags = _INSIDE.get(child.tag, {})
+                self.reading.check(child, tags, _KNOWN[child.tag], None)
+                for inner in child.children:
+                    if inner.tag in tags:
+                        self.reading.check(inner, (), tags[inner.tag], None)
+        for tag in _KNOWN:
+            for child in root.children:
                 if child.tag == tag:
-                    getattr(self, tag)(child)
+                    said = self.words(child, _KNOWN[tag])
+                    if said is not None:
+                        getattr(self, tag)(child, *said)
             if tag == "group":
                 self._remove_unusable_groups()
 
-    def words(self, element: Element, *names: str) -> tuple[Placed, ...] | None:
-        """Return attributes that MoveIt requires, or None after reporting that one is missing."""
-        found = [element.attributes.get(name) for name in names]
-        missing = [name for name, one in zip(names, found, strict=True) if one is None or not one.value.strip()]
+    def words(self, element: Element, names: Mapping[str, str]) -> list[Placed] | None:
+        """Return the attributes that MoveIt requires, or None if one is missing or names nothing, which is reported."""
+        needed = [name for name in names if name not in _OPTIONAL]
+        found = [element.attributes.get(name) for name in needed]
+        missing = [name for name, one in zip(needed, found, strict=True) if one is None or not one.value.strip()]
         if missing:
             misspelt = any(correction(one, missing) for one in element.attributes if one not in _ATTRIBUTES)
             if not misspelt or self.reading.options.lenient:  # else that is reported
                 help = f"MoveIt passes over it: it has no {quoted(missing, 5)}"
                 self.reading.cannot_carry(named(element), element.span, help)
             return None
-        return tuple(Placed(one.value.strip(), one.span) for one in found if one is not None)
+        words = [Placed(one.value.strip(), one.span) for one in found if one is not None]
+        kinds = [names[name] for name in needed]
+        exist = all(self._exists(word, kind, element) for word, kind in zip(words, kinds, strict=True) if kind)
+        return words if exist else None
+
+    def inside(self, element: Element) -> list[tuple[Element, list[Placed]]]:
+        """Return the children of an element that MoveIt reads, with their attributes."""
+        known = _INSIDE[element.tag]
+        found = [(child, self.words(child, known[child.tag])) for child in element.children if child.tag in known]
+        return [(child, words) for child, words in found if words is not None]
 
     def _exists(self, name: Placed, kind: str, element: Element) -> bool:
-        """Return True if the robot has a link or joint, or it is the virtual joint; report it if not."""
-        known: Iterable[str] = self.planning.links if kind == "link" else self.planning.joints
-        if name.value in known or (kind == "joint" and self.virtual is not None and self.virtual.name == name.value):
+        """Return True if there is a link, joint or group of this name; report it if not."""
+        virtual = [self.virtual.name] if self.virtual is not None else []
+        known: Collection[str] = self.groups if kind == "group" else self.planning.links
+        known = [*self.planning.joints, *virtual] if kind == "joint" else known
+        if name.value in known:
             return True
         near = nearest(name.value, known)
         help = f"MoveIt passes over it: the robot has no such {kind}"
         help += f'; did you mean "{near}"?' if near else ""
         is_it = element.tag == kind or element.get("name").strip() == name.value
         what = named(element) if is_it else f'{named(element)} of {kind} "{name.value}"'
-        self.reading.cannot_carry(what, name.span, help)
+        self.reading.cannot_carry(what, element.span if element.tag == "group_state" else name.span, help)
         return False
 
-    def virtual_joint(self, element: Element) -> None:
-        said = self.words(element, "name", "type", "parent_frame", "child_link")
-        if said is None:
-            return
-        name, kind, parent, child = said
+    def virtual_joint(self, element: Element, name: Placed, kind: Placed, parent: Placed, child: Placed) -> None:
         if self.virtual is not None or child.value != self.planning.root:
             help = f'MoveIt takes one whose child is the root, "{self.planning.root}"'
             self.reading.cannot_carry(named(element), element.span, help)
@@ -166,36 +170,23 @@ class _Joining:
         self.virtual = VirtualJoint(taken, parent.value, name.value)
         self.virtual_entry = {"name": name, "type": Placed(taken, kind.span), "parent": parent}
 
-    def group(self, element: Element) -> None:
-        said = self.words(element, "name")
-        if said is None:
-            return
-        name = said[0].value
-        if name in self.groups:
+    def group(self, element: Element, name: Placed) -> None:
+        if name.value in self.groups:
             self.reading.cannot_carry(f"a second {named(element)}", element.span, "MoveIt takes the first of this name")
             return
         entry: Entry = {}
-        for child in element.children:
-            if child.tag == "chain":
-                self._chain(entry, child)
+        for child, words in self.inside(element):
+            if child.tag != "chain":
+                entry.setdefault(f"{child.tag}s", []).append(words[0])
                 continue
-            one = self.words(child, "name") if child.tag in _INSIDE["group"] else None
-            if one is not None and (child.tag == "group" or self._exists(one[0], child.tag, child)):
-                entry.setdefault(f"{child.tag}s", []).append(one[0])
-        self.groups[name], self.spans[name] = entry, said[0].span
-
-    def _chain(self, entry: Entry, element: Element) -> None:
-        said = self.words(element, "base_link", "tip_link")
-        if said is None or not all(self._exists(one, "link", element) for one in said):
-            return
-        base, tip = said
-        joints = self.planning.between(base.value, tip.value)
-        if not joints:
-            self.reading.ignored("a chain that begins and ends at one link has no joint", element.span)
-        elif "chain" not in entry:
-            entry["chain"] = Placed({"base": base, "tip": tip}, element.span)
-        else:
-            entry.setdefault("joints", []).extend(Placed(joint.name, element.span) for joint in joints)
+            joints = self.planning.between(words[0].value, words[1].value)
+            if not joints:
+                self.reading.ignored("a chain that begins and ends at one link has no joint", child.span)
+            elif "chain" not in entry:
+                entry["chain"] = Placed({"base": words[0], "tip": words[1]}, child.span)
+            else:
+                entry.setdefault("joints", []).extend(Placed(joint.name, child.span) for joint in joints)
+        self.groups[name.value], self.spans[name.value] = entry, name.span
 
     def _remove_unusable_groups(self) -> None:
         """Remove the groups that MoveIt does not make: with a group that does not exist, or without a joint."""
@@ -208,31 +199,19 @@ class _Joining:
             for name in _unsatisfied(model):
                 lacking = next((one for one in model[name].groups if one not in model), "")
                 why[name] = f'there is no group "{lacking}"' if lacking else "its groups are in each other"
-            if not why:
-                why = {name: "it has no joint" for name, one in model.items() if not self.planning.joints_in(one)}
+            why = why or {name: "it has no joint" for name, one in model.items() if not self.planning.joints_in(one)}
             for name, reason in why.items():
                 self.reading.cannot_carry(f'<group name="{name}">', self.spans[name], f"MoveIt leaves it out: {reason}")
                 del self.groups[name]
             if not why:
                 return
 
-    def group_state(self, element: Element) -> None:
-        said = self.words(element, "name", "group")
-        if said is None:
-            return
-        name, group = said
-        if group.value not in self.groups:
-            what = f'{named(element)} of group "{group.value}"'
-            self.reading.cannot_carry(what, element.span, "there is no such group")
-            return
-        inside = set(self.planning.joints_in(self.planning.groups[group.value]))
-        state, before = _State(name.value, element.span), len(self.reading.diagnostics)
-        for child in element.children:
-            one = self.words(child, "name", "value") if child.tag == "joint" else None
-            if one is None or not self._exists(one[0], "joint", child):
-                continue
-            if one[0].value in inside:
-                state = self._with_joint(state, one[0], child)
+    def group_state(self, element: Element, name: Placed, group: Placed) -> None:
+        inside = self.planning.joints_in(self.planning.groups[group.value])
+        state, before = _State(element.span), len(self.reading.diagnostics)
+        for child, (joint, _) in self.inside(element):
+            if joint.value in inside:
+                self._put_joint(state, joint, child)
             else:
                 help = "MoveIt passes over it: the joint is not in the group"
                 self.reading.cannot_carry(named(child), child.span, help)
@@ -244,14 +223,14 @@ class _Joining:
             self.reading.ignored("of two states of a group with one name, the first has no effect", name.span)
         self.states[group.value][name.value] = state
 
-    def _with_joint(self, state: _State, name: Placed, element: Element) -> _State:
+    def _put_joint(self, state: _State, name: Placed, element: Element) -> None:
         value, joint = element.attributes["value"], self.robot.joint.get(name.value)
+        words = value.words()
         if joint is None:  # the virtual joint
             count = {PLANAR: 3, FLOATING: 7}.get(self.virtual.type if self.virtual else "", 0)
             found = numbers(element, "value", count, PLAIN, self.reading) if count else None
-            return state if found is None else replace(state, base=_base(found))
-        words = value.words()
-        if joint.mimic is not None:
+            state.base = state.base if found is None else _base(found)
+        elif joint.mimic is not None:
             self.reading.ignored("the value of a joint that follows another one has no effect", name.span)
         elif not joint.moves or len(words) != 1:
             help = f"the joint is {joint.type}" if not joint.moves else f"it has {len(words)} numbers"
@@ -260,18 +239,9 @@ class _Joining:
             unit = LENGTHS if joint.type == "prismatic" else ANGLES
             number = self.reading.number(words[0], f"value of {named(element)}", unit, "size")
             if number is not None:
-                at = Placed(number, words[0].span)
-                return replace(state, positions={**state.positions, name.value: at})
-        return state
+                state.positions[name.value] = Placed(number, words[0].span)
 
-    def end_effector(self, element: Element) -> None:
-        said = self.words(element, "name", "parent_link", "group")
-        if said is None or not self._exists(said[1], "link", element):
-            return
-        name, parent, group = said
-        if group.value not in self.groups:
-            self.reading.cannot_carry(named(element), group.span, f'there is no group "{group.value}"')
-            return
+    def end_effector(self, element: Element, name: Placed, parent: Placed, group: Placed) -> None:
         above, entry = element.attributes.get("parent_group"), {"group": group, "parent": parent}
         if above is not None:
             carrier, why = above.value.strip(), ""
@@ -286,28 +256,22 @@ class _Joining:
                 self.reading.cannot_carry(what, above.span, f"MoveIt looks for one: {why}")
             else:
                 entry["parent_group"] = Placed(carrier, above.span)
-        ends = self.sections.setdefault("end_effectors", {})
-        if name.value in ends:
+        if self.sections.setdefault("end_effectors", {}).setdefault(name.value, entry) is not entry:
             self.reading.cannot_carry(f"a second {named(element)}", element.span)
         else:
-            ends[name.value] = Placed(entry, element.span)
+            self.sections["end_effectors"][name.value] = Placed(entry, element.span)
 
-    def passive_joint(self, element: Element) -> None:
-        self._add_name(element, "name", "joint", "passive_joints")
+    def passive_joint(self, _: Element, name: Placed) -> None:
+        self._add_name(name, "passive_joints")
 
-    def disable_default_collisions(self, element: Element) -> None:
-        self._add_name(element, "link", "link", "unchecked_links")
+    def disable_default_collisions(self, _: Element, name: Placed) -> None:
+        self._add_name(name, "unchecked_links")
 
-    def _add_name(self, element: Element, attribute: str, kind: str, key: str) -> None:
-        said = self.words(element, attribute)
-        if said is not None and self._exists(said[0], kind, element):
-            names = self.sections.setdefault(key, [])
-            names += [] if said[0].value in [one.value for one in names] else [said[0]]
+    def _add_name(self, name: Placed, key: str) -> None:
+        names = self.sections.setdefault(key, [])
+        names += [] if name.value in [one.value for one in names] else [name]
 
-    def disable_collisions(self, element: Element) -> None:
-        said = self.words(element, "link1", "link2")
-        if said is None or not all(self._exists(one, "link", element) for one in said):
-            return
+    def disable_collisions(self, element: Element, *said: Placed) -> None:
         first, second = sorted(said, key=lambda name: str(name.value))
         pair, found = ordered((first.value, second.value)), self.pairs[element.tag]
         if first.value == second.value:
@@ -324,44 +288,36 @@ class _Joining:
 
     enable_collisions = disable_collisions
 
-    def link_sphere_approximation(self, element: Element) -> None:
-        said = self.words(element, "link")
-        if said is None or not self._exists(said[0], "link", element):
-            return
+    def link_sphere_approximation(self, element: Element, link: Placed) -> None:
         balls: list[Any] = []
-        any_sphere = False
-        for child in element.children:
-            if child.tag != "sphere" or self.words(child, "center", "radius") is None:
-                continue
+        found = False
+        for child, _ in self.inside(element):
             center = numbers(child, "center", 3, LENGTHS, self.reading)
             radius = numbers(child, "radius", 1, LENGTHS, self.reading)
             if center is None or radius is None:
                 continue
-            any_sphere = True
+            found = True
             if radius[0] > 0:
                 xyz = [Placed(value, span) for value, span in zip(center, center.value_spans, strict=True)]
                 balls.append(Placed({"xyz": xyz, "radius": Placed(radius[0], radius.value_spans[0])}, child.span))
-        if any_sphere:
-            self.sections.setdefault("spheres", {})[said[0].value] = Placed(balls, element.span)
+        if found:
+            self.sections.setdefault("spheres", {})[link.value] = Placed(balls, element.span)
 
-    def joint_property(self, element: Element) -> None:
-        said = self.words(element, "joint_name", "property_name", "value")
-        if said is not None and self._exists(said[0], "joint", element):
-            joint, name, value = said
-            of_joint = self.sections.setdefault("joint_properties", {}).setdefault(joint.value, {})
-            of_joint[name.value] = Placed(Text(value.value), value.span)
+    def joint_property(self, _: Element, joint: Placed, name: Placed, value: Placed) -> None:
+        of_joint = self.sections.setdefault("joint_properties", {}).setdefault(joint.value, {})
+        of_joint[name.value] = Placed(Text(value.value), value.span)
 
     def poses(self, taken: Mapping[str, Any]) -> Entry:
         """Return the states as poses, one for states of one name that agree; groups get their ``states``."""
         made: Entry = {}
-        by_name: dict[str, list[tuple[str, _State]]] = {}
+        by_name: dict[str, dict[str, _State]] = {}
         for group in self.groups:
             for name, state in self.states.get(group, {}).items():
-                by_name.setdefault(name, []).append((group, state))
+                by_name.setdefault(name, {})[group] = state
         names: dict[tuple[str, str], str] = {}
-        for name, several in by_name.items():
-            together = self._together(several)
-            for group, state in several:
+        for name, of_groups in by_name.items():
+            together = self._together(of_groups)
+            for group, state in of_groups.items():
                 wanted = name if together is not None else f"{name}_{group}"
                 while wanted in taken or (wanted in made and together is None):
                     wanted += "_state"
@@ -374,17 +330,17 @@ class _Joining:
                 entry["states"] = list(of_group) if all(k == v for k, v in of_group.items()) else of_group
         return made
 
-    def _together(self, several: list[tuple[str, _State]]) -> _State | None:
-        """Return one state for several of one name, or None if it would put a group elsewhere."""
-        positions = {name: at for _, state in several for name, at in state.positions.items()}
-        base = next((state.base for _, state in several if state.base is not None), None)
-        whole = _State(several[0][1].name, several[0][1].span, positions, base)
-        for group, state in several:
+    def _together(self, of_groups: Mapping[str, _State]) -> _State | None:
+        """Return one state for those of one name by their groups, or None if it would put a group elsewhere."""
+        whole = _State(next(iter(of_groups.values())).span)
+        for state in of_groups.values():
+            whole.positions |= state.positions
+            whole.base = whole.base or state.base
+        for group, state in of_groups.items():
             inside = self.planning.joints_in(self.planning.groups[group])
-            has_base = self.virtual is not None and self.virtual.name in inside
-            if {name: at for name, at in whole.values().items() if name in inside} != state.values():
-                return None
-            if (base if has_base else None) != state.base:
+            base = whole.base if self.virtual is not None and self.virtual.name in inside else None
+            here = {name: at.value for name, at in whole.positions.items() if name in inside}
+            if here != {name: at.value for name, at in state.positions.items()} or base != state.base:
                 return None
         return whole
 

@@ -16,7 +16,7 @@ from rosorin_compile.model import Mesh
 from rosorin_compile.model.mesh_triangles import TriangleMesh
 from rosorin_compile.output import OutputError, may_replace, write_file
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, RequestError, did_you_mean, error
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, RequestError, UnknownName, error
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.units import Quantity
@@ -176,7 +176,7 @@ def _direction(text: str) -> Vector:
         return VIEWS[text]
     parts = [Quantity.parse(part.strip()) for part in text.split(",")]
     if len(parts) == 1:
-        raise RequestError(f'there is no view "{text}"; {did_you_mean(text, VIEWS)}, or AZIMUTH,ELEVATION: 30deg,20deg')
+        raise UnknownName("view", text, (*VIEWS, "AZIMUTH,ELEVATION, such as 30deg,20deg"))
     angles = [float(part) for part in parts if part is not None and part.unit == "rad"]
     if len(parts) != 2 or len(angles) != 2:
         raise RequestError(f'"{text}" is not AZIMUTH,ELEVATION, such as 30deg,20deg')
@@ -188,7 +188,7 @@ def _frames(robot: Robot, look: Look) -> list[str]:
     """Return the names of the frames to show. Raises RequestError."""
     for name in look.frames:
         if name not in robot.link:
-            raise RequestError(f'there is no frame "{name}"; {did_you_mean(name, robot.link)}')
+            raise UnknownName("frame", name, robot.link)
     if not look.published_frames:
         return list(dict.fromkeys(look.frames))
     try:

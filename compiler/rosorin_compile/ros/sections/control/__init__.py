@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeVar
 
-from rosorin_compile.language.lower.records import Problem, entries_of, plain, record_of
-from rosorin_compile.language.suggestions import suggest_name
+from rosorin_compile.language.records import Problem, entries_of, plain, record_of
 from rosorin_compile.model.sections import Section
 from rosorin_compile.ros.sections.control.hardware import (
     SENSOR_WORDS,
@@ -124,7 +123,7 @@ def control_names(case: Case) -> Iterator[Diagnostic]:
         if block.pose and block.pose not in poses:
             path: Path = ("control", block.name, "pose")
             message = f'{called} starts in pose "{block.pose}", which there is not'
-            help = suggest_name(case.tree, path, block.pose, poses) if poses else "the description has no poses"
+            help = case.suggest(path, block.pose, poses, none="the description has no poses")
             yield case.problem("control-pose", message, path, help)
         for one in block.transmissions:
             path = ("control", block.name, "transmissions", one.name)
@@ -139,6 +138,6 @@ def control_names(case: Case) -> Iterator[Diagnostic]:
                     yield case.problem("control-transmission", message, (*path, "joints", end.name), help, key=True)
 
 
-CONTROL: Section[tuple[Block, ...]] = Section(
+SECTION: Section[tuple[Block, ...]] = Section(
     "control", lower=control_of, checks=(control_unused, control_names), urdf=blocks, check_urdf=check_control
 )

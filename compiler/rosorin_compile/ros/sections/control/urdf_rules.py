@@ -25,63 +25,12 @@ from rosorin_compile.ros.sections.control.hardware import (
     Words,
 )
 from rosorin_compile.rules.case import Case, number
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, counted, nearest, quoted
-from rosorin_compile.source.rule_registry import Heading, Rule
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion, counted, quoted
 from rosorin_compile.source.tree import Path, at
 from rosorin_compile.source.units import Quantity, describe, parse_unit
 from rosorin_compile.source.wording import swaps
 
 from .urdf import OPTION, asked, follows
-
-RULES = (
-    Rule(
-        "control-joint",
-        "A joint of a hardware block is not in the URDF that the block goes into, or does not move along or about one "
-        "axis. A warning on Humble, which does not compare the two.",
-        "Let robot_state_publisher publish the joint, leave it out of the block, or ask for the block in a URDF with "
-        "`frames: all`.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "control-type",
-        "A hardware block is not what its type says: an actuator has one joint, a sensor takes no commands.",
-        "`type: system`, or what the message says.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "control-interface",
-        "A sensor of a hardware block says nothing, or two blocks have the same interface. A warning: an interface "
-        "that no controller knows, such as `velocty`, or a joint without any.",
-        "Correct the word; give each interface to one block.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "control-mimic",
-        "A follower has commands, which Jazzy refuses, its leader is not in its block, or it has none. A warning: an "
-        "offset that the mock hardware of Humble does not know.",
-        "Leave the command out, add the leader, or say `mimic: false`.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "control-param",
-        "A parameter of a hardware block is empty, or says what the joint says already.",
-        "Give it a value, or leave it out.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "control-limit",
-        "The smallest value of a command is above the largest. A warning: they go beyond the limit of the joint.",
-        "Correct them, or leave them to the joint.",
-        Heading.CONTROL,
-    ),
-    Rule(
-        "control-ignored",
-        "A warning: Humble does not read a key of a hardware block, or a description has no block where an output asks "
-        "for them.",
-        "Leave the key out, or ask for a later distribution.",
-        Heading.CONTROL,
-    ),
-)
 
 # What other tools and people write for the words of ros2_control.
 _WORDS = {"pos": POSITION, "vel": VELOCITY, "speed": VELOCITY, "torque": EFFORT, "force": EFFORT, "acc": ACCELERATION}
@@ -161,12 +110,12 @@ def _component(case: Case, block: Block, section: str, one: Component) -> Iterat
             message = f'{of} has a parameter "{name}", which comes from the mimic of the joint'
             yield case.problem("control-param", message, (*path, "params", name), "leave it out", key=True)
     if not one.command and not one.state:
-        severity, help = WARNING, "list its command and state interfaces: command, state"
+        severity = WARNING
+        help: Help = "list its command and state interfaces: command, state"
         if section == "sensors":
             severity = ERROR
-            help = "list its state interfaces: state; or give it the name of a sensor of the description"
-            near = nearest(one.name, [sensor.name for sensor in case.robot.sensors])
-            help = f'did you mean "{near}"? else {help}' if near else help
+            details = "list its state interfaces: state; or give it the name of a sensor of the description"
+            help = Suggestion(one.name, [sensor.name for sensor in case.robot.sensors], details=details)
         yield case.problem("control-interface", f"{of} has no interface", path, help, severity=severity, key=True)
     known: tuple[str, ...] = JOINT_WORDS if section == "joints" else ()
     if section == "sensors":

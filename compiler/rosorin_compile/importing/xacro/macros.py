@@ -1,0 +1,261 @@
+"""Macros of vendors that a description calls: their parameters, and the xacro text of a call.
+
+Parameters are read from the text of the files, without running xacro: they are checked before a call, and completed in
+editors.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+from xml.sax.saxutils import quoteattr
+
+from rosorin_compile.formats.compiled import RobotReader
+from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.language.expand.files import IncludeError, Reader
+from rosorin_compile.language.expand.placing import is_vector
+from rosorin_compile.language.expression.functions import FUNCTIONS, kind_of
+from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, Suggestion, error, listed, quoted
+from rosorin_compile.source.packages import Packages
+from rosorin_compile.source.rule_registry import READING, Rule
+from rosorin_compile.source.tree import Map
+from rosorin_compile.source.units import ANGLE, LENGTH
+from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read_source
+
+RULES = (Rule("unknown-macro", "A xacro file defines no such macro.", "Correct the name.", READING),)
+
+# The default of each parameter; None if it is required. The names of blocks begin with one or two asterisks.
+Parameters = Mapping[str, "str | None"]
+Values = dict[str, tuple[Any, Span]]
+
+# The parameters that get ``parent``, ``xyz`` and ``rpy`` of the include.
+_PARENTS = ("parent", "parent_link", "parent_frame", "connected_to", "attach_to")
+_POSES = ("*origin", "*pose")
+_DIMENSIONS = {"xyz": LENGTH, "rpy": ANGLE}
+# As ``xacro.parse_macro_arg``; "^" takes a property of the caller.
+_PARAMETER = re.compile(
+    r"""\s*([^\s:=]+)(?:\s*:?=\s*((?:\^\|?)?(?:\$\{.*?\}|\$\(.*?\)|(?:'.*?'|".*?"|[^\s'"]+)+|)))?""", re.DOTALL
+)
+_PACKAGE = re.compile(r"package://([^/\s]+)")
+_FIND = re.compile(r"\$\(find\s+([^\s)]+)\s*\)")
+_EVALUATED = re.compile(r"\$+(?=[{(])")  # with one more dollar, xacro takes it as text
+
+
+class Call(NamedTuple):
+    """The xacro that calls a macro, empty with ``problems``, and the keys of the include whose values it passes."""
+
+    text: str
+    passed: frozenset[str]
+    problems: list[Diagnostic]
+
+
+def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, Parameters]:
+    """Return the macros of a xacro file, and of the files that it includes by names without expressions."""
+    found: dict[str, Parameters] = {}
+    waiting, visited = [(document, path)], {os.path.abspath(path)}
+    for opened, file in waiting:
+        for element in opened.root.iter():
+            name = element.get("name").removeprefix("xacro:")
+            if element.tag == "xacro:macro" and name:
+                found.setdefault(name, dict(_parameters(element.get("params"))))
+            is_read = element.tag == "xacro:include" and "ns" not in element.attributes
+            if not is_read or any(one.tag == "xacro:macro" for one in element.ancestors()):
+                continue
+            target = _included(element.get("filename"), file, packages)
+            if target and (place := os.path.abspath(target)) not in visited:
+                visited.add(place)
+                with suppress(MarkupError):  # which xacro reports
+                    waiting.append((parse(read_source(target)), target))
+    return found
+
+
+def _parameters(text: str) -> Iterator[tuple[str, str | None]]:
+    while match := _PARAMETER.match(text):
+        yield match[1], match[2]
+        text = text[match.end() :]
+
+
+def how_to_call(path: Path, macros: Mapping[str, Parameters]) -> str:
+    """Return the help for a file that only defines macros: an include that calls one of them."""
+    name, parameters = next(iter(macros.items()))
+    keys = _keys_for([one for one, default in parameters.items() if default is None and one not in _POSES])
+    others = f"; its macros are {listed(macros)}" if len(macros) > 1 else ""
+    return (
+        f"call one in a description: include: [{{{', '.join((f'file: {path.name}, macro: {name}', *keys))}}}]{others}"
+    )
+
+
+def _keys_for(parameters: Iterable[str]) -> list[str]:
+    """Return the keys of an include that pass values to some parameters."""
+    forms = {"": "VALUE", "*": "'<ELEMENT/>'", "**": "'<ELEMENT/><ELEMENT/>'"}
+    values = {key: forms[one.removesuffix(key)] for one in parameters if (key := one.lstrip("*")) not in _PARENTS}
+    keys = [f"with: {{{', '.join(f'{key}: {form}' for key, form in values.items())}}}"] if values else []
+    return [*keys, "parent: LINK"] if any(one in _PARENTS for one in parameters) else keys
+
+
+def _included(name: str, file: Path, packages: Packages) -> Path | None:
+    name = _FIND.sub(lambda match: str(packages.find(match[1]) or match[0]), name)
+    name = name.replace("$(dirname)", str(file.parent))
+    return None if "$" in name else packages.resolve(name, file.parent)
+
+
+def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions) -> Call:
+    """Return the call by an evaluated include: by its keys ``macro``, ``with``, ``parent``, ``xyz`` and ``rpy``."""
+    packages = Packages(options.packages, options.environment or os.environ, path)
+    macros, name = macros_of(document, path, packages), entry["macro"]
+    if name not in macros:
+        message = f'{path.name} defines no macro "{name}"'
+        suggestion = Suggestion(name, macros, none="it has none: remove macro to include it as a robot")
+        problem = error("unknown-macro", message, entry.value_spans["macro"], suggestion)
+        return Call("", frozenset(), [problem])
+    parameters = macros[name]
+    values, passed, problems = _values(entry, parameters)
+    attributes, blocks, missing = "", "", []
+    for parameter, default in parameters.items():
+        key = parameter.lstrip("*")
+        if key not in values:
+            missing += [parameter] if default is None else []
+            continue
+        value, span = values[key]
+        try:
+            if key != parameter:
+                blocks += _block(parameter, value)
+            elif isinstance(value, (dict, list)):
+                attributes += f" {key}={quoteattr(f'${{{_literal(value)}}}')}"
+            else:
+                attributes += f" {key}={quoteattr(_as_text(str(FUNCTIONS['str'](value))))}"
+        except ValueError as problem:
+            problems.append(error("bad-argument", f'{key} of the macro "{name}" {problem}', span))
+        package = _PACKAGE.match(value) if isinstance(value, str) else None
+        if package is not None and packages.find(package[1]) is None:
+            help = f"say where it is: packages: {{{package[1]}: FOLDER}}"
+            problems.append(error("package-missing", f'the package "{package[1]}" is not found', span, help))
+    if missing:
+        message = f'the macro "{name}" needs {quoted(one.lstrip("*") for one in missing)}'
+        problems.append(
+            error("missing-argument", message, entry.value_spans["macro"], f"write {', '.join(_keys_for(missing))}")
+        )
+    if problems:
+        return Call("", passed, problems)
+    file = quoteattr(_as_text(os.path.abspath(path)))
+    text = (
+        f'<robot name={quoteattr(name)} xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename={file}/>'
+        f"<xacro:{name}{attributes}>{blocks}</xacro:{name}></robot>"
+    )
+    return Call(text, passed, [])
+
+
+def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str], list[Diagnostic]]:
+    """Return the values of parameters by name, the keys of the include among them, and what is wrong."""
+    written, passed, problems = entry.get("with") or Map(entry.span), set[str](), list[Diagnostic]()
+    values = {key: (value, written.value_spans[key]) for key, value in written.items() if value is not None}
+    name, keys = entry["macro"], [one.lstrip("*") for one in parameters]
+    for key in written:
+        if key not in keys:
+            message = f'the macro "{name}" has no parameter "{key}"'
+            suggestion = Suggestion(key, keys, none="it has none")
+            problems.append(error("unknown-argument", message, written.key_spans[key], suggestion))
+    parent = next((one for one in _PARENTS if one in parameters), None)
+    if parent is not None and entry.get("parent") is not None:
+        if parent in values:
+            message = f'"{parent}" is passed to the macro "{name}" twice'
+            problems.append(error("bad-argument", message, values[parent][1], "remove it: parent of the include is it"))
+        values[parent] = entry["parent"], entry.value_spans["parent"]
+        passed.add("parent")
+    pose, texts = [key for key in _DIMENSIONS if entry.get(key) is not None], {"xyz": "0 0 0", "rpy": "0 0 0"}
+    for key in pose:
+        if is_vector(entry[key], _DIMENSIONS[key]):
+            texts[key] = " ".join(repr(float(number)) for number in entry[key])
+        else:
+            message = f"{key} is a list of three {'lengths' if key == 'xyz' else 'angles'}"
+            problems.append(error("wrong-type", message, entry.value_spans[key]))
+    block = next((one[1:] for one in _POSES if one in parameters and one[1:] not in values), None)
+    if block is not None:
+        origin = f'<origin xyz="{texts["xyz"]}" rpy="{texts["rpy"]}"/>'
+        values[block] = origin, entry.value_spans[pose[0] if pose else "macro"]
+        passed.update(pose)
+    elif pose and all(key in parameters and key not in values for key in pose):
+        values |= {key: (texts[key], entry.value_spans[key]) for key in pose}
+        passed.update(pose)
+    elif pose and "parent" in passed:
+        message = f'the macro "{name}" has no block "origin" to which "{pose[0]}" is passed'
+        help = f"pass the pose in with, by its parameters: {listed(keys)}"
+        problems.append(error("bad-argument", message, entry.key_spans[pose[0]], help))
+    return values, frozenset(passed), problems
+
+
+def _as_text(text: str) -> str:
+    """Return a text that xacro does not evaluate: no code of a description is run by the trust in a vendor's file."""
+    return _EVALUATED.sub(r"$\g<0>", text)
+
+
+def _literal(value: Any) -> str:
+    """Return an expression of xacro for a value; without braces and dollars, which begin and end expressions."""
+    if isinstance(value, dict):
+        return f"dict([{', '.join(f'({_literal(key)}, {_literal(inner)})' for key, inner in value.items())}])"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_literal, value))}]"
+    if isinstance(value, str):
+        return repr(str(value)).replace("}", r"\x7d").replace("$", r"\x24")
+    return repr(float(value) if isinstance(value, float) else value)
+
+
+def _block(parameter: str, value: Any) -> str:
+    """Return the element of a block. Raises ValueError."""
+    key = parameter.lstrip("*")
+    if not isinstance(value, str):
+        raise ValueError(f"is a block: the text of an element of XML, not {kind_of(value)}")
+    text = f"<{key}>{_as_text(value)}</{key}>"
+    try:
+        root = parse(Source("", text)).root
+    except MarkupError as problem:
+        raise ValueError(f"is a block, and no XML: {problem.diagnostic.message}") from None
+    if any(element.tag.startswith("xacro:") for element in root.iter()):
+        raise ValueError("is a block with elements of xacro, which only a xacro file may have")
+    if parameter.startswith("**"):
+        return text
+    if len(root.children) != 1:
+        raise ValueError(f"is a block of one element of XML, not of {len(root.children)}")
+    return _as_text(value)
+
+
+def with_macros(schema: dict[str, Any], roots: Iterable[Path]) -> dict[str, Any]:
+    """Return the schema for editors with the macros, and their parameters, of the xacro files that robots include."""
+    conditions: list[dict[str, Any]] = []
+    for file, macros in _included_macros(roots).items():
+        is_file = {"properties": {"file": {"const": file}}, "required": ["file"]}
+        names = {"anyOf": [{"enum": list(macros)}, {"pattern": r"\$\{"}]}
+        conditions.append({"if": is_file, "then": {"properties": {"macro": names}}})
+        for name, parameters in macros.items():
+            keys = {one.lstrip("*"): {"description": _described(one, parameters[one])} for one in parameters}
+            values = {"properties": keys, "additionalProperties": False, "patternProperties": {r"\$\{": True}}
+            is_call = {"properties": {"file": {"const": file}, "macro": {"const": name}}, "required": ["file", "macro"]}
+            conditions.append({"if": is_call, "then": {"properties": {"with": values}}})
+    include = schema["properties"]["include"]
+    items = {**include["items"], **({"allOf": conditions} if conditions else {})}
+    return {**schema, "properties": {**schema["properties"], "include": {**include, "items": items}}}
+
+
+def _included_macros(roots: Iterable[Path]) -> dict[str, dict[str, Parameters]]:
+    """Return the macros of each xacro file that descriptions include, by the name that they include it by."""
+    found: dict[str, dict[str, Parameters]] = {}
+    for root in roots:
+        reader = Reader(root, RobotReader())
+        reader.whole()
+        for item, _, by in reader.robots:
+            with suppress(IncludeError, MarkupError, TypeError, AttributeError):  # an include with a mistake
+                packages = reader.packages_of(item, by)
+                path = reader.target(item["file"], item.get("package"), by, packages)
+                document = parse(read_source(path))
+                found[item["file"]] = macros_of(document, path, Packages(packages, os.environ, path))
+    return {file: macros for file, macros in found.items() if macros}
+
+
+def _described(parameter: str, default: str | None) -> str:
+    if parameter.startswith("*"):
+        return "A block: the text of an element of XML."
+    return "Required." if default is None else f"Default: {default}" if default else "Default: none."

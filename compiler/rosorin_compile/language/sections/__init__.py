@@ -1,0 +1,165 @@
+"""The sections of the language: ``SECTIONS`` has the record of each.
+
+The folder of a section has its piece of the schema, ``schema.json``, and its conversion if that is long. What sections
+share, and what has no record, is in the ``schema.json`` here. The dataclasses are in ``model``, the rules in ``rules``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rosorin_compile.model import Edge, Output, Publisher
+from rosorin_compile.model.drive import ROLES, Drive
+from rosorin_compile.model.joint import NODE, UNPUBLISHED
+from rosorin_compile.model.link import Source
+from rosorin_compile.model.robot import JointPose
+from rosorin_compile.model.sections import Section
+from rosorin_compile.model.servos import ServoGroup
+from rosorin_compile.model.shape import Material
+from rosorin_compile.model.simulation import Root
+from rosorin_compile.source.rule_registry import FRAMES, JOINTS, POSES, Rule
+from rosorin_compile.source.tree import Path
+from rosorin_compile.source.wording import listed
+
+from ..lowering import Lowering
+from ..records import Problem, entries_of, pose_of_entry, record_of, renamed_values, source_of, values_of
+from ..schema import backend_of
+from ..suggestions import suggest_name
+from . import joints, links, sensors
+from .joints import node
+
+RULES = (
+    Rule("unknown-publisher", "A publisher is not in `publishers`.", "Correct the name, or add the node.", FRAMES),
+    Rule("drive-kind", "A drive has no kind of base, or several.", "Write one, such as `differential`.", JOINTS),
+    Rule("unknown-servo", "No servo group has this joint.", "Correct the name, or add it to a group.", POSES),
+    Rule("pulse-range", "A pulse is outside the range of its servo.", "Correct the pulse or the range.", POSES),
+)
+
+
+def _publishers(tree: Mapping[str, Any], lowering: Lowering) -> tuple[Publisher, ...]:
+    for name, entry in entries_of(tree, "publishers"):
+        lowering.nodes[name] = record_of(Publisher, entry, kind=NODE, name=(entry or {}).get("node", name))
+    return tuple(lowering.nodes.values())
+
+
+def _edges(tree: Mapping[str, Any], lowering: Lowering) -> None:
+    for index, entry in enumerate(tree["edges"]):
+        publisher = Publisher(UNPUBLISHED)
+        if "publisher" in entry:
+            publisher = node(lowering, entry["publisher"], ("edges", index, "publisher"))
+        pose = pose_of_entry(entry) if "xyz" in entry or "rpy" in entry else None
+        moving = entry.get("moving", True)
+        lowering.edges.append(record_of(Edge, entry, publisher=publisher, moving=moving, pose=pose, joint=""))
+
+
+def _servos(tree: Mapping[str, Any], lowering: Lowering) -> tuple[ServoGroup, ...]:
+    for name, entry in entries_of(tree, "servos"):
+        path: Path = ("servos", name)
+        low, high = entry["pulse_range"]
+        if not low < high:
+            message = f"the pulse range goes from {low} to {high}"
+            lowering("pulse-range", message, (*path, "pulse_range"), "give the smaller pulse first")
+        elif not low <= entry["zero_pulse"] <= high:
+            message = f"the zero pulse {entry['zero_pulse']} is outside the pulse range {low} to {high}"
+            lowering("pulse-range", message, (*path, "zero_pulse"), "correct one of the two")
+        if float(entry["rad_per_pulse"]) == 0:
+            message = "a pulse of no angle moves nothing"
+            lowering("pulse-range", message, (*path, "rad_per_pulse"), "give the angle of one pulse")
+        group = record_of(ServoGroup, entry, name=name, flipped=entry.get("flipped", False))
+        lowering.servos = (*lowering.servos, group)
+    return lowering.servos
+
+
+def _drive(tree: Mapping[str, Any], problem: Problem) -> Drive | None:
+    entry = tree["drive"]
+    kinds = [kind for kind in ROLES if kind in entry]
+    if len(kinds) != 1:
+        message = f"drive has one of {', '.join(ROLES)}; this one has {listed(kinds) or 'none'}"
+        problem("drive-kind", message, ("drive",), "say which kind of base it is, and its wheels")
+        return None
+    wheels = {role: entry[kinds[0]][role] for role in ROLES[kinds[0]] if role in entry[kinds[0]]}
+    joints = {role: (names,) if isinstance(names, str) else tuple(map(str, names)) for role, names in wheels.items()}
+    return record_of(Drive, entry, kind=kinds[0], joints=joints)
+
+
+def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]:
+    # Simulators begin at the first one, which an import keeps.
+    imported = source_of(tree.get("source")).status == "imported"
+    entries = tree["poses"].items() if imported else entries_of(tree, "poses")
+    return tuple(_pose(name, entry, lowering) for name, entry in entries)
+
+
+def _pose(name: str, entry: Mapping[str, Any], lowering: Lowering) -> JointPose:
+    positions = {key: float(value) for key, value in sorted(entry.get("positions", {}).items())}
+    controls = {key: float(value) for key, value in sorted(entry.get("controls", {}).items())}
+    pulses = dict(sorted(entry.get("pulses", {}).items()))
+    for joint, pulse in pulses.items():
+        path: Path = ("poses", name, "pulses", joint)
+        position = _position(joint, pulse, path, lowering)
+        if position is not None:
+            if joint in positions:
+                lowering("duplicate-name", f'"{joint}" has a position and a pulse', path, "give one of them")
+            positions[joint] = position
+    base = pose_of_entry(entry["base"]) if "base" in entry else None
+    return record_of(JointPose, entry, name=name, positions=positions, pulses=pulses, base=base, controls=controls)
+
+
+def _position(joint: str, pulse: int, path: Path, lowering: Lowering) -> float | None:
+    group = next((group for group in lowering.servos if joint in group.joints), None)
+    if group is None:
+        known = [joint for group in lowering.servos for joint in group.joints]
+        joints = lowering.tree.get("joints") or {}
+        if joint not in joints or joints.keys() >= {*known}:  # else a servo group misspells its name, which is reported
+            help = suggest_name(lowering.tree, path, joint, known)
+            lowering("unknown-servo", f'no servo group has the joint "{joint}"', path, help, key=True)
+        return None
+    low, high = group.pulse_range
+    if not low <= pulse <= high:
+        lowering("pulse-range", f"the pulse {pulse} does not exist: {low} to {high}", path, "correct it")
+    return group.radians(pulse)
+
+
+def _outputs(tree: Mapping[str, Any], _: Problem) -> tuple[Output, ...]:
+    outputs = []
+    for name, entry in entries_of(tree, "outputs"):
+        options = {key: value for key, value in entry.items() if key not in ("file", "backend")}
+        outputs.append(Output(name, entry.get("backend", backend_of(name, entry)), entry["file"], options))
+    return tuple(outputs)
+
+
+def _materials(tree: Mapping[str, Any], _: Problem) -> tuple[Material, ...]:
+    return tuple(record_of(Material, entry, name=name) for name, entry in entries_of(tree, "materials"))
+
+
+def _root(tree: Mapping[str, Any], _: Problem) -> Root:
+    entry = tree["root"]
+    words = {"damping": "damping", "friction": "frictionloss", "armature": "armature"}
+    values = values_of(entry.get("mjcf")) | renamed_values(entry, words)
+    return record_of(Root, entry, values=values, placed="xyz" in entry or "rpy" in entry)
+
+
+# A section is after those that it refers to. The checks of the whole robot are in ``rules.check``.
+_RULES = "rosorin_compile.rules"
+SECTIONS: tuple[Section[Any], ...] = (
+    Section("publishers", Publisher, lower=_publishers, checks=(f"{_RULES}.publishers",)),
+    Section("edges", Edge, lower=_edges),
+    links.SECTION,
+    joints.SECTION,
+    Section(
+        "urdf_elements",
+        lower=lambda tree, lowering: lowering.urdf_elements.extend(tree["urdf_elements"]),
+        checks=(f"{_RULES}.urdf_elements",),
+    ),
+    sensors.SECTION,
+    Section("servos", ServoGroup, lower=_servos),
+    Section("drive", Drive, lower=_drive, checks=(f"{_RULES}.drive",)),
+    Section("poses", JointPose, lower=_poses, checks=(f"{_RULES}.positions",)),
+    Section("outputs", Output, lower=_outputs, checks=(f"{_RULES}.outputs",)),
+    Section("modes", lower=lambda tree, _: tuple(name for name, _ in entries_of(tree, "modes"))),
+    Section("source", Source, lower=lambda tree, _: source_of(tree["source"])),
+    Section("materials", Material, lower=_materials),
+    Section("root", Root, lower=_root),
+    Section("disabled_contacts", lower=lambda tree, _: tuple(tuple(one["links"]) for one in tree["disabled_contacts"])),
+    Section("mjcf", lower=lambda tree, _: tuple(tree["mjcf"]), checks=(f"{_RULES}.simulated",)),
+)

@@ -1,0 +1,106 @@
+"""The section ``joints``, and who publishes a joint: one node always, or several that take turns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Publisher
+from rosorin_compile.model.joint import AXLELESS, ROBOT_STATE_PUBLISHER, UNPUBLISHED, SafetyController
+from rosorin_compile.model.sections import Section
+from rosorin_compile.source.diagnostics import Help, Suggestion
+from rosorin_compile.source.tree import Path
+
+from ...lowering import Lowering
+from ...records import entries_of, record_of, vector_of
+
+OF_THE_URDF = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
+_IN_TURNS = Publisher(UNPUBLISHED, about="its publishers take turns")
+# ros/kdl_parser knows no such joint, and ros/robot_state_publisher sends what kdl_parser finds.
+_NOT_FLOATING = Publisher(UNPUBLISHED, about="robot_state_publisher publishes no floating joint")
+
+
+class Turn(NamedTuple):
+    """An entry of a list of publishers: a node, when it publishes, and where that is written."""
+
+    publisher: Publisher
+    when: str
+    path: Path
+
+
+class Publishing(NamedTuple):
+    """Who publishes a joint: one always, and those that publish it in some modes.
+
+    robot_state_publisher publishes its URDF in every mode, so it is never one of the turns.
+    """
+
+    always: Publisher
+    turns: tuple[Turn, ...] = ()
+
+    def of_optical(self) -> Publishing:
+        """Return who publishes the optical frame by default: the same, but a static publisher needs a second node."""
+
+        def second(node: Publisher) -> Publisher:
+            is_static = node.kind == STATIC_TRANSFORM_PUBLISHER
+            return Publisher(STATIC_TRANSFORM_PUBLISHER, f"{node.name}_optical") if is_static else node
+
+        turns = tuple(turn._replace(publisher=second(turn.publisher)) for turn in self.turns)
+        return Publishing(second(self.always), turns)
+
+
+def _joints(tree: Mapping[str, Any], lowering: Lowering) -> None:
+    for name, entry in entries_of(tree, "joints"):
+        path: Path = ("joints", name)
+        lowering.place_joint(name, path, entry["child"], (*path, "child"))
+        by = publishing(lowering, entry, path)
+        safety = record_of(SafetyController, entry["safety_controller"]) if "safety_controller" in entry else None
+        axis = vector_of(entry.get("axis"), (1.0, 0.0, 0.0))
+        joint = record_of(Joint, entry, name=name, publisher=by.always, axis=axis, safety=safety)
+        add_joint(lowering, joint, by)
+
+
+def add_joint(lowering: Lowering, joint: Joint, publishing: Publishing) -> None:
+    """Add a joint, and an edge for each publisher that takes turns."""
+    lowering.joints.append(joint)
+    for turn in publishing.turns:
+        lowering.places["edge", str(len(lowering.edges))] = turn.path
+        moving = not joint.is_fixed and turn.publisher.kind != STATIC_TRANSFORM_PUBLISHER
+        edge = Edge(joint.parent, joint.child, turn.publisher, moving, turn.when, joint.origin)
+        lowering.edges.append(replace(edge, source=joint.source, joint=joint.name))
+
+
+def node(lowering: Lowering, name: str, path: Path) -> Publisher:
+    """Return a node by the name that a description gives it; report an unknown name."""
+    if name in lowering.nodes:
+        return lowering.nodes[name]
+    help: Help = Suggestion(name, [*lowering.nodes, ROBOT_STATE_PUBLISHER])
+    if name == STATIC_TRANSFORM_PUBLISHER:
+        help = f"write {{{name}: NODE_NAME}}: each is a node of its own"
+    lowering("unknown-publisher", f'there is no publisher "{name}"', path, help)
+    return OF_THE_URDF
+
+
+def publishing(lowering: Lowering, entry: Mapping[str, Any], path: Path) -> Publishing:
+    """Return who publishes the joint of the entry at a path."""
+    requested, here = entry.get("publisher", ROBOT_STATE_PUBLISHER), (*path, "publisher")
+
+    def publisher(value: Any, at: Path) -> Publisher:
+        if isinstance(value, dict):
+            if "none" in value or "simulation" in value:
+                simulated = "none" not in value
+                return Publisher(UNPUBLISHED, about=value["simulation" if simulated else "none"], simulated=simulated)
+            return Publisher(STATIC_TRANSFORM_PUBLISHER, value[STATIC_TRANSFORM_PUBLISHER], "tf2_ros")
+        if value == ROBOT_STATE_PUBLISHER:
+            return _NOT_FLOATING if entry.get("type") in AXLELESS else OF_THE_URDF
+        return node(lowering, value, at)
+
+    if not isinstance(requested, list):
+        return Publishing(publisher(requested, here))
+    items = [(item, (*here, index)) for index, item in enumerate(requested)]
+    turns = [Turn(publisher(item["by"], (*at, "by")), item.get("when", ""), at) for item, at in items]
+    others = tuple(turn for turn in turns if turn.publisher.kind != ROBOT_STATE_PUBLISHER)
+    return Publishing(_IN_TURNS if len(others) == len(turns) else OF_THE_URDF, others)
+
+
+SECTION: Section[Any] = Section("joints", Joint, lower=_joints, checks=("rosorin_compile.rules.joints",))

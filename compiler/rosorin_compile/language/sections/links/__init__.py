@@ -1,0 +1,203 @@
+"""The section ``links``: their shapes, and inertials as they are written or those of shapes of even density."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from rosorin_compile.model import Inertial, Link, Transform
+from rosorin_compile.model.link import Source
+from rosorin_compile.model.mass import inertial_of, together
+from rosorin_compile.model.sections import Section
+from rosorin_compile.model.shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
+from rosorin_compile.model.simulation import Marked
+from rosorin_compile.source.rule_registry import NUMBERS, Rule
+from rosorin_compile.source.tree import Path
+from rosorin_compile.source.wording import listed
+
+from ...lowering import Lowering, LoweringError
+from ...records import entries_of, record_of, source_of, vector_of
+
+RULES = (
+    Rule("shape-kind", "A shape has no kind or several; a box has no size or several.", "Write one.", NUMBERS),
+    Rule("shape-size", "A size is not above zero.", "Correct it.", NUMBERS, accept="link", imported="always"),
+    Rule("height-map-rows", "A height map has rows of several lengths, or heights below 0.", "Correct it.", NUMBERS),
+)
+_GEOMETRIES: dict[str, type[Geometry]] = {"box": Box, "cylinder": Cylinder, "capsule": Capsule, "sphere": Sphere}
+_GEOMETRIES |= {"ellipsoid": Ellipsoid, "mesh": Mesh, "height_map": HeightMap}
+_PER_MASS = ("mass", "ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+Accepts = Callable[[LoweringError], bool]
+_CHECKS = ("rosorin_compile.rules.bodies", "rosorin_compile.rules.shapes")
+_MARKS = {"sites": "site", "cameras": "camera", "lights": "light"}
+
+
+def _links(tree: Mapping[str, Any], lowering: Lowering) -> None:
+    lowering.links += [_link(lowering, name, entry or {}) for name, entry in entries_of(tree, "links")]
+
+
+def _link(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Link:
+    path: Path = ("links", name)
+    lowering.place("link", name, path)
+    source = source_of(entry.get("source"))
+    shapes: dict[str, tuple[Shape, ...]] = {}
+    for key in ("visual", "collision"):
+        make = partial(_shapes, lowering, entry, (*path, key), source)
+        shapes[key] = lowering.share((id(entry.get(key)), source), make)
+    inertial = None
+    if "inertial" in entry:
+        with lowering.reporting(f' (link "{name}" inertial)'):
+            made = partial(_inertial, lowering, entry["inertial"], (*path, "inertial"), shapes)
+            inertial = lowering.share((id(entry["inertial"]), *map(id, shapes.values())), made)
+    marks = [(tag, *mark) for key, tag in _MARKS.items() for mark in (entry.get(key) or {}).items()]
+    marked = tuple(record_of(Marked, mark, tag=tag, name=str(label)) for tag, label, mark in marks)
+    return record_of(Link, entry, name=name, inertial=inertial, **shapes, source=source, marked=marked)
+
+
+def _shapes(lowering: Lowering, link: Mapping[str, Any], path: Path, source: Source) -> tuple[Shape, ...]:
+    shapes = []
+    for index, entry in enumerate(link.get(str(path[-1])) or ()):
+        own = source_of(entry["source"]) if "source" in entry else source
+        with lowering.reporting():
+            stand_in = own.note if own.status == "stand_in" else ""
+            shapes.append(lower_shape(entry, (*path, index), lowering.accepts, stand_in))
+    return tuple(shapes)
+
+
+def lower_shape(
+    entry: Mapping[str, Any], path: Path = (), accepts: Accepts = lambda _: False, stand_in: str = ""
+) -> Shape:
+    """Return the shape of an entry at a path; ``stand_in`` describes what is not measured.
+
+    ``accepts`` returns True for a problem with a size that is accepted. Raises LoweringError.
+    """
+    kinds = [kind for kind in _GEOMETRIES if kind in entry]
+    if len(kinds) != 1:
+        message = f"a shape has one of {', '.join(_GEOMETRIES)}; this one has {listed(kinds) or 'none of them'}"
+        raise LoweringError("shape-kind", message, path, "write one entry a shape")
+    kind, sizes, here = kinds[0], entry[kinds[0]], (*path, kinds[0])
+    given: dict[str, Any] = {}
+    if kind == "box":
+        if ("size" in sizes) == ("min" in sizes):
+            raise LoweringError("shape-kind", "a box has either a size or the corners min and max", here, "give one")
+        half = [size / 2 for size in sizes.get("size", ())]
+        lower, upper = sizes.get("min", [-size for size in half]), sizes.get("max", half)
+        given = {"lower": vector_of(lower), "upper": vector_of(upper)}
+    elif kind == "height_map":
+        bottom, step = sizes.get("bottom", 0.0), float(sizes.get("step", sizes["cell"]))
+        _check_heights(sizes["heights"], bottom, here)
+        rows = tuple(tuple(map(float, row)) for row in bottom) if isinstance(bottom, list) else float(bottom)
+        given = {"step": step, "bottom": rows}
+    for problem in _wrong_sizes(sizes, here):
+        if kind == "height_map" or not accepts(problem):
+            raise problem
+    return record_of(Shape, entry, geometry=record_of(_GEOMETRIES[kind], sizes, **given), stand_in=stand_in)
+
+
+def _wrong_sizes(entry: Mapping[str, Any], path: Path) -> Iterator[LoweringError]:
+    steps: list[Path] = [(key,) for key in ("radius", "length", "cell", "step") if key in entry]
+    steps += [(key, index) for key in ("size", "radii") for index in range(len(entry.get(key, ())))]
+    for step in steps:
+        size = entry[str(step[0])] if len(step) == 1 else entry[str(step[0])][step[1]]
+        if not size > 0:
+            message = f"{' '.join(map(str, (path[-1], *step)))} is {size:g} m; a size is above zero"
+            yield LoweringError("shape-size", message, (*path, *step), "correct it")
+    for index, (low, high) in enumerate(zip(entry.get("min", ()), entry.get("max", ()), strict=True)):
+        if not low < high:
+            message = f"{'xyz'[index]} of max ({high:g} m) is not above that of min ({low:g} m)"
+            yield LoweringError("shape-size", message, (*path, "max", index), "swap or correct the corners")
+
+
+def _check_heights(heights: Sequence[Sequence[float]], bottom: Any, path: Path) -> None:
+    tables = {"height": heights, **({"bottom": bottom} if isinstance(bottom, list) else {})}
+    for word, rows in tables.items():
+        here: Path = (*path, "heights" if word == "height" else word)
+        for i, row in enumerate(rows):
+            if len(row) != len(rows[0]):
+                message = f"row {i + 1} has {len(row)} {word}s, the first row {len(rows[0])}"
+                raise LoweringError("height-map-rows", message, (*here, i), "give all rows one length")
+        for i, j in [(i, j) for i, row in enumerate(rows) for j, number in enumerate(row) if number < 0]:
+            help = f"{word}s count up from z = 0"
+            raise LoweringError("height-map-rows", f"a {word} is below zero", (*here, i, j), help)
+    lowest = min((height for row in heights for height in row if height > 0), default=math.inf)
+    message, help = "", "lower it, or give it as rows like those of heights"
+    if not isinstance(bottom, list):
+        if bottom < 0:
+            message, help = "the bottom is below zero", "it counts up from z = 0"
+        elif bottom >= lowest:
+            message = f"the bottom ({bottom:g} m) is not below the lowest height ({lowest:g} m)"
+    elif (len(bottom), len(bottom[0])) != (len(heights), len(heights[0])):
+        sizes = [f"{len(rows)} x {len(rows[0])}" for rows in (bottom, heights)]
+        message = f"bottom has {sizes[0]} cells, heights has {sizes[1]}"
+        help = "give each cell of heights its bottom"
+    elif all(low >= high for rows in zip(bottom, heights, strict=True) for low, high in zip(*rows, strict=True)):
+        first = (bottom[0][0], heights[0][0])
+        message = "the bottom ({:g} m) is in no cell below the height ({:g} m in the first)".format(*first)
+        help = "lower it; bare numbers are in metres"
+    if message:
+        raise LoweringError("height-map-rows", message, (*path, "bottom"), help)
+
+
+def _inertial(lowering: Lowering, entry: Mapping[str, Any], path: Path, own: Mapping[str, Sequence[Shape]]) -> Inertial:
+    """Return the inertial of an entry; ``own`` are the shapes of its link by purpose."""
+    if "of" not in entry:
+        if "density" in entry:
+            help = "add of: collision"
+            raise LoweringError("ignored-key", "a density needs shapes to fill", (*path, "density"), help)
+        return record_of(Inertial, {**entry, **entry["inertia"]})
+    for key in ("inertia", "xyz", "rpy"):
+        if key in entry:
+            message = f"{key} is calculated from the shapes of the key of"
+            raise LoweringError("wrong-value", message, (*path, key), "remove one of the two")
+    if ("mass" in entry) == ("density" in entry):
+        raise LoweringError("missing-key", "shapes have either a mass or a density", path, "give one of the two")
+    key = "mass" if "mass" in entry else "density"
+    if not entry[key] > 0:
+        help = "leave inertial out for a frame without mass"
+        raise LoweringError("mass-not-positive", f"a {key} is above zero", (*path, key), help)
+    here = (*path, "of")
+    if isinstance(entry["of"], str):
+        shapes, paths = own[entry["of"]], [here] * len(own[entry["of"]])
+        if not shapes:
+            help = f"give the link a {entry['of']}, or list the shapes here: of: [box: {{size: [...]}}]"
+            message = f"the link has no {entry['of']} shape to take the inertia of"
+            raise LoweringError("shape-kind", message, here, help)
+    else:
+        paths = [(*here, index) for index in range(len(entry["of"]))]
+        shapes = [lower_shape(item, at) for item, at in zip(entry["of"], paths, strict=True)]
+    try:
+        if not any(isinstance(shape.geometry, Mesh) for shape in shapes):
+            return inertial_of(shapes, **{key: float(entry[key])})
+        meshes_first = sorted(zip(shapes, paths, strict=True), key=lambda pair: not isinstance(pair[0].geometry, Mesh))
+        solids = [_solid(lowering, shape, at) for shape, at in meshes_first]
+        total = together([(solid, Transform()) for solid in solids])
+    except ValueError as problem:
+        help = "correct the sizes; bare numbers are in metres"
+        raise LoweringError("shape-size", str(problem), here, help) from None
+    factor = float(entry[key]) / (total.mass if key == "mass" else 1.0)
+    return replace(total, **{name: factor * getattr(total, name) for name in _PER_MASS})
+
+
+def _solid(lowering: Lowering, shape: Shape, path: Path) -> Inertial:
+    from rosorin_compile.model.mesh_triangles import ExtractProblem, mesh_inertial
+
+    mesh = shape.geometry
+    if not isinstance(mesh, Mesh):
+        return inertial_of([shape], density=1.0)
+    file = lowering.mesh_file(mesh.file, path[:2])
+    help = "list primitive shapes of the same body: of: [box: {size: [...]}], or give the inertia"
+    if file is None:
+        message = f"the volume of the mesh {mesh.file} is unknown: no such file"
+        raise LoweringError("shape-kind", message, path, help)
+    try:
+        if (file, mesh.scale) not in lowering.solids:
+            lowering.solids[file, mesh.scale] = mesh_inertial(file, mesh.scale)
+    except ExtractProblem as problem:
+        message = f"the volume of the mesh {mesh.file} is unknown: {problem.diagnostic.message}"
+        raise LoweringError("shape-kind", message, path, problem.diagnostic.help or help) from None
+    return together([(lowering.solids[file, mesh.scale], shape.pose.transform())])
+
+
+SECTION: Section[Any] = Section("links", Link, lower=_links, checks=_CHECKS)

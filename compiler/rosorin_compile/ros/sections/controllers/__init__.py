@@ -1,0 +1,63 @@
+"""The section ``controllers``: the controllers of ros2_control, which drive its hardware."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from rosorin_compile.language.records import Problem, entries_of, plain, record_of
+from rosorin_compile.language.schema import named_as
+from rosorin_compile.model import Controller
+from rosorin_compile.model.sections import Section
+from rosorin_compile.rules.case import Case
+from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.rule_registry import Check
+from rosorin_compile.source.tree import Path
+
+
+def controllers_of(tree: Mapping[str, Any], _: Problem) -> tuple[Controller, ...]:
+    """Return the controllers of a description."""
+    return tuple(
+        record_of(
+            Controller,
+            entry,
+            name=name,
+            params={key: plain(value) for key, value in flat(entry.get("params") or {}).items()},
+        )
+        for name, entry in entries_of(tree, "controllers")
+    )
+
+
+def flat(params: Mapping[str, Any], above: str = "") -> dict[str, Any]:
+    """Return nested parameters by their full keys.
+
+    >>> flat({"a": {"b": 1, "c.d": 2}})
+    {'a.b': 1, 'a.c.d': 2}
+    """
+    found: dict[str, Any] = {}
+    for key, value in params.items():
+        if isinstance(value, Mapping):
+            found |= flat(value, f"{above}{key}.")
+        else:
+            found[f"{above}{key}"] = value
+    return found
+
+
+@Check
+def controller_names(case: Case) -> Iterator[Diagnostic]:
+    """Find hardware blocks and sensors that a controller names and that are not there (controller-name)."""
+    blocks = [name for section in named_as("hardware block") for name in case.tree.get(section) or ()]
+    sensors = [sensor.name for sensor in case.robot.sensors]
+    for one in case.robot.controllers:
+        for key, name, word, known in (
+            ("hardware", one.hardware, "hardware block", blocks),
+            ("sensor", one.sensor, "sensor", sensors),
+        ):
+            if name and name not in known:
+                path: Path = ("controllers", one.name, key)
+                message = f'the controller "{one.name}" names the {word} "{name}", which there is not'
+                help = case.suggest(path, name, known, none=f"the robot has no {word}")
+                yield case.problem("controller-name", message, path, help)
+
+
+SECTION: Section[tuple[Controller, ...]] = Section("controllers", lower=controllers_of, checks=(controller_names,))

@@ -788,25 +788,15 @@ def verify(
         >>> result.as_described, [finding.message for finding in result.findings]  # doctest: +SKIP
     """
     try:
+        from rosorin_compile.recordings.expected import Options
         from rosorin_compile.recordings.verification import verify_recording
     except ModuleNotFoundError as problem:
         if problem.name != "numpy":
             raise
         needs = "rosorin-compile verify needs numpy, and rosbags for recordings"
         raise MissingPackages(f"{needs}: {pip_install('verify')}") from None
-    return verify_recording(
-        Request.of(robot, arguments, packages, trust=trust),
-        os.fsdecode(source),
-        modes=modes or {},
-        without=without,
-        pose=pose,
-        frames=frames,
-        since=since,
-        until=until,
-        stale=stale,
-        namespace=namespace,
-        prefix=prefix,
-    )
+    options = Options(modes or {}, frozenset(without), None, frames, since, until, namespace, prefix, stale)
+    return verify_recording(Request.of(robot, arguments, packages, trust=trust), os.fsdecode(source), options, pose)
 
 
 def sweep(

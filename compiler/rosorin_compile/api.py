@@ -87,13 +87,9 @@ Values = Mapping[str, Any] | None
 Packages = Mapping[str, FilePath] | None
 Warn = Callable[[Diagnostic], None] | None
 
+_PRUNE = "`rosorin-compile all --prune` removes it."
 RULES = (
-    Rule(
-        "not-an-artifact",
-        "A note: a file in the outputs folder is no artifact; it is kept.",
-        "`rosorin-compile all --prune` removes it.",
-        WRITING,
-    ),
+    Rule("not-an-artifact", "A note: a file in the outputs folder is not an artifact; it stays.", _PRUNE, WRITING),
 )
 _EXECUTED = "xacro-runs-code"  # the rule of the warning about code that was executed
 

@@ -32,7 +32,7 @@ from rosorin_compile.source.project import no_file
 from ..controllers.checking import against_robot, missing, of_type
 from ..controllers.derived import derived
 from ..controllers.filled import intended_topic
-from ..parameters.files import NoParameters, Section, read_file
+from ..parameters.files import PARAMETERS, NoParameters, Section, read_file
 from ..parameters.tables import MANAGER
 from ..ports import IMU, ODOMETRY, OUT, VELOCITY, Port, controller_ports, full_topic, full_type, ports, short_type
 from . import frames, owners, values
@@ -40,6 +40,11 @@ from .nodes import Files, Node, Setting, found
 from .remaps import Remap, of_launch, of_word, topic
 
 _USUAL = "odom"
+# Keys of the configuration files of MoveIt, which are no parameter files.
+_MOVEIT = re.compile(
+    r"\b(cartesian_limits|joint_limits|kinematics_solver|moveit_controller_manager|moveit_simple_controller_manager"
+    r"|octomap_frame|planner_configs|planning_plugins?|sensor_plugin|trajectory_execution)\s*:"
+)
 _OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # as controllers of a drive are called
 
 
@@ -152,6 +157,8 @@ def _of_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
     for one in against_robot(node.shown, kind, plain, knows, case.robot, ERROR):
         if one.rule == "controller-name" and not moving:
             continue  # a description of where things are mounted
+        if wrong is not None:  # of a package that is not known, whose keys may mean something else
+            one = one._replace(severity=WARNING)
         yield one.at(node.setting(one.key).span, _drive(case, one.rule))
 
 
@@ -170,7 +177,14 @@ def _read(paths: Iterable[Path], told: list[Diagnostic]) -> list[list[Section]]:
         try:
             sections, said = read_file(path)
         except NoParameters as problem:
-            told.append(problem.diagnostic)
+            found = problem.diagnostic
+            text = found.span.source.text if found.span is not None else ""
+            if _MOVEIT.search(text) and PARAMETERS not in text:
+                message = (
+                    f"{path.name} has no parameters of a node: launch files of MoveIt read it, and it is not checked"
+                )
+                found = Diagnostic("parameters-syntax", NOTE, message)
+            told.append(found)
             continue
         read.append(sections)
         told += said

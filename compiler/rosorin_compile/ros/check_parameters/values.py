@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error, quoted
 
-from ..parameters.checking import against_kind
+from ..parameters.checking import REMOVE, against_kind
 from ..parameters.files import Parameter
 from .nodes import Node
 
@@ -43,6 +43,9 @@ def check(node: Node) -> Iterator[Diagnostic]:
             values.pop(name, None)
     for found in against_kind(node.shown, node.kind, values):
         parameter = node.parameters[found.key]
+        is_unknown = found.rule == "parameters-unknown-key" and node.kind.key(found.key) is None
+        if is_unknown and isinstance(found.help, Suggestion) and found.help() == REMOVE:
+            found = found._replace(severity=WARNING)  # no misspelt key: files of vendors have such ones
         yield found.at(parameter.key if found.at_key else parameter.span)
     model = node.parameters.get("robot_model_type")
     if model is not None and node.kind.name == "amcl" and str(model.value) in _MODELS:

@@ -57,7 +57,8 @@ from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.project import Description, all_here, no_file
 from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, find
 from rosorin_compile.source.system import pip_install
-from rosorin_compile.viewer import frames as frame_trees
+from rosorin_compile.viewer import frames as viewer_frames
+from rosorin_compile.viewer.frame_trees import frame_trees
 from rosorin_compile.viewer.frames import Frames
 from rosorin_compile.viewer.picture.draw import Look, Picture, draw
 from rosorin_compile.viewer.showing import Page, write_page
@@ -433,10 +434,10 @@ def frames(
         return Frames(request.description.name, diagnostics=diagnostics)
     chosen = check_modes(case.robot, modes or {})
     if output is not None:
-        shown = frame_trees.trees(case.robot, chosen)
-        found = frame_trees.draw_frames(case.robot, shown, os.fsdecode(output), force)
+        shown = frame_trees(case.robot, chosen)
+        found = viewer_frames.draw_frames(case.robot, shown, os.fsdecode(output), force)
     else:
-        found = frame_trees.frames(case.robot, chosen, frame, publisher)
+        found = viewer_frames.frames(case.robot, chosen, frame, publisher)
     return replace(found, diagnostics=(*diagnostics, *found.diagnostics))
 
 

@@ -3,8 +3,7 @@
     python docs/make/authoring.py > schemas/authoring.schema.json
 
 ``python tests/renew.py schema`` does that too. The schema is derived from that of the expanded tree; parts, their uses,
-named values and sensor types are in authoring_sections.json. JSON Schema draft 7 is the draft that every editor
-understands.
+named values and sensor types are in language/sections/authoring.json. Every editor understands draft 7 of JSON Schema.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from rosorin_compile.language.suppressions import STAYS
 from rosorin_compile.source import rule_registry as registry
 from rosorin_compile.source.rule_registry import find
 
-SECTIONS = Path(__file__).with_name("authoring_sections.json")
+SECTIONS = Path(__file__).parents[2] / "compiler/rosorin_compile/language/sections/authoring.json"
 _LITERAL = ("rosorin_compile", "args", "modes", "include")  # sections that are never evaluated
 # The topics of rules that run while a robot is compiled.
 _COMPILING = (

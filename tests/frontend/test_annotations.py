@@ -9,7 +9,7 @@ import pytest
 from rosorin_compile.language.expand.placing import Use, placed
 from rosorin_compile.language.schema import of_parts
 from rosorin_compile.language.suppressions import names_at
-from rosorin_compile.language.symbols import Names, SymbolTable
+from rosorin_compile.language.symbols import SymbolTable
 from rosorin_compile.source.load import load_mapping
 from rosorin_compile.source.tree import Instance, Map, at
 
@@ -21,8 +21,8 @@ def tree(folder: Path, text: str) -> Map:
     return load_mapping(path, "some.yaml")
 
 
-def names_of_tree(fragment: Map) -> Names:
-    return SymbolTable(fragment).names()
+def names_of_tree(fragment: Map) -> SymbolTable:
+    return SymbolTable(fragment)
 
 
 def test_what_a_fragment_gives_and_what_follows_from_it(tmp_path: Path) -> None:
@@ -75,7 +75,7 @@ control: {board: {plugin: some/Plugin, sensors: {gauge: {}}, gpio: {lamp: {}}}}
     ],
 )
 def test_what_sits_on_the_mount_or_names_it(text: str, mounted: bool, tmp_path: Path) -> None:
-    assert SymbolTable(tree(tmp_path, text)).names().mounted is mounted
+    assert SymbolTable(tree(tmp_path, text)).mounted is mounted
 
 
 def test_a_part_that_is_placed_calls_its_own_things_anew_and_nothing_else(tmp_path: Path) -> None:
@@ -116,7 +116,7 @@ urdf_elements: ['<gazebo reference="arm"/><gazebo reference="wheel"/>']
 def test_nothing_is_given_where_values_have_the_wrong_form(tmp_path: Path) -> None:
     names = SymbolTable(
         tree(tmp_path, "links: [plate]\njoints: {a: 5}\nsensors: {b: [c]}\nmoveit: none\nedges: {a: b}\n")
-    ).names()
+    )
     assert {kind: set(some) for kind, some in names.of.items() if some} == {"joint": {"a"}, "sensor": {"b"}}
     assert not names.mounted
     assert not names.inside

@@ -11,7 +11,7 @@ import pytest
 
 from rosorin_compile.language.annotations import Node
 from rosorin_compile.language.expand import placing
-from rosorin_compile.language.symbols import Names
+from rosorin_compile.language.symbols import SymbolTable
 from rosorin_compile.source.load import load_mapping
 
 POSE, WHOLE = ("xyz", "rpy"), ("xyz", "rpy", "ray")
@@ -26,7 +26,7 @@ def lamp(folder: Path, said: str, keys: Sequence[str], xyz: Any = MOVED, rpy: An
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(placing, "sections", lambda: {"lamps": lamps})
         part = load_mapping(folder / "part.yaml", "part.yaml")
-        names = Names({}, mounted=True, inside=False)
+        names = SymbolTable(part)
         (one,) = placing.placed(part, placing.Use("l_", "base", xyz, rpy), names)["lamps"]
     return dict(one)
 

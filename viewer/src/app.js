@@ -29,7 +29,7 @@ const PANELS = { tree: Tree, joints: Joints, look: Look };
 /** Return in words how many parts touch others. */
 function said(pairs) {
   const parts = new Set(pairs.flat()).size;
-  return parts ? `${parts} parts touch others, and are red` : "no parts touch that are no neighbours";
+  return parts ? `${parts} parts touch others, and are red` : "no parts touch that are not adjacent";
 }
 
 /** Return positions by joint as a text of the address, and such a text as positions; joints of several numbers too. */
@@ -338,8 +338,8 @@ export class App {
   fly(name) {
     const box = this.ghost?.boundsOf(name) ?? new THREE.Box3();
     if (this.places.has(name)) box.union(this.view.boundsOf(name));
-    if (box.isEmpty()) return;
-    this.select(this.places.has(name) ? name : "");
+    this.select(this.places.has(name) || this.edgeTo(name) ? name : "");
+    if (box.isEmpty()) return; // only another node knows where it is
     box.expandByScalar(0.08 * this.size);
     this.stage.look(box);
   }

@@ -43,7 +43,7 @@ export async function explained(frame) {
 
 /** Ask which links touch at a state: their pairs, or why nobody knows. */
 export async function touching(state) {
-  if (!isLive()) return "rosorin-compile view marks parts that touch";
+  if (!isLive()) return "parts that touch are marked in the page that rosorin-compile view serves";
   try {
     const answer = await fetch("touching", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(state) });
     return answer.ok ? await answer.json() : `${UNKNOWN}: ${(await answer.text()).trim()}`;

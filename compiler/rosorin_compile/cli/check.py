@@ -114,7 +114,7 @@ def _check(options: cli.Options) -> int:
     try:
         code = for_each(options, work)
     except BrokenPipeError:  # the reader of the messages has left; the page is for somebody else
-        page.clear()
+        page.taken.clear()
         with Path(os.devnull).open("w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
             for_each(options, work)
             Run.of(options).write_page(page)
@@ -143,7 +143,7 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
         return PROBLEMS
     comparison = committed.comparison
     if page is not None:
-        page.take(request, compiled, comparison, committed.committed, committed.meshes)
+        page.take(request, compiled, committed)
     if not committed.same:
         lines = committed.lines(full=getattr(options, "full", False))
         found = error("outputs-differ", "\n".join(lines), None, "run rosorin-compile all to write them again")

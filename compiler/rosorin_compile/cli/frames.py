@@ -43,7 +43,7 @@ def run(options: cli.Options) -> int:
 
 def _text(robot: Robot, found: Frames, options: cli.Options) -> str:
     from rosorin_compile.model.frame_tree import lines, publishers, rows, way
-    from rosorin_compile.viewer.frames import Look, heading, table, tree
+    from rosorin_compile.viewer.frames import BOLD, Look, table, tree
 
     every, on_terminal, is_ascii = rows(robot), sys.stdout.isatty(), True
     with suppress(UnicodeEncodeError, LookupError):  # a stream in memory has no encoding
@@ -65,7 +65,7 @@ def _text(robot: Robot, found: Frames, options: cli.Options) -> str:
     for number, (drawn, labels) in enumerate(blocks.items()):
         # A tree that is the same in all situations needs no heading.
         label = ", or ".join(labels) if len(blocks) > 1 or len(found.trees) == 1 else ""
-        text += [""] * (number > 0) + [heading(label, style)] * bool(label) + list(drawn)
+        text += [""] * (number > 0) + [style.paint(label, BOLD)] * bool(label) + list(drawn)
     return "\n".join(text)
 
 

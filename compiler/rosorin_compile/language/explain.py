@@ -131,7 +131,7 @@ def explain(
     Names of numbers among the names ("z", "mass", "upper") reduce the result to these. ``arguments`` are those of the
     run; the frames are also shown in the named pose ``pose``. Raises UnknownName.
     """
-    if expanded.tree is None or expanded.scope is None or lowered.robot is None or expanded.values is None:
+    if expanded.tree is None or expanded.scope is None or lowered.robot is None or expanded.symbols is None:
         raise ValueError("a description with errors has no meaning to explain")
     robot, origins = lowered.robot, Origins(expanded.tree, expanded.scope, arguments)
     frames = _Frames(robot, lowered.places, origins)
@@ -152,8 +152,9 @@ def explain(
         if any(_is_called(number, name) for number in numbers):
             words.append(name)
         elif (meaning := origins.named(name)) is not None:
-            uses = tuple(origins.where(place.span) for place in expanded.values.uses(name))
-            values.append(NamedValue(name, meaning, uses))
+            uses = (use for use in expanded.symbols.references(("value",)) if (use.name, use.owner) == (name, ""))
+            spans = dict.fromkeys(use.place.span for use in uses if use.place)
+            values.append(NamedValue(name, meaning, tuple(map(origins.where, spans))))
         else:
             known = {*frames.names, *robot.joint, *entries, *expanded.scope.places}
             known |= {sensor.name for sensor in robot.sensors}

@@ -25,7 +25,7 @@ from .records import named_records, plain, record_of
 from .schema import fragment_at, plugged, resolve, schema
 from .sections.links import RULES
 from .suppressions import accepted
-from .symbols import SymbolTable
+from .symbols import Symbol, SymbolTable
 
 Report = Callable[[Diagnostic, str], None]
 Place = Callable[[str, str, Path], None]
@@ -140,15 +140,13 @@ def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robo
 
 def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | None:
     """Return the entries of a section, each after those that define what it refers to."""
-    existing = {"link": robot.link, "joint": robot.joint}
     defined = {(symbol.kind, symbol.name): symbol.path[1] for symbol in symbols.definitions(section) if symbol.path[1:]}
     needs: dict[Any, set[Any]] = {}
-    for reference in symbols.references(existing, section):
-        if reference.name not in existing[reference.kind]:
-            if (reference.kind, reference.name) not in defined:
-                return None
-            if len(reference.path) > 1:
-                needs.setdefault(reference.path[1], set()).add(defined[reference.kind, reference.name])
+    for reference in unresolved(robot, symbols, section):
+        if (reference.kind, reference.name) not in defined:
+            return None
+        if len(reference.path) > 1:
+            needs.setdefault(reference.path[1], set()).add(defined[reference.kind, reference.name])
     entries = symbols.tree[section]
     names = entries if isinstance(entries, Map) else range(len(entries))
     try:
@@ -157,10 +155,10 @@ def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | N
         return None
 
 
-def is_resolved(robot: Robot, symbols: SymbolTable, section: str) -> bool:
-    """Return True if all links and joints that a section refers to exist."""
+def unresolved(robot: Robot, symbols: SymbolTable, section: str) -> list[Symbol]:
+    """Return the references of a section to links and joints that do not exist."""
     existing = {"link": robot.link, "joint": robot.joint}
-    return all(one.name in existing[one.kind] for one in symbols.references(existing, section))
+    return [one for one in symbols.references(existing, section) if one.name not in existing[one.kind]]
 
 
 def _checked(made: object, before: Robot) -> Robot:

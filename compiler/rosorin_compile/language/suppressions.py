@@ -149,7 +149,7 @@ def unused(
             message = f"{rule} is accepted of {quoted(idle, MAX_LISTED)}, but has nothing to report about "
             message += "it" if len(idle) == 1 else "them"
             kind = acceptable[rule].accept if rule in acceptable else "part"
-            names = SymbolTable(tree).names().among(THINGS)
+            names = SymbolTable(tree).among(THINGS)
             help = f"remove the entry, or name a {kind} that the rule refuses"
             help = help if idle[0] in names else Suggestion(idle[0], names, instead=help)
         diagnostics.append(diagnostic("accept-unused", WARNING, message, place.span, help, place.stack()))

@@ -1,22 +1,25 @@
 """The symbol table: which names a description defines, which it refers to, and where.
 
-The schema declares both (``x-gives`` and ``x-names``, see ``annotations``). Prefixes in parts, renaming, rules about
-unknown names, suggestions and completion use this table; nothing else searches a description for names.
-``values`` is its counterpart for names in expressions: arguments, named values, parts and parameters.
+The table of an expanded tree has the names that the schema declares (``x-gives`` and ``x-names``, see
+``annotations``). That of the files as they are written also has arguments, named values, parts, parameters and sensor
+types, whatever the arguments of the run: a branch that is not taken uses its names. Prefixes in parts, renames, rules
+about unknown, unused and similar names, ``explain``, suggestions and completion use the table.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from functools import cached_property
+from typing import Any
 
-from rosorin_compile.source.tree import Map, Path
+from rosorin_compile.source.tree import Map, Path, Place, Seq
 from rosorin_compile.source.xml.elements import found_in
 
 from .annotations import ALSO, GIVES, INSIDE, SPELT, Node
 from .element_names import BODY, EQUALITY, GEOM, SITE, given, named_in, used
+from .expression import all_names, pieces
 from .schema import sections
 
 MOUNT = "mount"
@@ -34,15 +37,12 @@ KINDS = {BODY: "link", GEOM: "shape", EQUALITY: "constraint"}  # MuJoCo's words 
 # Names that the MJCF derives from that of a link, and suffixes of those that it derives from that of a joint.
 _DERIVED = re.compile(r"(.+)_(?:collision|visual)_\d+")
 ENDS = {"planar": ("_TX", "_TY", "_RZ"), "floating": ("_TX", "_TY", "_TZ", "_R")}
-
-
-class _Occurrence(NamedTuple):
-    """A text, or the key of a mapping (``key``), that the schema calls a name, or a value that contains names."""
-
-    node: Node
-    value: Any
-    path: Path
-    key: bool = False
+# What defines names of its own that the files refer to by it, and the names that it always has.
+_OWNERS = {"parts": ("part", ("name", "mirrored")), "sensor_types": ("sensor type", ("name", "frame", "parent"))}
+WORD = re.compile(r"[^\W\d]\w*")
+# A text, a key of a mapping (the last item is true), or a value that contains names, and what the schema says of it.
+_Occurrence = tuple[Node, Any, Path, bool]
+Let = tuple[str, Any, Place, Place]  # a named value of the files: name, value, their places
 
 
 def _walk(node: Node, value: Any, path: Path, wanted: Collection[str], rules: bool = False) -> Iterator[_Occurrence]:
@@ -53,17 +53,18 @@ def _walk(node: Node, value: Any, path: Path, wanted: Collection[str], rules: bo
     if rules and node.said is False:
         return
     if isinstance(value, str):
-        yield _Occurrence(node, value, path)
+        yield node, value, path, False
         return
     if node.inside and value:
-        yield _Occurrence(node, value, path)
+        yield node, value, path, False
     if isinstance(value, Map):
+        if "value" in value and ("for" in value or "if" in value):  # an entry as it is written
+            yield from _walk(node, value["value"], path, wanted, rules)
         if node.keys is not None:
-            for name in value:
-                yield _Occurrence(node.keys, name, (*path, name), True)
+            yield from ((node.keys, name, (*path, name), True) for name in value)
         if GIVES in wanted:
             for key, kind, name in node.left_out(value):
-                yield _Occurrence(Node(gives=kind), name, (*path, key))
+                yield Node(gives=kind), name, (*path, key), False
         for key, item in value.items():
             below = node.at(key)
             if below is not None and (not wanted or not below.of.isdisjoint(wanted)):
@@ -74,44 +75,144 @@ def _walk(node: Node, value: Any, path: Path, wanted: Collection[str], rules: bo
 
 
 @dataclass(frozen=True)
-class Reference:
-    """A use or the definition of a name; ``key``: a key of the description is the name. ``what`` describes a use.
+class Symbol:
+    """The definition of a name, or a reference to it; ``key``: a key of the description is the name.
 
-    ``among`` is where the name is looked up: "" for all names of the description.
+    ``what`` describes a reference, and ``among`` is where its name is looked up: "" for all names of the description.
+    Names of the language, which expansion resolves, have a ``place``, and the ``owner`` that they are local to.
     """
 
     kind: str
     name: str
-    path: Path
-    key: bool
+    path: Path = ()
+    key: bool = False
     what: str = ""
     among: str = ""
+    place: Place | None = None
+    owner: str = ""
 
 
 class SymbolTable:
-    """The names that a tree defines and refers to."""
+    """The names that a tree defines and refers to.
 
-    def __init__(self, tree: Map) -> None:
-        self.tree = tree
+    The tree is an expanded one, or the joined files as they are written: then ``lets`` are their named values,
+    ``offered`` the arguments and robots of includes, and ``is_constant`` returns True for values without expressions.
+    """
+
+    def __init__(
+        self,
+        tree: Map,
+        lets: Sequence[Let] = (),
+        offered: Sequence[Map] = (),
+        is_constant: Callable[[Any], bool] | None = None,
+    ) -> None:
+        self.tree, self.lets, self.offered = tree, lets, offered
+        self.of_files, self.is_constant = is_constant is not None, is_constant or (lambda _: True)
+
+    def _fragments(self) -> Iterator[tuple[Path, Map]]:
+        """Yield the tree, and of files their parts and the contents of uses: all that has sections, with its path."""
+        waiting: list[tuple[Path, Map]] = [((), self.tree)]
+        waiting += [(("parts", name), body) for name, body in _entries(self.tree, "parts")]
+        for path, fragment in waiting:
+            yield path, fragment
+            for name, entry in _entries(fragment, "use"):
+                if isinstance(entry.get("content"), Map):
+                    waiting.append(((*path, "use", name, "content"), entry["content"]))
 
     def _occurrences(self, wanted: Collection[str], section: str = "", rules: bool = False) -> Iterator[_Occurrence]:
-        for name, node in sections().items():
-            value = self.tree.get(name) if section in ("", name) else None
-            if value is not None and (not wanted or not node.of.isdisjoint(wanted)):
-                yield from _walk(node, value, (name,), wanted, rules)
+        nodes = sections()
+        for path, fragment in self._fragments():
+            for name, node in nodes.items():
+                value = fragment.get(name) if section in ("", name) else None
+                if value is not None and (not wanted or not node.of.isdisjoint(wanted)):
+                    yield from _walk(node, value, (*path, name), wanted, rules)
+        sensor = nodes["sensors"].others or Node()
+        for name, body in _entries(self.tree, "sensor_types") if not section else ():
+            yield from _walk(sensor, body, ("sensor_types", name), wanted, rules)
 
-    def definitions(self, section: str = "", implied: bool = False) -> Iterator[Reference]:
+    def definitions(self, section: str = "", implied: bool = False) -> Iterator[Symbol]:
         """Yield the names that are defined, in one section or in all; ``implied``: also those of keys left out."""
         for node, name, path, key in self._occurrences((GIVES, "link") if implied else (), section):
             if node.gives and isinstance(name, str):
-                yield Reference(node.gives, name, path, key)
+                yield Symbol(node.gives, name, path, key)
+        if self.of_files and not section:
+            yield from _keys(self.tree.get("args"), "argument")
+            yield from _keys(self.tree.get("use"), "use")
+            yield from (Symbol("value", name.partition("(")[0], place=place) for name, _, place, _ in self.lets)
+            for owners, (kind, _) in _OWNERS.items():
+                yield from _keys(self.tree.get(owners), kind)
+                for name, body in _entries(self.tree, owners):
+                    yield from _keys(body.get("params"), "parameter", f'{kind} "{name}"')
+                    yield from _keys(body.get("let"), "value", f'{kind} "{name}"')
 
-    def references(self, kinds: Collection[str] = (), section: str = "") -> Iterator[Reference]:
-        """Yield the uses of names of some kinds, or of all, in the order of the schema and of the description."""
-        for node, name, path, key in self._occurrences(kinds, section, rules=True):
-            if node.names and node.said is not False and isinstance(name, str) and (not kinds or node.names in kinds):
+    def references(self, kinds: Collection[str] = (), section: str = "") -> Iterator[Symbol]:
+        """Yield the uses of names of some kinds, or of all, in the order of the schema and of the description.
+
+        Of files, arguments, values and parameters are of the kind "value", and a name with a "$" is any name: it is not
+        evaluated yet. References to modes are yielded on request.
+        """
+        wanted = {*kinds, INSIDE} if "mode" in kinds else kinds
+        for node, name, path, key in self._occurrences(wanted, section, rules=not self.of_files):
+            if not isinstance(name, str):
+                continue
+            if node.inside == "condition" and "mode" in kinds:
+                yield from (Symbol("mode", word, path) for word in WORD.findall(name))
+            if node.names and (self.of_files or node.said is not False) and (not kinds or node.names in kinds):
                 what = node.said.format(*path) if node.said else f"the {path[-1]} of {_entry(path)}"
-                yield Reference(node.names, name, path, key, what, node.among)
+                yield Symbol(node.names, name, path, key, what, node.among)
+            elif self.of_files and "$" in name and node.inside in ("", "condition"):
+                marks = {kind: INSIDE if kind == "mode" else kind for kind in kinds}
+                yield from (Symbol(kind, name, path, key) for kind, mark in marks.items() if mark in node.of)
+        if self.of_files and "value" in kinds:
+            yield from self._in_files()
+        if self.of_files and "part" in kinds:
+            for path, fragment in self._fragments():
+                uses = fragment.get("use")
+                for name, entry in uses.items() if isinstance(uses, Map) else [("", uses)]:
+                    item = entry.get("value", entry) if isinstance(entry, Map) else entry
+                    part = item.get("part") if isinstance(item, Map) else item
+                    if isinstance(part, str):
+                        yield Symbol("part", part, (*path, "use", name, "part"))
+        for robot in self.offered if "publisher" in kinds else ():
+            if isinstance(robot.get("publisher"), str):
+                yield Symbol("publisher", robot["publisher"])
+
+    def _in_files(self) -> Iterator[Symbol]:
+        """Yield the names that expressions in the files use, wherever they are."""
+        for section, (kind, built_in) in _OWNERS.items():
+            for name, body in _entries(self.tree, section):
+                inner = [one.name for key in ("params", "let") for one in _keys(body.get(key), "")]
+                owners = dict.fromkeys((*built_in, *inner), f'{kind} "{name}"')
+                yield from self._in_expressions(body, Place(body.span, body.via), owners)
+        for key, value in self.tree.items():
+            if key not in (*_OWNERS, "modes"):
+                yield from self._in_expressions(value, Place(self.tree.value_spans[key], self.tree.via), {})
+        for _, value, _, place in self.lets:
+            yield from self._in_expressions(value, place, {})
+        for value in self.offered:
+            yield from self._in_expressions(value, Place(value.span, value.via), {})
+
+    def _in_expressions(self, value: Any, place: Place, owners: Mapping[str, str | None]) -> Iterator[Symbol]:
+        """Yield the names that expressions below a value use; ``owners`` of names, None for those of a loop."""
+        if self.is_constant(value):
+            return
+        if isinstance(value, str):
+            for name in {name for piece in pieces(value) if piece.is_expression for name in all_names(piece.text)}:
+                if (owner := owners.get(name, "")) is not None:
+                    yield Symbol("value", name, place=place, owner=owner)
+        elif isinstance(value, Seq):
+            for item, span in zip(value, value.value_spans, strict=True):
+                yield from self._in_expressions(item, Place(span, value.via), owners)
+        else:
+            inner = {**owners, **_loop_names(value)}
+            for key, item in value.items():
+                at = Place(value.value_spans[key], value.via)
+                if key == "for" and isinstance(item, Map):
+                    yield from self._in_expressions(item, at, owners)
+                elif key != "help":
+                    name_place = Place(value.key_spans[key], value.via)
+                    yield from self._in_expressions(key, name_place, {**inner, **_loop_names(item)})
+                    yield from self._in_expressions(item, at, inner)
 
     def spelt(self) -> Iterator[tuple[str, str, Path, bool]]:
         """Yield the texts and keys whose words are compared with usual ones (``x-spelt``), each with what it is."""
@@ -119,8 +220,8 @@ class SymbolTable:
             if node.spelt and isinstance(name, str):
                 yield node.spelt, name, path, key
 
-    def names(self) -> Names:
-        """Return the names that the tree defines, also within elements of MJCF."""
+    @cached_property
+    def _contents(self) -> tuple[dict[str, set[str]], bool, bool]:
         found: dict[str, set[str]] = {}
         mounted = inside = False
         for node, value, _, _ in self._occurrences((GIVES, INSIDE, "link")):
@@ -139,35 +240,41 @@ class SymbolTable:
             for name, entry in entries.items() if isinstance(entries, Map) else ():
                 ends = ENDS.get(str(entry.get("type")), ()) if isinstance(entry, Map) else ()
                 found.setdefault("joint", set()).update(name + end for end in ends)
-        return Names({kind: frozenset(names) for kind, names in found.items()}, mounted, inside)
+        return found, mounted, inside
 
+    @property
+    def of(self) -> Mapping[str, Collection[str]]:
+        """The names that the tree defines, by kind, also within elements of MJCF."""
+        return self._contents[0]
 
-@dataclass(frozen=True)
-class Names:
-    """The names that a fragment of a description defines, by kind."""
+    @property
+    def mounted(self) -> bool:
+        """Whether something is attached to the mount of a part."""
+        return self._contents[1]
 
-    of: Mapping[str, frozenset[str]]
-    mounted: bool
-    inside: bool
+    @property
+    def inside(self) -> bool:
+        """Whether there are elements, parameters or conditions that names may be in."""
+        return self._contents[2]
 
     def among(self, kinds: Iterable[str]) -> frozenset[str]:
         """Return the names of some kinds."""
         return frozenset().union(*(self.of.get(kind, ()) for kind in kinds))
 
     def gives(self, kind: str, name: str) -> bool:
-        """Return True if the fragment defines a name of a kind, or the MJCF derives it: LINK_collision_1."""
+        """Return True if the tree defines a name of a kind, or the MJCF derives it: LINK_collision_1."""
         if any(name in self.of.get(one, ()) for one in (kind, *ALSO.get(kind, ()))):
             return True
         return kind == "shape" and self.makes(name)
 
     def makes(self, name: str) -> bool:
-        """Return True if the MJCF derives a name from that of a link of the fragment."""
+        """Return True if the MJCF derives a name from that of a link of the tree."""
         found = _DERIVED.fullmatch(name)
         return found is not None and found[1] in self.of.get("link", ())
 
 
 def _entry(path: Path) -> str:
-    section = sections()[str(path[0])]
+    section = sections().get(str(path[0]), Node())
     if len(path) > 2 and isinstance(path[1], int):
         return f"{path[0]}[{path[1]}]"
     by_name = section.keys is not None or section.others is not None
@@ -183,3 +290,21 @@ def _uses_mount(inside: str, text: Any) -> bool:
         return False
     uses = (one for found in found_in(text) for one in used(found, inside == "mjcf"))
     return any(one.name == MOUNT and one.kind in (BODY, SITE) for one in uses)
+
+
+def _entries(tree: Map, section: str) -> list[tuple[str, Map]]:
+    owner = tree.get(section)
+    return [item for item in owner.items() if isinstance(item[1], Map)] if isinstance(owner, Map) else []
+
+
+def _keys(table: Any, kind: str, owner: str = "") -> Iterator[Symbol]:
+    """Yield the keys of a table as definitions; that of a value which takes values, ``box(x, y)``, is box."""
+    for key in table if isinstance(table, Map) else ():
+        place = Place(table.key_spans[key], table.via)
+        yield Symbol(kind, key.partition("(")[0], key=True, place=place, owner=owner)
+
+
+def _loop_names(entry: Any) -> dict[str, None]:
+    """Return the names that the loop of an entry defines; its key may use them too."""
+    loops = entry.get("for") if isinstance(entry, Map) else None
+    return dict.fromkeys(name.strip() for names in loops for name in names.split(",")) if isinstance(loops, Map) else {}

@@ -45,12 +45,13 @@ _OBSTACLE_MESSAGES = (_SCANS, "sensor_msgs/msg/PointCloud2")
 
 @dataclass(frozen=True)
 class End:
-    """An end of a topic: the node, the full name of the topic, the type of its messages and the port."""
+    """An end of a topic: the node, the full name of the topic, the type of its messages, the port and its parameter."""
 
     node: str
     topic: str
     type: str
     port: Port
+    key: str = ""
 
 
 @dataclass
@@ -84,26 +85,28 @@ class Graph:
     ) -> None:
         """Add a node with its ports, its parameters by full key, and the remaps of its launch file."""
         self.nodes[name] = NODE
-        moved = {full_topic(old, namespace, name): new for old, new in remaps}
+        own = name.rpartition("/")[2]
+        moved = {full_topic(old, namespace, own): new for old, new in remaps}
         for port in those:
-            for topic, message in _topics(port, values) if port.exists(values) else ():
-                full = full_topic(topic, namespace, name)
-                end = End(name, full_topic(moved.get(full, full), namespace, name), message, port)
+            for key, topic, message in _topics(port, values) if port.exists(values) else ():
+                full = full_topic(topic, namespace, own)
+                end = End(name, full_topic(moved.get(full, full), namespace, own), message, port, key)
                 (self.read if port.direction == IN else self.published).append(end)
 
 
-def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Yield the parameters of a port, each with the topic and the type of its messages."""
     if port.each:
         found = list(_sources(port, values))
-        yield from found or ([(_DEFAULT_SOURCE, _SCANS)] if port.role == OBSTACLES else [])
+        yield from found or ([("", _DEFAULT_SOURCE, _SCANS)] if port.role == OBSTACLES else [])
     elif "<n>" in port.parameter:
         pattern = re.compile(port.parameter.replace("<n>", r"\d+"))
-        yield from ((str(value), port.type) for key, value in values.items() if pattern.fullmatch(key))
+        yield from ((key, str(value), port.type) for key, value in values.items() if pattern.fullmatch(key))
     else:
-        yield port.name(values), port.message(values)
+        yield port.parameter, port.name(values), port.message(values)
 
 
-def _sources(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _sources(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
     last = port.each.rpartition(".")[2]
     for key, value in values.items():
         if key.rpartition(".")[2] == last:
@@ -111,7 +114,7 @@ def _sources(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]
             for name in value.split() if isinstance(value, str) else value:
                 kind = str(values.get(f"{within}{name}.data_type") or values.get(f"{within}{name}.type", ""))
                 kind = {"scan": "LaserScan", "pointcloud": "PointCloud2", "range": "Range"}.get(kind, kind)
-                yield str(values.get(f"{within}{name}.topic", name)), f"sensor_msgs/msg/{kind}"
+                yield key, str(values.get(f"{within}{name}.topic", name)), f"sensor_msgs/msg/{kind}"
 
 
 def graph_of(robot: Robot, starts: Sequence[str], topics: Mapping[str, str] | None = None) -> Graph:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from rosorin_compile.source.rule_registry import Heading, declare
+from collections.abc import Iterable
+
+from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Span, diagnostic
+from rosorin_compile.source.rule_registry import DECLARED, Heading, declare
 
 _PARAMETERS = declare(
     Heading.PARAMETERS,
@@ -139,9 +142,9 @@ _PACKAGES = declare(
         "deploy-nowhere": "A note: the folder has no copy of these outputs yet. Fix: `--map OUTPUT=PLACE|none`",
         "deploy-no-package": "A note: the folder is in no ROS package.",
         "deploy-not-installed": "A warning: `setup.py` or `CMakeLists.txt` does not install a file. Fix: Add the line "
-        "that is given.",
+        "that the message names.",
         "deploy-not-depended": "A warning: `package.xml` does not name a package whose nodes the launch files start. "
-        "Fix: Add the line that is given.",
+        "Fix: Add `<exec_depend>NAME</exec_depend>`.",
         "deploy-not-built": "A warning: the install space has older copies, or none. Fix: `colcon build`",
         "deploy-no-install": "The folder of `--install` lacks the package. Fix: Name the install folder.",
         "deploy-install-space": "A warning: the folder is an install space, which the next build overwrites. Fix: "
@@ -240,3 +243,16 @@ _FORMATS = declare(
 )
 
 RULES = (*_PARAMETERS, *_CONTROL, *_PACKAGES, *_NAVIGATION, *_OUTPUTS, *_FORMATS)
+
+
+def report(
+    rule: str,
+    message: str,
+    span: Span | None = None,
+    help: Help = "",
+    related: Iterable[Related] = (),
+    severity: str = "",
+) -> Diagnostic:
+    """Return a diagnostic of one of the rules; severity and help are those of the rule unless others are passed."""
+    declared = DECLARED[rule]
+    return diagnostic(rule, severity or declared.severity, message, span, help or declared.hint, related)

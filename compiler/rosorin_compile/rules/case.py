@@ -12,7 +12,7 @@ from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.language.schema import TEMPLATE
 from rosorin_compile.language.suggestions import suggest_name
 from rosorin_compile.language.suppressions import names_at
-from rosorin_compile.language.symbols import Reference, SymbolTable
+from rosorin_compile.language.symbols import Symbol, SymbolTable
 from rosorin_compile.model import Joint, Link, Output, Robot, Shape
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Span, Suggestion, diagnostic
 from rosorin_compile.source.rule_registry import DECLARED, Rule
@@ -52,7 +52,7 @@ class Case:
         """The names that the description defines and refers to."""
         return SymbolTable(self.tree)
 
-    def mentions(self, *kinds: str) -> Iterator[Reference]:
+    def mentions(self, *kinds: str) -> Iterator[Symbol]:
         """Yield the references to some kinds, without the names that a section defines for itself (``own_names``)."""
         own = {"moveit": self.robot.moveit.own_names} if self.robot.moveit else {}
         for reference in self.symbols.references(kinds):
@@ -137,7 +137,7 @@ class Case:
         """Return a second place: a value, or the key of one with ``key`` and of a mapping."""
         return Related(message, self._place(path, key or isinstance(at(self.tree, path), Map)))
 
-    def unknown(self, rule: str, message: str, uses: Sequence[Reference], help: Help) -> Iterator[Diagnostic]:
+    def unknown(self, rule: str, message: str, uses: Sequence[Symbol], help: Help) -> Iterator[Diagnostic]:
         """Yield a problem at the first use of a name, with the other places; again for each use at the same place.
 
         All uses of a part share the places of its text: each use is reported.

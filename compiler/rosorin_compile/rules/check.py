@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.language.expand.provenance import USED
 from rosorin_compile.language.expand.scope import Scope
-from rosorin_compile.language.lower import is_resolved
+from rosorin_compile.language.lower import unresolved
 from rosorin_compile.language.schema import plugged as plugged_sections
 from rosorin_compile.language.sections.links import RULES as LINK_RULES
 from rosorin_compile.language.suppressions import accepted, unused
@@ -128,7 +128,7 @@ def check(
         found += examine(case)
     added = list(plugged().checks)
     for plugin, section in plugged_sections().sections:
-        if section in robot.sections and is_resolved(robot, case.symbols, section.name):
+        if section in robot.sections and not unresolved(robot, case.symbols, section.name):
             added += [(plugin, examine) for examine in section.all_checks()]
     for plugin, examine in added:
         found += _of_plugin(plugin, examine, case)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from rosorin_compile.language.lowering import owner_of_frame
 from rosorin_compile.language.schema import joint_unit, subject
-from rosorin_compile.language.symbols import MOUNT, Reference
+from rosorin_compile.language.symbols import MOUNT, Symbol
 from rosorin_compile.model import Cylinder, Joint, Robot
 from rosorin_compile.model.geometry import dot, norm, unit
 from rosorin_compile.model.joint import Dynamics, Limit
@@ -61,8 +61,8 @@ def known_names(case: Case) -> Iterator[Diagnostic]:
         for output in robot.outputs:
             for index, name in enumerate(output.options.get(option, ())):
                 what, key = f'in the option {option} of output "{output.name}"', name if kind == "link" else index
-                uses.append(Reference(kind, name, ("outputs", output.name, option, key), kind == "link", what))
-        by_name: dict[str, list[Reference]] = {}
+                uses.append(Symbol(kind, name, ("outputs", output.name, option, key), kind == "link", what))
+        by_name: dict[str, list[Symbol]] = {}
         for use in uses:
             if use.name not in real and (kind == "joint" or use.name not in WORLD_FRAMES):
                 by_name.setdefault(use.name, []).append(use)

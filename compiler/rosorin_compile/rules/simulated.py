@@ -13,7 +13,7 @@ from rosorin_compile.language import element_names as mujoco
 from rosorin_compile.language.annotations import DESCRIPTION, SIMULATION
 from rosorin_compile.language.element_names import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, SENSOR, SITE
 from rosorin_compile.language.schema import of_topic
-from rosorin_compile.language.symbols import ENDS, KINDS, Reference
+from rosorin_compile.language.symbols import ENDS, KINDS, Symbol
 from rosorin_compile.model import Robot
 from rosorin_compile.model.simulation import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Suggestion
@@ -138,14 +138,14 @@ def _shapes(case: Case) -> Mapping[str, list[Path]]:
 def unknown_names(case: Case) -> Iterator[Diagnostic]:
     """A key names a site, shape, tendon, actuator, camera or another entry that does not exist; each name once."""
     references = [one for one in case.symbols.references() if one.among]
-    defined = case.symbols.names() if any(one.among == DESCRIPTION for one in references) else None
     names = _Names(case) if any(one.among == SIMULATION for one in references) else None
-    wrong: dict[tuple[str, str], list[Reference]] = {}
+    wrong: dict[tuple[str, str], list[Symbol]] = {}
     for one in references:
         kind = _KINDS.get(one.kind, one.kind)
-        if defined and one.among == DESCRIPTION and not defined.gives(one.kind, one.name):
+        if one.among == DESCRIPTION and not case.symbols.gives(one.kind, one.name):
             message = f'there is no {one.kind} "{one.name}", {one.what}'
-            help: Help = case.suggest(one.path, one.name, defined.among((one.kind,)), f"name a {one.kind} of the robot")
+            defined = case.symbols.among((one.kind,))
+            help: Help = case.suggest(one.path, one.name, defined, f"name a {one.kind} of the robot")
             yield case.problem("unknown-name", message, one.path, help, key=one.key)
         if names and one.among == SIMULATION and not names.has(kind, one.name):
             wrong.setdefault((kind, one.name), []).append(one)

@@ -7,7 +7,6 @@ several robots.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
     from rosorin_compile.compare.changes import Change
     from rosorin_compile.compare.difference import Difference
     from rosorin_compile.formats.compiled import Compiled
-    from rosorin_compile.output.committed import Comparison
+    from rosorin_compile.output.committed import Committed
     from rosorin_compile.request import Request
 
 
@@ -48,8 +47,7 @@ class Picture(NamedTuple):
     said: str = "nothing is committed to compare with"
 
 
-@dataclass(frozen=True)
-class ChangesPage:
+class ChangesPage(NamedTuple):
     """A page that was written: how many robots it shows, and what is left out of it; no robot: nothing was written.
 
     ``removed`` is True if the page of an earlier run was removed.
@@ -71,16 +69,10 @@ class Pictures:
         self.embedding = Embedding(int(limit * 1_000_000)) if meshes else None
         self.taken: list[Picture] = []
 
-    def take(
-        self,
-        request: Request,
-        compiled: Compiled,
-        comparison: Comparison,
-        committed: Mapping[str, bytes],
-        meshes: Sequence[tuple[str, str]],
-    ) -> None:
-        """Add the changes of one robot since its artifacts were committed; ``meshes`` are those that differ."""
+    def take(self, request: Request, compiled: Compiled, found: Committed) -> None:
+        """Add the changes of one robot since its artifacts were committed."""
         shown, outputs = look(request).shown, request.description.outputs
+        comparison, committed, meshes = found.comparison, found.committed, found.meshes
         if shown is None:
             return
         inputs = (*compiled.inputs, *shown.meshes.values(), *(outputs / name for name in committed))
@@ -118,10 +110,6 @@ class Pictures:
         summary = f"{Path(a.label).name} -> {Path(b.label).name}: {found.summary()}"
         inputs = tuple(file for one in (first, second) for file in (*one.files, *one.meshes.values()))
         self.taken.append(Picture(second, overlay, first.meshes, inputs, changes, notes, summary))
-
-    def clear(self) -> None:
-        """Forget the robots that were taken."""
-        self.taken.clear()
 
     def write(self) -> ChangesPage:
         """Write the page, robots that changed first. Raises OutputError."""
@@ -172,12 +160,9 @@ def _entry(text: str, frame: str, artifacts: Sequence[str], colours: Data | None
 
 
 def _colours(was: object, became: object) -> Data:
-    """Return two colours as the page draws them: four numbers each, or None for another text."""
-    was, became = (
-        [float(number) for number in numbers] if len(numbers) == 4 else None  # red, green, blue, alpha
-        for numbers in (str(was).split(), str(became).split())
-    )
-    return {"was": was, "is": became}
+    """Return two colours as the page draws them: red, green, blue and alpha each, or None for another text."""
+    texts = {"was": str(was).split(), "is": str(became).split()}
+    return {key: [*map(float, numbers)] if len(numbers) == 4 else None for key, numbers in texts.items()}
 
 
 def _frame(kind: str, name: str, robots: Iterable[Robot]) -> str:

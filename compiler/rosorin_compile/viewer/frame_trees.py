@@ -10,6 +10,7 @@ from typing import NamedTuple
 from rosorin_compile.model import Robot
 from rosorin_compile.model.frame_tree import Row, rows
 from rosorin_compile.rules.publishers import MAX_MODES, holds
+from rosorin_compile.source.diagnostics import RequestError
 
 _MAX_TREES = 32  # that a picture can show
 _NAME = re.compile(r"[^\W\d]\w*")
@@ -23,8 +24,12 @@ PALETTE = (
 GREY = "#8c959f"  # nobody
 
 
-class TooMany(Exception):
+class TooMany(RequestError):
     """There are more trees than can be shown."""
+
+    def __str__(self) -> str:
+        """Return the message with a way to have fewer."""
+        return f"{self.args[0]}; name modes: --mode NAME"
 
 
 class Tree(NamedTuple):

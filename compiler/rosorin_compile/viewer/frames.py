@@ -15,7 +15,7 @@ from rosorin_compile.output import OutputError, may_replace, write_file, write_s
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName
 from rosorin_compile.source.rule_registry import Heading, Rule
 
-from .frame_trees import TooMany, Tree, frame_trees
+from .frame_trees import Tree, frame_trees
 from .frames_picture import svg
 
 RULES = (Rule("picture-file", "A picture cannot be written.", "The message says why.", Heading.OUTPUTS),)
@@ -70,28 +70,18 @@ class Frames:
     trees: tuple[Tree, ...] = field(default=(), repr=False)
 
 
-def trees(robot: Robot, modes: Mapping[str, bool]) -> tuple[Tree, ...]:
-    """Return the trees of a robot in modes. Raises RequestError if there are too many."""
-    try:
-        return frame_trees(robot, modes)
-    except TooMany as problem:
-        raise RequestError(f"{problem}; name modes: --mode NAME") from None
-
-
 def frames(robot: Robot, modes: Mapping[str, bool], frame: str | None = None, publisher: str | None = None) -> Frames:
     """Return the trees of a robot, of them only the path to a frame or the edges of a publisher.
 
-    Raises UnknownName.
+    Raises UnknownName, and TooMany.
     """
     edges = rows(robot)
-    known = {
-        "frame": (frame, [*robot.frames, *(name for row in edges for name in (row.parent, row.child))]),
-        "publisher": (publisher, [*(row.publisher for row in edges), NOBODY]),
-    }
-    for kind, (name, names) in known.items():
+    names_of_frames = [*robot.frames, *(name for row in edges for name in (row.parent, row.child))]
+    publishers = [*(row.publisher for row in edges), NOBODY]
+    for kind, name, names in (("frame", frame, names_of_frames), ("publisher", publisher, publishers)):
         if name is not None and name not in names:
             raise UnknownName(kind, name, dict.fromkeys(names))
-    situations, shown = [], trees(robot, modes)
+    situations, shown = [], frame_trees(robot, modes)
     for tree in shown:
         drawn = lines(tree.edges, robot.frames)
         drawn = drawn if frame is None else way(drawn, frame)
@@ -142,7 +132,7 @@ def check_target(path: Path, force: bool) -> None:
 _HEADS = ("frame", "published by", "topic", "joint", "")
 _FLAT_HEADS = ("from", "to", "published by", "topic", "joint", "")
 _OPTIONAL = ("joint", "topic")  # columns that are left out in this order if a terminal is too narrow
-_BOLD, _DIM, _PLAIN = "\033[1m", "\033[2m", "\033[0m"
+BOLD, _DIM, _PLAIN = "\033[1m", "\033[2m", "\033[0m"
 # Colours of a terminal: blue, yellow, green, magenta, cyan, red, then the bright ones.
 _COLOURS = ("34", "33", "32", "35", "36", "31", "94", "93", "92", "95", "96", "91")
 _GAP = "  "
@@ -161,24 +151,22 @@ class Look(NamedTuple):
 
     def colour(self, row: Row | None) -> str:
         """Return the colour of an edge; a root is bold."""
-        if row is None or not row.published:
-            return _BOLD if row is None else _DIM
-        at = self.publishers.index(row.publisher) if row.publisher in self.publishers else 0
-        return f"\033[{_COLOURS[at % len(_COLOURS)]}m"
+        if row is None or row.publisher not in self.publishers:
+            return BOLD if row is None else _DIM
+        return f"\033[{_COLOURS[self.publishers.index(row.publisher) % len(_COLOURS)]}m"
 
 
 def tree(lines: Sequence[Line], look: Look) -> list[str]:
     """Return a tree as lines of text."""
     before: list[str] = []  # the start of lines below each line
     cells = []
+    solid, dashed, corner, side, bar = ("--", "..", "`", "|", "|") if look.ascii else ("──", "╌╌", "└", "├", "│")
     for line in lines:
-        start, below = "", ""
+        start = below = ""
         if line.on >= 0:
-            dashed = line.row is not None and not line.row.published
-            branch = (".. " if dashed else "-- ") if look.ascii else ("╌╌ " if dashed else "── ")
-            corner = ("`" if line.last else "|") if look.ascii else ("└" if line.last else "├")
-            start = before[line.on] + corner + branch
-            below = before[line.on] + ("    " if line.last else "|   " if look.ascii else "│   ")
+            branch = dashed if line.row is not None and not line.row.published else solid
+            start = f"{before[line.on]}{corner if line.last else side}{branch} "
+            below = f"{before[line.on]}{' ' if line.last else bar}   "
         before.append(below)
         cells.append(((f"{start}{line.frame}{' (above)' if line.up else ''}",), line.row, len(start)))
     return _columns(_HEADS, cells, look)
@@ -189,17 +177,20 @@ def table(rows: Sequence[Row], look: Look) -> list[str]:
     return _columns(_FLAT_HEADS, [((row.parent, row.child), row, 0) for row in rows], look)
 
 
-def heading(text: str, look: Look) -> str:
-    """Return a heading."""
-    return look.paint(text, _BOLD)
-
-
 def _columns(heads: Sequence[str], entries: Sequence[tuple[tuple[str, ...], Row | None, int]], look: Look) -> list[str]:
     """Return columns under their heads; an entry has its first cells, its edge, and the width of its indentation."""
     whys = dict.fromkeys(row.why for _, row, _ in entries if row is not None and row.why)
     numbers = {why: at for at, why in enumerate(whys, 1)}
-    cells = [(*first, *_cells(row, numbers)) for first, row, _ in entries]
-    widths = {head: max(map(text_width, texts)) for head, *texts in zip(heads, heads, *cells, strict=True)}
+    shown = [(heads, _DIM, 0)]
+    for first, row, indent in entries:
+        more = ("", "", "", "")
+        if row is not None:
+            who = f"{row.publisher} ({numbers[row.why]})" if row.why else row.publisher
+            joint, when = f"{row.joint} ({row.kind})" if row.joint else "", f"when {row.when}" if row.when else ""
+            more = who, row.topic if row.published else "-", joint, when
+        shown.append(((*first, *more), look.colour(row), indent))
+    columns = zip(heads, *(texts for texts, _, _ in shown), strict=True)
+    widths = {head: max(map(text_width, texts)) for head, *texts in columns}
     left_out = []
     for head in _OPTIONAL:
         used = [width for width in widths.values() if width]
@@ -207,21 +198,12 @@ def _columns(heads: Sequence[str], entries: Sequence[tuple[tuple[str, ...], Row 
             left_out.append(head)
             del widths[head]
     lines: list[str] = []
-    for texts, row, indent in ((heads, None, 0), *((c, row, i) for c, (_, row, i) in zip(cells, entries, strict=True))):
-        shown = [(text, widths[head]) for head, text in zip(heads, texts, strict=True) if head in widths]
-        text = _GAP.join(text + " " * (width - text_width(text)) for text, width in shown).rstrip()
-        lines.append(text[:indent] + look.paint(text[indent:], look.colour(row) if lines else _DIM))
+    for texts, colour, indent in shown:
+        cells = [(text, widths[head]) for head, text in zip(heads, texts, strict=True) if head in widths]
+        text = _GAP.join(text + " " * (width - text_width(text)) for text, width in cells).rstrip()
+        lines.append(text[:indent] + look.paint(text[indent:], colour))
     lines += [look.paint(f"(no room for: {', '.join(left_out)})", _DIM)] if left_out else []
     return lines + [look.paint(f"({at}) {why}", _DIM) for why, at in numbers.items()]
-
-
-def _cells(row: Row | None, numbers: Mapping[str, int]) -> tuple[str, ...]:
-    """Return publisher, topic, joint and condition of an edge."""
-    if row is None:
-        return ("", "", "", "")
-    who = f"{row.publisher} ({numbers[row.why]})" if row.why else row.publisher
-    joint = f"{row.joint} ({row.kind})" if row.joint else ""
-    return who, row.topic if row.published else "-", joint, f"when {row.when}" if row.when else ""
 
 
 def text_width(text: str) -> int:

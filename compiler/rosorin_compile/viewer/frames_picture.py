@@ -26,12 +26,7 @@ if TYPE_CHECKING:
 
 RULES = (
     Rule("picture-kind", "The file name of a picture does not end in `.svg`.", "End it in `.svg`.", OUTPUTS),
-    Rule(
-        "too-many-pictures",
-        "The tree of frames differs in more combinations of modes than one picture can show.",
-        "Fix `modes`, one picture for each combination.",
-        OUTPUTS,
-    ),
+    Rule("too-many-pictures", "The modes give more trees of frames than fit.", "Fix `modes` for each.", OUTPUTS),
 )
 
 _SIZE = 12.0  # of letters, in pixels
@@ -62,11 +57,11 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
     panels: list[dict[str, Any]] = []
     for tree in trees:
         drawn = lines(tree.edges, robot.frames)
-        panel: dict[str, Any] = {"label": tree.label, "lines": drawn, "count": _count(drawn)}
-        panel["count_x"] = _MARGIN + (text_width(tree.label, 14) + 18 if tree.label else 0.0)
-        panel["last"] = {line.on: at for at, line in enumerate(drawn) if line.on >= 0}
-        panel["used"] = {name for row in _rows(drawn) for name, cell in cells_of(row, {}).items() if cell}
-        panels.append(panel)
+        count_x = _MARGIN + (text_width(tree.label, 14) + 18 if tree.label else 0.0)
+        last = {line.on: at for at, line in enumerate(drawn) if line.on >= 0}
+        used = {name for row in _rows(drawn) for name, cell in cells_of(row, {}).items() if cell}
+        panels.append({"label": tree.label, "lines": drawn, "count": _count(drawn), "count_x": count_x})
+        panels[-1] |= {"last": last, "used": used}
     every = [line for panel in panels for line in panel["lines"]]
     edges = _rows(every)
     whys = {why: at for at, why in enumerate(dict.fromkeys(row.why for row in edges if row.why), 1)}
@@ -160,8 +155,14 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     try:
         return svg(robot, frame_trees(robot, {} if on is None else {mode: mode in on for mode in robot.modes})), []
     except TooMany as problem:
-        help = "say which modes are on, one picture each: modes: [NAME, ...]"
-        return "", [error("too-many-pictures", str(problem), None, help)]
+        return "", [
+            error(
+                "too-many-pictures",
+                str(problem.args[0]),
+                None,
+                "say which modes are on, one picture each: modes: [NAME, ...]",
+            )
+        ]
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:

@@ -135,23 +135,20 @@ def moves(
 
 
 def _same_place(a: Bodies, b: Bodies, above: str, name: str, tolerance: float) -> bool:
-    ways = [side.joints_between(side.top[above], side.top[name]) or [] for side in (a, b)]
-    followers = [[joint.mimic for joint in way] for way in ways]
-    return followers[0] == followers[1] and same_motion(a, b, above, name, tolerance)
+    ways = (side.joints_between(side.top[above], side.top[name]) or [] for side in (a, b))
+    first, second = ([joint.mimic for joint in way] for way in ways)
+    return first == second and same_motion(a, b, above, name, tolerance)
 
 
 def _gone(a: Bodies, b: Bodies, name: str, purpose: str, tolerance: float, mate: str | None = None) -> list[Shape]:
     """Return the shapes of a link of ``a`` that no link fixed to it, or to ``mate``, has in ``b``."""
-    pieces = _pieces(a, name, purpose)
+    pieces, around = _pieces(a, name, purpose), list[Solid]()
     mate = name if mate is None else mate
     if not mate:
         return [shape for shape, _ in pieces]
+    for member in b.members[b.top[mate]]:
+        around += [solid.seen_from(b.relative(mate, member)) for _, solid in _pieces(b, member, purpose)]
     solids = [solid.seen_from(a.relative(mate, name)) for _, solid in pieces]
-    around = [
-        solid.seen_from(b.relative(mate, member))
-        for member in b.members[b.top[mate]]
-        for _, solid in _pieces(b, member, purpose)
-    ]
     return [pieces[index][0] for index in match(solids, around, tolerance).old]
 
 
@@ -216,19 +213,15 @@ class _Before:
             for moved in [joint for joint in self.joints.values() if joint.name == name]:
                 self.joints[moved.child] = _joint(moved, quantity, was, old.get(("joint", name), {}))
         elif kind == "height map" and link is not None and quantity in _GRID and was is not None:
-            grids = (
-                replace(shape, geometry=replace(shape.geometry, **{quantity: was}))
-                if isinstance(shape.geometry, HeightMap)
-                else shape
-                for shape in link.collision
-            )
-            self.links[name] = replace(link, collision=tuple(grids))
-        elif kind == "link" and link is not None and quantity in ("collision", "visual"):
+            shapes = list(link.collision)
+            for at, shape in enumerate(shapes):
+                if isinstance(shape.geometry, HeightMap):
+                    shapes[at] = replace(shape, geometry=replace(shape.geometry, **{quantity: was}))
+            self.links[name] = replace(link, collision=tuple(shapes))
+        elif kind == "link" and link is not None and quantity in PURPOSES:
             sides = [side if isinstance(side, Shapes) else Shapes(()) for side in (was, difference.new)]
-            shapes = _shapes(getattr(link, quantity), *sides)
-            self.links[name] = (
-                replace(link, collision=shapes) if quantity == "collision" else replace(link, visual=shapes)
-            )
+            changed: dict[str, Any] = {quantity: _shapes(getattr(link, quantity), *sides)}
+            self.links[name] = replace(link, **changed)
 
     def _add(self, name: str, old: Leaves) -> None:
         """Add a link that was removed, with the joint that placed it."""

@@ -66,7 +66,7 @@ class _Refused(Exception):
     """A request is not answered: the HTTP status and the reason."""
 
 
-def _no_robot(state: Mapping[str, Any]) -> list[list[str]]:  # noqa: ARG001
+def _no_robot(_: object) -> list[list[str]]:
     raise Unknown("there is no robot yet")
 
 
@@ -335,21 +335,22 @@ class LiveRobot:
         if page.problem:
             self.console.warn(f"{self.request.description.name}: that is corrected")
 
-        def explained(frame: str) -> list[str]:
-            with self.lock:
-                return shown.explained(frame)
-
         serving = Serving(self.numbers)
         data = {**shown.data, **tables(shown.robot, shown.meshes, serving)}
-        page.files, page.explain, page.touching, page.problem = serving.files, explained, self._contacts_of(shown), ""
+        page.files, page.touching, page.problem = serving.files, self._contacts_of(shown), ""
+        page.explain = lambda frame: self._alone(shown.explained, frame)
         self._publish({"robot": data})
         page.changed()
 
     def _publish(self, data: Data) -> None:
         """Serve a new version of the page."""
-        version = secrets.token_hex(8)
+        self.page.version = version = secrets.token_hex(8)
         self.page.text, self.page.data = html(data, live=version), {**data, "version": version}
-        self.page.version = version
+
+    def _alone(self, function: Callable[[Any], Any], argument: Any) -> Any:
+        """Call a function that works on one robot at a time."""
+        with self.lock:
+            return function(argument)
 
     def _contacts_of(self, shown: Shown) -> Callable[[Mapping[str, Any]], list[list[str]]]:
         """Return a function for the pairs of links that collide at positions by joint (rad or m)."""
@@ -358,12 +359,11 @@ class LiveRobot:
         def touching(state: Mapping[str, Any]) -> list[list[str]]:
             if missing := engine.lacking():
                 raise Unknown(f"{missing} is not installed; {pip_install('physics')} brings it")
-            with self.lock:
-                try:
-                    positions = {name: at for name, at in state.items() if name in shown.robot.joint}
-                    found: list[list[str]] = engine.pairs(positions)
-                    return found
-                except Exception as problem:  # the page shows whatever the engine raises
-                    raise Unknown(" ".join(str(problem).split())[:200] or type(problem).__name__) from None
+            try:
+                positions = {name: at for name, at in state.items() if name in shown.robot.joint}
+                found: list[list[str]] = self._alone(engine.pairs, positions)
+                return found
+            except Exception as problem:  # the page shows whatever the engine raises
+                raise Unknown(" ".join(str(problem).split())[:200] or type(problem).__name__) from None
 
         return touching

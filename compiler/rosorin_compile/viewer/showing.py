@@ -76,9 +76,9 @@ def look(request: Request) -> Looked:
         path = case.places.get(("link", link["name"]))
         if path is not None:
             link["where"] = _place(case.tree.locate(path, key=True).span)
-    for warning in [one for one in diagnostics if one.severity == WARNING]:
-        text = f"{warning.message} [{warning.rule}]" + (f"\n{warning.help}" if warning.help else "")
-        entry = {"text": printable(text, keep="\n"), **({"where": _place(warning.span)} if warning.span else {})}
+    for one in (one for one in diagnostics if one.severity == WARNING):
+        text = f"{one.message} [{one.rule}]" + (f"\n{one.help}" if one.help else "")
+        entry = {"text": printable(text, keep="\n"), **({"where": _place(one.span)} if one.span else {})}
         data.setdefault("warnings", []).append(entry)
     arguments = {} if request.is_foreign else request.values()
     read = [*found.values(), *(side.file for name, file in found.items() for side in companions(file, name)[0])]

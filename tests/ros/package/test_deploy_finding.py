@@ -48,7 +48,7 @@ def test_another_robot_is_not_written_over(
     assert main(["deploy", str(path), "-o", str(package)]) == 1
     said = capsys.readouterr().err
     assert "error[deploy-other-robot]: launch/static_tf.launch.py is there for the robot rosorin, not for " in said
-    assert "    say another place with --map static_tf=PLACE, or this one to write over it\n" in said
+    assert "    say --map static_tf=PLACE (none for nowhere)\n" in said
     assert "error[deploy-other-robot]: config/static_tf.json is there for the robot rosorin, not for " in said
     assert contents(package) == before
     words = ["--map", "static_tf=launch/other.launch.py", "--map", "static_tf_json=config/other.json"]

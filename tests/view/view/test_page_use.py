@@ -76,6 +76,9 @@ def test_the_tree_folds_and_the_search_finds_what_is_folded(browser: Browser, ro
     browser.enter("input[type=search]", "gripper")
     assert browser.evaluate("app.selected") == "gripper_link"
     assert not hidden(browser, "gripper_link"), "what is chosen is unfolded"
+    browser.enter("input[type=search]", "rgb")
+    assert browser.evaluate("app.selected") == "rgb_camera_link", "a frame of another node is found, too"
+    assert "only that one knows" in browser.evaluate("document.querySelector('.card').innerText")
 
 
 def test_names_are_whole_and_the_tree_becomes_wider(browser: Browser, rosorin: str) -> None:

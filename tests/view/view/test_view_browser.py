@@ -174,7 +174,7 @@ def test_a_save_moves_the_robot_and_leaves_the_rest(browser: Browser, live: View
 @pytest.mark.tier("outside")
 def test_parts_that_touch_are_red(browser: Browser, live: Viewing) -> None:
     browser.open(f"http://localhost:{live.port}/")
-    browser.wait("document.getElementById('touching').textContent === 'no parts touch that are no neighbours'")
+    browser.wait("document.getElementById('touching').textContent === 'no parts touch that are not adjacent'")
     browser.slide("joint2", 1.9)
     browser.slide("joint3", 1.9)
     browser.wait("document.getElementById('touching').textContent.endsWith('parts touch others, and are red')")

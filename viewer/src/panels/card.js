@@ -110,7 +110,7 @@ export class Card {
     const { inertial } = link;
     const kinds = ["visual", "collision"].map((key) => link[key].length && `${link[key].length} ${key}`).filter(Boolean);
     return [
-      row("said at", place(link.where)),
+      row("defined at", place(link.where)),
       row("mass", inertial && `${Number(inertial.mass.toPrecision(6))} kg at ${vector(inertial.xyz, units)}`),
       row("shapes", kinds.join(", ")),
       row("colour", swatches(this.app.coloured.get(link.name))),

@@ -19,6 +19,11 @@ export function edgesOf(robot, modes) {
   return [...edges, ...others.map(({ parent, child, name, type }) => ({ parent, child, joint: name, kind: type, published: false, why: "no node of this robot publishes it" }))];
 }
 
+/** Return a name that is broken behind its underscores, if there is no room for it in one line. */
+function breakable(name) {
+  return name.split(/(?<=[_/.-])/).flatMap((part) => [element("wbr"), part]).slice(1);
+}
+
 /** Return the links whose children are rollers: three or more that turn without limits and carry nothing. */
 export function wheelsWithRollers({ joints }) {
   const carrying = new Set(joints.map((joint) => joint.parent));
@@ -83,7 +88,7 @@ export class Tree {
       { class: edge && !edge.published ? "row unpublished" : "row", role: "treeitem", tabindex: "-1", title, "data-frame": name, "aria-level": depth + 1, "aria-expanded": unfolds ? String(!this.folded.has(name)) : undefined, style: `--depth:${Math.min(depth, DEEPEST)}` },
       element("i", { class: unfolds ? "twist" : "twist none", "aria-hidden": "true" }),
       dot(colour),
-      element("span", {}, name),
+      element("span", {}, ...breakable(name)),
       edge?.joint && edge.kind !== "fixed" && element("small", {}, edge.kind),
     );
   }
@@ -120,6 +125,7 @@ export class Tree {
   filter() {
     const focused = this.list.contains(document.activeElement) ? document.activeElement : null;
     const wanted = this.search.value.trim().toLowerCase();
+    this.list.classList.toggle("found", Boolean(wanted)); // without the levels of the tree
     const closed = [];
     const shown = [];
     this.nodes?.forEach(({ name, row, above, text }, index) => {

@@ -330,17 +330,17 @@ def check_entry(
 
 
 def _check_vector(owner: str, tree: Map, key: str, dimension: Dimension, scope: Scope) -> bool:
-    value, where, place = tree.get(key), f"{owner} {key}", place_of(tree, key, scope)
+    value: Any = tree.get(key)
+    where, place = f"{owner} {key}", place_of(tree, key, scope)
     if is_vector(value, dimension):
         return True
-    wrong = (
-        [one for one in value if not is_number(one, dimension)] if isinstance(value, list) and len(value) == 3 else []
-    )
+    is_triple = isinstance(value, list) and len(value) == 3
+    wrong = [one for one in value if not is_number(one, dimension)] if is_triple else []
     if wrong and isinstance(wrong[0], Quantity):
         number = wrong[0].text or float(wrong[0])
         message = f"{where} is {describe(dimension)}, but {number} is {_kind(wrong[0])}"
         scope.report("wrong-unit", message, place, "correct the unit; a bare number is in SI units")
-    elif isinstance(value, list) and len(value) == 3 and not wrong:
+    elif is_triple and not wrong:
         scope.report("not-finite", f"{where} is not finite", place, "write numbers, or leave the key out")
     else:
         found = f"of {_kind(wrong[0])}" if wrong else _kind(value)

@@ -21,8 +21,9 @@ from rosorin_compile.source.wording import swaps
 
 from ..annotations import ENTRIES
 from ..schema import keys_of_xml, merged, of_parts, schema
+from ..symbols import SymbolTable
+from ..unused import check_letters, unused
 from ..validate import validate
-from ..values import ValueTable, check_names
 from .declarations import check_controls, declare
 from .expansion import Failed
 from .files import Reader
@@ -47,7 +48,7 @@ class Expanded(NamedTuple):
 
     ``scope`` has the arguments and the named values of the description, None if its first file cannot be read.
     ``resolved`` has the paths that names of packages led to. ``unused`` are warnings about unused declarations, to be
-    reported if there are no errors. ``values`` has the uses of named values.
+    reported if there are no errors. ``symbols`` are the names of the files.
     """
 
     tree: Map | None
@@ -56,7 +57,7 @@ class Expanded(NamedTuple):
     scope: Scope | None = None
     resolved: tuple[Resolved, ...] = ()
     unused: tuple[Diagnostic, ...] = ()
-    values: ValueTable | None = None
+    symbols: SymbolTable | None = None
 
 
 def expand(
@@ -90,15 +91,16 @@ def expand(
         included.settle(tree)
     with expansion.unlimited():
         scope.evaluate_rest()
-    check_names(root, scope)
+    offered = [*reader.offered, *(robot.item for robot in reader.robots)]
+    symbols = SymbolTable(root, reader.lets, offered, expansion.is_constant)
+    check_letters(symbols, scope)
     for file in reader.sourced:  # it may have no entry that gets its source
         if isinstance(file["source"], Map) and expansion.is_constant(file["source"]):
             top = Map(root.span)
             top.put("robot", "robot", root.span, root.span)
             top.put("source", file["source"], file.key_spans["source"], file.value_spans["source"])
             expansion.diagnostics += validate(top, {})
-    values = ValueTable(root, reader, scope)
-    unused = values.unused() if tree is not None else []
+    warnings = unused(symbols, reader.files) if tree is not None else []
     diagnostics = expansion.diagnostics if tree is not None else _without_misnamed(root, expansion.diagnostics)
     if reader.unread:  # names that a file would define are not missing
         diagnostics = [one for one in diagnostics if not _is_missing(one)]
@@ -106,16 +108,14 @@ def expand(
         diagnostics = merge_by_name(placed(one, offer(one)) for one in diagnostics)
     diagnostics += included.diagnostics if included else []
     resolved = tuple(dict.fromkeys(reader.resolved))
-    return Expanded(tree, diagnostics, tuple(reader.files), scope, resolved, tuple(unused), values)
+    return Expanded(tree, diagnostics, tuple(reader.files), scope, resolved, tuple(warnings), symbols)
 
 
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Return the diagnostics; if a section or a loop is misspelt that, and not all names that are missing by it."""
-    known = {*schema("description")["properties"], *_FORMS}
-    sections = Map(root.span)
-    for key, value in root.items():
-        if key not in known:
-            sections.put(key, value, root.key_spans[key], root.value_spans[key])
+    sections = root.copied()
+    for key in (*schema("description")["properties"], *_FORMS):
+        sections.pop(key, None)
     misnamed = [one for one in validate(sections, {}) if one.rule == "unknown-key"] if sections else []
     waiting: list[Any] = [root]
     while waiting:

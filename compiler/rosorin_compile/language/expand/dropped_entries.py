@@ -11,7 +11,7 @@ from typing import Any
 
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Related
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import and_more
 
 from ..expression import pieces
@@ -81,10 +81,9 @@ class _Dropped:
 
 def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Return the diagnostics; those about names of one dropped entry are one, which names the entry."""
-    existing = {name for kind, some in SymbolTable(tree).names().of.items() if kind != "robot" for name in some}
-    for value in tree.values():
-        existing.update(value if isinstance(value, Map) else ())
-        existing.update(text for item in value for text in _frames(item)) if isinstance(value, Seq) else None
+    symbols = SymbolTable(tree)
+    existing = {name for kind, some in symbols.of.items() if kind != "robot" for name in some}
+    existing.update(one.name for one in symbols.definitions(implied=True) if one.kind != "robot")
     missing = {name for one in diagnostics if one.severity != NOTE for name in _QUOTED.findall(one.message)} - existing
     if not missing:
         return diagnostics

@@ -349,13 +349,12 @@ def _argument(values: Map, name: str, scope: Scope) -> str:
 
 def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
     """Return the sections of an imported robot with ``prefix`` before its names; ``via`` tells how it came here."""
-    fragment = Map(tree.span, via)
-    for key, value in tree.items():
-        if key not in sections() or not sections()[key].whole:
-            fragment.put(key, value, tree.key_spans[key], tree.value_spans[key])
+    fragment = tree.by(via).copied()
+    for key in (key for key, node in sections().items() if node.whole):
+        fragment.pop(key, None)
     if not prefix:
         return placed(fragment, Use(prefix), elements=lambda text: text), Counter()
-    names = SymbolTable(fragment).names()
+    names = SymbolTable(fragment)
     things, materials = names.among(THINGS), fragment.get("materials") or ()
     changed: Counter[str] = Counter()
 

@@ -107,7 +107,7 @@ class Parts:
         good = join(fragment, content, inner, parts=True) if isinstance(content, Map) else True
         if not inner.evaluate_rest() or not good:
             raise Failed
-        names = SymbolTable(fragment).names()
+        names = SymbolTable(fragment)
         self._check_parent(name, names.mounted, entry, scope, place)
         use = Use(prefix, *map(entry.get, ("parent", "xyz", "rpy", "mirror")))
         if use.mirror is not None:
@@ -285,10 +285,8 @@ def _with_type(name: str, kind: str, sensor: Map, definition: Map, scope: Scope)
     scope.define_all(definition.get("let"))
     if len(scope.expansion.diagnostics) > before:
         raise Failed
-    made = Map(sensor.span, sensor.via)
-    for key, value in sensor.items():
-        if key != "with":
-            made.put(key, value, sensor.key_spans[key], sensor.value_spans[key])
+    made = sensor.copied()
+    made.pop("with", None)
     changes = sensor["gazebo"] if isinstance(sensor.get("gazebo"), Map) else None
     for key in of_types():
         changed = key == "gazebo" and changes is not None

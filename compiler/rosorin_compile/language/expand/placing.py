@@ -18,7 +18,7 @@ from rosorin_compile.source.units import ANGLE, LENGTH, Dimension, Quantity
 from ..annotations import GIVES, INSIDE, MIRROR, WORLD, Node
 from ..element_names import with_names
 from ..schema import holds_many, is_one_entry, sections
-from ..symbols import IN_MJCF, IN_PARAMETERS, IN_URDF, MOUNT, Names, SymbolTable
+from ..symbols import IN_MJCF, IN_PARAMETERS, IN_URDF, MOUNT, SymbolTable
 
 Rename = Callable[[str], str]
 
@@ -41,13 +41,13 @@ class Use(NamedTuple):
     mirror: str | None = None
 
 
-def placed(fragment: Map, use: Use, names: Names | None = None, elements: Rename | None = None) -> Map:
+def placed(fragment: Map, use: Use, names: SymbolTable | None = None, elements: Rename | None = None) -> Map:
     """Return a fragment with prefixed names, mirrored and attached.
 
     ``names`` are those of the fragment, if they are known. ``elements`` renames in elements for the URDF; by default
     links and joints get their names there.
     """
-    placer = _Placer(names or SymbolTable(fragment).names(), use, elements)
+    placer = _Placer(names or SymbolTable(fragment), use, elements)
     made = fragment.copied()
     for section, node in sections().items():
         if fragment.get(section) and node.in_parts:
@@ -119,7 +119,7 @@ def _with(entry: Map, changes: dict[str, Any]) -> Map:
 class _Placer:
     """Renames, mirrors and attaches the values of one part, as the schema says."""
 
-    def __init__(self, names: Names, use: Use, elements: Rename | None) -> None:
+    def __init__(self, names: SymbolTable, use: Use, elements: Rename | None) -> None:
         self.names, self.use, self.elements = names, use, elements
         self.mirror = None if use.mirror is None else AXES[use.mirror]
         self.active = {kind for kind, some in names.of.items() if some} | {"link", GIVES}

@@ -465,12 +465,9 @@ def _loop_values(scope: Scope, values: Any, place: Place) -> tuple[Sequence[Any]
 def _short(value: Any) -> str:
     if isinstance(value, list) and not any(isinstance(item, (list, Mapping)) for item in value):
         return ", ".join(map(str, value))[:40]
-    is_table = isinstance(value, Mapping)
-    return (
-        f"{'a table' if is_table else 'a list'} of {len(value)}"
-        if is_table or isinstance(value, list)
-        else str(value)[:40]
-    )
+    if isinstance(value, (list, Mapping)):
+        return f"a {'list' if isinstance(value, list) else 'table'} of {len(value)}"
+    return str(value)[:40]
 
 
 def _as_tree(value: list[Any], span: Span, via: Instance | None) -> Seq:

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Element
 
-from .reading import SLIDE, Reading
-from .values import floats, listing, numbers, put, put_number, put_words, tidy, tidy_position
+from .reading import SLIDE, Reading, floats, listing, numbers, put, put_number, put_words, tidy, tidy_position
 
 _FIXED_GAIN, _NO_BIAS = 0, 0  # mjtGain, mjtBias
 _TARGETS = ("joint", "jointinparent", "tendon", "site", "refsite", "slidersite", "cranksite", "body")

@@ -16,10 +16,10 @@ from rosorin_compile.source.xml.markup import Element
 
 from .bodies import STIFF, TOUCHES, shifted
 from .contacts import Contacts, contacts
-from .reading import BALL, Reading
-from .shapes import is_scene, keep_assets, whole_geom
-from .values import (
+from .reading import (
+    BALL,
     Node,
+    Reading,
     floats,
     listing,
     numbers,
@@ -32,6 +32,7 @@ from .values import (
     tidy,
     transform,
 )
+from .shapes import ASSETS, is_scene, keep_asset, whole_geom
 
 # The kinds of objects that attributes name.
 _KINDS = {
@@ -68,6 +69,19 @@ def _kind_of(word: str, attributes: Mapping[str, str]) -> str:
     return _KINDS.get(attributes.get(f"{word[:3]}type", "") if word in ("objname", "refname") else word, "")
 
 
+def keep_tendons(reading: Reading) -> None:
+    """Keep all tendons."""
+    nodes = reading.facts["elements"]["tendons"]
+    for index, (node, element) in enumerate(zip(nodes, reading.elements_of("tendon", nodes), strict=True)):
+        _keep_named(reading, "tendon", index, node, element)
+
+
+def _keep_named(reading: Reading, section: str, index: int, node: Node, element: Element) -> None:
+    own = node["attributes"].get("name", "")
+    name = {"name": reading.name(section, own, index=index)} if own else {}
+    reading.keep_in_section(section, {**node, "attributes": node["attributes"] | name}, section, element.span)
+
+
 def _keep_of_scene(reading: Reading, kind: str, name: str) -> None:
     """Keep a site or geom of the world that something of the robot names, if the tree does not have it."""
     for index, thing in enumerate(reading.facts[f"{kind}s"] if kind in ("site", "geom") else ()):
@@ -78,31 +92,6 @@ def _keep_of_scene(reading: Reading, kind: str, name: str) -> None:
             node = whole_geom(reading, thing) if kind == "geom" else thing["element"]
             span = reading.places.of(f"{kind}s", index).span
             reading.keep_in_section("worldbody", node, f"{kind} of the world", span)
-
-
-def _keep_whole(reading: Reading, section: str, node: Node, span: Span, name: str = "") -> None:
-    """Keep an element of a section as it is, with what it names of the scene."""
-    if name:
-        node = {**node, "attributes": {**node["attributes"], "name": name}}
-    waiting = [node]
-    while waiting:
-        one = waiting.pop()
-        waiting += one["inner"]
-        for word, text in one["attributes"].items():
-            _keep_of_scene(reading, _kind_of(word, one["attributes"]), text)
-    reading.keep_in_section(section, node, section, span)
-
-
-def keep_tendons(reading: Reading) -> None:
-    """Keep all tendons."""
-    nodes = reading.facts["elements"]["tendons"]
-    for index, (node, element) in enumerate(zip(nodes, reading.elements_of("tendon", nodes), strict=True)):
-        _keep_named(reading, "tendon", index, node, element)
-
-
-def _keep_named(reading: Reading, section: str, index: int, node: Node, element: Element) -> None:
-    own = node["attributes"].get("name", "")
-    _keep_whole(reading, section, node, element.span, reading.name(section, own, index=index) if own else "")
 
 
 def add_sensors(reading: Reading) -> None:
@@ -238,8 +227,9 @@ def _add_constraint(
     attributes, entry = node["attributes"], Map(element.span)
     of = next((attributes[word] for word in ("body1", "site1", "joint1", "tendon1") if word in attributes), "robot")
     name = reading.name("constraint", attributes.get("name", ""), f"{of}_{node['tag']}", index)
+    named = {**node, "attributes": attributes | {"name": name}}
     if node["tag"] not in schema()["$defs"]["constraint"]["properties"]["type"]["enum"]:
-        _keep_whole(reading, "equality", node, element.span, name)
+        reading.keep_in_section("equality", named, "equality", element.span)
         return
     put(entry, "type", node["tag"])
     rest = dict(attributes)
@@ -257,7 +247,7 @@ def _add_constraint(
         offset, *others = shifted(floats(rest, "polycoef", [0, 1, 0, 0, 0]), -second)
         rest["polycoef"] = " ".join(repr(tidy(value)) for value in (offset + first, *others))
     if put_words(entry, rest, "constraint", element, _OF_CONSTRAINT):
-        _keep_whole(reading, "equality", node, element.span, name)
+        reading.keep_in_section("equality", named, "equality", element.span)
     else:
         constraints.put(name, entry, element.span, element.span)
 
@@ -299,7 +289,7 @@ def add_contacts(reading: Reading) -> None:
     for node, element, both in zip(nodes, reading.elements_of("contact", nodes, "pair"), paired, strict=True):
         more = {word: text for word, text in node["attributes"].items() if word not in ("geom1", "geom2")}
         if more not in TOUCHES or both not in named:  # ours has the others by itself
-            _keep_whole(reading, "contact", node, element.span)
+            reading.keep_in_section("contact", node, "contact", element.span)
 
 
 def _excludes(reading: Reading) -> Iterator[tuple[list[str], Element]]:
@@ -344,17 +334,16 @@ def _filtered(
 
 
 def add_kept(reading: Reading) -> None:
-    """Add what is kept as it is to the links and at the top, and report it.
+    """Add what is kept as it is to the links and at the top, with all that it names, and report it.
 
     Whole sections are kept that have nothing of links and joints, such as numbers and texts for other programs.
     """
     for node in reading.facts["elements"]["whole"]:
-        reading.keep(_with_files(reading, node), node["tag"], reading.markup.first(node["tag"]).span)
-    for one in reading.elements:  # which grow: assets name others
-        keep_assets(reading, one.node, one.span)
+        reading.keep(node, node["tag"], reading.markup.first(node["tag"]).span)
     by_link: dict[str, list[Node]] = {}
     by_tag: dict[str, list[Span]] = {}
-    for one in reading.elements:
+    for one in reading.elements:  # which grow: elements name others
+        _keep_named_by(reading, one.node, one.span)
         nodes, node = by_link.setdefault(one.link, []), _renamed(reading, one.node)
         same = (each for each in nodes if each["tag"] == node["tag"] and not each["attributes"] | node["attributes"])
         section = None if one.link else next(same, None)
@@ -372,16 +361,21 @@ def add_kept(reading: Reading) -> None:
         reading.note("import-verbatim", message, spans[0], others=spans[1:])
 
 
-def _with_files(reading: Reading, node: Node) -> Node:
-    attributes = dict(node["attributes"])
-    if "file" in attributes and node["tag"] == "skin":
-        attributes["file"] = reading.markup.place_of(attributes["file"])
-    return {**node, "attributes": attributes, "inner": [_with_files(reading, one) for one in node["inner"]]}
+def _keep_named_by(reading: Reading, node: Node, span: Span) -> None:
+    """Keep the assets, and what is in the world, that an element and its inner elements name."""
+    for word, text in node["attributes"].items():
+        _keep_of_scene(reading, _kind_of(word, node["attributes"]), text)
+        if word in ASSETS:
+            keep_asset(reading, word, text, span)
+    for inner in node["inner"]:
+        _keep_named_by(reading, inner, span)
 
 
 def _renamed(reading: Reading, node: Node) -> Node:
     """Return an element with the names that the description has for what it names; materials are kept with it."""
     attributes = dict(node["attributes"])
+    if node["tag"] == "skin" and "file" in attributes:
+        attributes["file"] = reading.markup.place_of(attributes["file"])
     for word, text in attributes.items():
         kind = _kind_of(word, attributes)
         if kind and kind != "material":

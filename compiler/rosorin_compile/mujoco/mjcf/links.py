@@ -32,9 +32,13 @@ from rosorin_compile.source.xml.markup import Element
 
 from .actuators import Drive
 from .omissions import LEAST, LEAST_EIGENVALUE
-from .reading import BALL, FREE, HINGE, SLIDE, Reading
-from .values import (
+from .reading import (
+    BALL,
+    FREE,
+    HINGE,
     NO_POSE,
+    SLIDE,
+    Reading,
     full_inertia,
     is_unturned,
     listing,
@@ -234,7 +238,7 @@ def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any])
 
 def add_joints(reading: Reading, drives: Mapping[int, Drive]) -> None:
     """Add what joins every body to the one that it is in, and report stand-ins and bodies that are too light."""
-    stand_ins: dict[str, list[tuple[str, float, Span]]] = {}
+    chain = _Chain(reading, drives)
     for index, body in enumerate(reading.facts["bodies"]):
         if index == 0 or body["parentid"] not in reading.link_of:
             continue
@@ -249,7 +253,7 @@ def add_joints(reading: Reading, drives: Mapping[int, Drive]) -> None:
             if axis is not None:
                 put(joint, "axis", numbers(axis, last, "axis"))
         elif held and held[0][1]["type"] != FREE:
-            _add_chain(reading, index, place, held, drives, stand_ins)
+            chain.add(index, place, held)
         else:
             own = reading.places.of("joints", held[0][0]) if held else element
             name = held[0][1]["name"] if held and held[0][1]["name"] else f"{ends[1]}_joint"
@@ -257,10 +261,9 @@ def add_joints(reading: Reading, drives: Mapping[int, Drive]) -> None:
             joint = reading.add_joint(reading.unique("joint", name), kind, *ends, own)
             put_pose(joint, place, element)
             if held:
-                attributes = held[0][1]["element"]["attributes"]
-                rest = _put_dynamics(joint, attributes, own)
+                rest = _put_dynamics(joint, held[0][1]["element"]["attributes"], own)
                 reading.put_words(joint, rest, "joint", own, f'the joint "{name}"')
-    _report(reading, stand_ins)
+    chain.report()
 
 
 def add_root(reading: Reading) -> None:
@@ -287,79 +290,122 @@ def add_root(reading: Reading) -> None:
         put(reading.tree, "root", entry)
 
 
-def _add_chain(
-    reading: Reading,
-    index: int,
-    place: Transform,
-    held: Sequence[tuple[int, Mapping[str, Any]]],
-    drives: Mapping[int, Drive],
-    stand_ins: dict[str, list[tuple[str, float, Span]]],
-) -> None:
-    body, element = reading.link_of[index], reading.places.body(index)
-    above = reading.link_of[reading.facts["bodies"][index]["parentid"]]
-    at = _ORIGIN  # where in the body, not turned, the link is that the chain has reached
-    for number, (which, joint) in enumerate(held, 1):
-        kind, own = joint["type"], reading.places.of("joints", which)
-        name, axis = (reading.ball_of if kind == BALL else reading.joint_of)[which], unit(joint["axis"])
-        anchor, child = (at if kind == SLIDE else tidy_vector(joint["pos"])), body
-        if number < len(held) or anchor != _ORIGIN:
-            is_anchor = kind != SLIDE and any(anchor)
-            child = reading.unique("link", f"{name}_{'anchor' if is_anchor else 'link'}")
-            reading.add(reading.links, child, own)
-        origin, ref = place.then(transform([a - b for a, b in zip(anchor, at, strict=True)])), 0.0
-        if kind != BALL:  # where the joint is at zero
-            ref = tidy_position(reading.facts["qpos0"][joint["qposadr"]], kind == SLIDE)
-            back = transform([-ref * part for part in axis]) if kind == SLIDE else Transform(rotation_about(axis, -ref))
-            origin = origin.then(back) if ref else origin
-        types = {HINGE: "revolute" if joint["limited"] else "continuous", SLIDE: "prismatic", BALL: "ball"}
-        entry = reading.add_joint(name, types[kind], above, child, own)
-        put_pose(entry, origin, element if number == 1 and anchor == _ORIGIN else own)
+class _Chain:
+    """Adds the hinges, slides and balls of bodies; ``stand_ins`` are joint, number and place by the key of a limit."""
+
+    def __init__(self, reading: Reading, drives: Mapping[int, Drive]) -> None:
+        self.reading, self.drives = reading, drives
+        self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}
+
+    def add(self, index: int, place: Transform, held: Sequence[tuple[int, Mapping[str, Any]]]) -> None:
+        """Add the joints of a body at a place in its parent; several move links without mass between both."""
+        reading, body, element = self.reading, self.reading.link_of[index], self.reading.places.body(index)
+        above = reading.link_of[reading.facts["bodies"][index]["parentid"]]
+        at = _ORIGIN  # where in the body, not turned, the link is that the chain has reached
+        for number, (which, joint) in enumerate(held, 1):
+            kind, own = joint["type"], reading.places.of("joints", which)
+            name, axis = (reading.ball_of if kind == BALL else reading.joint_of)[which], unit(joint["axis"])
+            anchor, child = (at if kind == SLIDE else tidy_vector(joint["pos"])), body
+            if number < len(held) or anchor != _ORIGIN:
+                is_anchor = kind != SLIDE and any(anchor)
+                child = reading.unique("link", f"{name}_{'anchor' if is_anchor else 'link'}")
+                reading.add(reading.links, child, own)
+            origin, ref = place.then(transform([a - b for a, b in zip(anchor, at, strict=True)])), 0.0
+            if kind != BALL:  # where the joint is at zero
+                slides = kind == SLIDE
+                ref = tidy_position(reading.facts["qpos0"][joint["qposadr"]], slides)
+                back = transform([-ref * part for part in axis]) if slides else Transform(rotation_about(axis, -ref))
+                origin = origin.then(back) if ref else origin
+            types = {HINGE: "revolute" if joint["limited"] else "continuous", SLIDE: "prismatic", BALL: "ball"}
+            entry = reading.add_joint(name, types[kind], above, child, own)
+            put_pose(entry, origin, element if number == 1 and anchor == _ORIGIN else own)
+            if kind != BALL:
+                put(entry, "axis", numbers(axis, own, "axis"))
+            self._put_details(which, name, entry, own, ref)
+            above, at, place = child, anchor, NO_POSE
+        if above != body:
+            entry = reading.add_joint(reading.unique("joint", f"{body}_joint"), "fixed", above, body, element)
+            put_pose(entry, transform([-value for value in at]), element)
+
+    def _put_details(self, which: int, name: str, entry: Map, element: Element, ref: float) -> None:
+        """Set limit, dynamics and actuator of a joint; ``ref`` is its position (rad or m) in the file."""
+        joint, drive = self.reading.facts["joints"][which], self.drives.get(which, Drive())
+        attributes, kind = joint["element"]["attributes"], joint["type"]
         if kind != BALL:
-            put(entry, "axis", numbers(axis, own, "axis"))
-        _put_details(reading, which, entry, own, drives.get(which, Drive()), stand_ins, ref)
-        above, at, place = child, anchor, NO_POSE
-    if above != body:
-        entry = reading.add_joint(reading.unique("joint", f"{body}_joint"), "fixed", above, body, element)
-        put_pose(entry, transform([-value for value in at]), element)
+            limit = self._limit(name, joint, element, drive)
+            if limit:
+                put(entry, "limit", limit)
+        rest = _put_dynamics(entry, attributes, element)
+        if {"stiffness", "springdamper"} & attributes.keys() and kind != BALL:
+            at_rest = tidy_position(float(attributes.get("springref", 0)), kind == SLIDE)
+            if at_rest:
+                dynamics = entry.get("dynamics") or Map(element.span)
+                put(entry, "dynamics", dynamics)
+                put_number(dynamics, "spring_reference", at_rest, element, "springref")
+        if drive.entry is not None:
+            put(entry, "actuator", drive.entry)
+        if kind != BALL:
+            low, high = joint["actfrcrange"]
+            # A force that is not the same both ways, or that its actuators have as well, is no effort.
+            is_twice = drive.effort is not None and math.isclose(drive.effort, high, rel_tol=1e-9)
+            if joint["actfrclimited"] and (low != -high or is_twice):
+                rest["actuatorfrcrange"] = f"{low!r} {high!r}"
+            rest |= {"ref": repr(ref)} if ref else {}
+        elif joint["limited"]:
+            rest["range"] = f"0 {joint['range'][1]!r}"
+        self.reading.put_words(entry, rest, "joint", element, f'the joint "{name}"')
 
-
-def _put_details(
-    reading: Reading,
-    which: int,
-    entry: Map,
-    element: Element,
-    drive: Drive,
-    stand_ins: dict[str, list[tuple[str, float, Span]]],
-    ref: float,
-) -> None:
-    joint = reading.facts["joints"][which]
-    attributes, kind = joint["element"]["attributes"], joint["type"]
-    name = reading.joint_of.get(which) or reading.ball_of[which]
-    if kind != BALL:
-        limit, missing = _limit(joint, element, drive)
+    def _limit(self, name: str, joint: Mapping[str, Any], element: Element, drive: Drive) -> Map:
+        """Return the limit of a hinge or slide, with what stands in; without a range only of a known force."""
+        limit, missing, slides = Map(element.span), list[str](), joint["type"] == SLIDE
+        if joint["limited"]:
+            for at, key in enumerate(("lower", "upper")):
+                put_number(limit, key, tidy_position(joint["range"][at], slides), element, "range", at)
+        elif slides:
+            missing += ["lower", "upper"]
+            for key, sign in (("lower", "-"), ("upper", "")):
+                put(limit, key, Quantity.parse(f"{sign}{STAND_IN_TRAVEL:g} m"))
+        effort = tidy(max(map(abs, joint["actfrcrange"]))) if joint["actfrclimited"] else drive.effort
+        if effort is not None or drive.speed is not None or limit:
+            known = (("effort", effort, STAND_IN_EFFORT), ("velocity", drive.speed, STAND_IN_VELOCITY))
+            for key, value, stand_in in known:
+                attribute = "actuatorfrcrange" if key == "effort" else ""
+                put_number(limit, key, stand_in if value is None else tidy(value), element, attribute, 1)
+                missing += [key] if value is None else []
+        if missing:
+            put(limit, "stand_ins", listing(missing, element))
+            verb, them = ("is a stand-in", "it") if len(missing) == 1 else ("are stand-ins", "them")
+            put_source(limit, "stand_in", f"{listed(missing)} {verb}: the MJCF does not limit {them}")
         for key in missing:
-            stand_ins.setdefault(key, []).append((name, limit[key], element.span))
-        if limit:
-            put(entry, "limit", limit)
-    rest = _put_dynamics(entry, attributes, element)
-    if {"stiffness", "springdamper"} & attributes.keys() and kind != BALL:
-        at_rest = tidy_position(float(attributes.get("springref", 0)), kind == SLIDE)
-        if at_rest:
-            dynamics = entry.get("dynamics") or Map(element.span)
-            put(entry, "dynamics", dynamics)
-            put_number(dynamics, "spring_reference", at_rest, element, "springref")
-    if drive.entry is not None:
-        put(entry, "actuator", drive.entry)
-    if kind != BALL:
-        low, high = joint["actfrcrange"]
-        # A force that is not the same both ways, or that its actuators have as well, is no effort.
-        is_twice = drive.effort is not None and math.isclose(drive.effort, high, rel_tol=1e-9)
-        if joint["actfrclimited"] and (low != -high or is_twice):
-            rest["actuatorfrcrange"] = f"{low!r} {high!r}"
-        rest |= {"ref": repr(ref)} if ref else {}
-    elif joint["limited"]:
-        rest["range"] = f"0 {joint['range'][1]!r}"
-    reading.put_words(entry, rest, "joint", element, f'the joint "{name}"')
+            self.stand_ins.setdefault(key, []).append((name, limit[key], element.span))
+        return limit
+
+    def report(self) -> None:
+        """Report the limits that stand in, and where the mass that MuJoCo needs between several joints can be felt."""
+        reading = self.reading
+        ends = [entry for key in ("lower", "upper") for entry in self.stand_ins.get(key, ())]
+        groups = (("range", ends), *((key, self.stand_ins.get(key, [])) for key in ("effort", "velocity")))
+        for word, entries in ((word, entries) for word, entries in groups if entries):
+            names, values = (list(dict.fromkeys(column)) for column in list(zip(*entries, strict=True))[:2])
+            whose, which = (
+                (f'joint "{names[0]}" has', "")
+                if len(names) == 1
+                else (f"{counted(len(names), 'joint')} have", f" ({first_of(names, 3)})")
+            )
+            numbers = list(dict.fromkeys(f"{value:g}" for value in values))
+            written = "is written as a stand-in" if len(numbers) == 1 else "are written as stand-ins"
+            message = f"{whose} no {word} limit in the MJCF{which}: {listed(numbers)} {written}"
+            reading.note("import-stand-in", message, entries[0][2], "put in what the robot really has")
+        light = [
+            index
+            for index, body in enumerate(reading.facts["bodies"])
+            if len(reading.joints_in.get(index, ())) > 1 and 0 < min(body["inertia"]) < LEAST * _UNFELT
+        ]
+        if light:
+            which = first_of([reading.link_of[index] for index in light], 3)
+            message = f"{which}: next to no inertia, and several joints; in ours links are between those"
+            message += f", for which MuJoCo needs {LEAST:g} kg*m^2: such small parts move a little otherwise"
+            reading.changed(message, reading.places.body(light[0]).span)
 
 
 def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -> dict[str, str]:
@@ -372,50 +418,3 @@ def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -
     if dynamics:
         put(entry, "dynamics", dynamics)
     return rest | {key: text for key, text in attributes.items() if key not in _READ and key not in _OF_DYNAMICS}
-
-
-def _limit(joint: Mapping[str, Any], element: Element, drive: Drive) -> tuple[Map, list[str]]:
-    """Return the limit of a hinge or slide, and the keys that stand in; without a range only of a known force."""
-    limit, missing, slides = Map(element.span), list[str](), joint["type"] == SLIDE
-    if joint["limited"]:
-        for at, key in enumerate(("lower", "upper")):
-            put_number(limit, key, tidy_position(joint["range"][at], slides), element, "range", at)
-    elif slides:
-        missing += ["lower", "upper"]
-        for key, sign in (("lower", "-"), ("upper", "")):
-            put(limit, key, Quantity.parse(f"{sign}{STAND_IN_TRAVEL:g} m"))
-    effort = tidy(max(map(abs, joint["actfrcrange"]))) if joint["actfrclimited"] else drive.effort
-    if effort is None and drive.speed is None and not limit:
-        return limit, missing
-    for key, value, stand_in in (("effort", effort, STAND_IN_EFFORT), ("velocity", drive.speed, STAND_IN_VELOCITY)):
-        attribute = "actuatorfrcrange" if key == "effort" else ""
-        put_number(limit, key, stand_in if value is None else tidy(value), element, attribute, 1)
-        missing += [key] if value is None else []
-    if missing:
-        put(limit, "stand_ins", listing(missing, element))
-        verb, them = ("is a stand-in", "it") if len(missing) == 1 else ("are stand-ins", "them")
-        put_source(limit, "stand_in", f"{listed(missing)} {verb}: the MJCF does not limit {them}")
-    return limit, missing
-
-
-def _report(reading: Reading, stand_ins: Mapping[str, list[tuple[str, float, Span]]]) -> None:
-    """Report the limits that stand in, and where the mass that MuJoCo needs between several joints can be felt."""
-    ends = [entry for key in ("lower", "upper") for entry in stand_ins.get(key, ())]
-    for word, entries in (("range", ends), *((key, stand_ins.get(key, [])) for key in ("effort", "velocity"))):
-        if not entries:
-            continue
-        names = list(dict.fromkeys(name for name, _, _ in entries))
-        values = list(dict.fromkeys(f"{value:g}" for _, value, _ in entries))
-        whose = f'joint "{names[0]}" has' if len(names) == 1 else f"{counted(len(names), 'joint')} have"
-        which = f" ({first_of(names, 3)})" if len(names) > 1 else ""
-        written = "is written as a stand-in" if len(values) == 1 else "are written as stand-ins"
-        message = f"{whose} no {word} limit in the MJCF{which}: {listed(values)} {written}"
-        reading.note("import-stand-in", message, entries[0][2], "put in what the robot really has")
-    bodies = enumerate(reading.facts["bodies"])
-    several = [(at, body) for at, body in bodies if len(reading.joints_in.get(at, ())) > 1]
-    felt = [index for index, body in several if 0 < min(body["inertia"]) < LEAST * _UNFELT]
-    if felt:
-        which = first_of([reading.link_of[index] for index in felt], 3)
-        message = f"{which}: next to no inertia, and several joints; in ours links are between those"
-        message += f", for which MuJoCo needs {LEAST:g} kg*m^2: such small parts move a little otherwise"
-        reading.changed(message, reading.places.body(felt[0]).span)

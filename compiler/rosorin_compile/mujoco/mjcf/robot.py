@@ -24,10 +24,24 @@ from rosorin_compile.source.xml.markup import Element, MarkupError
 from . import entries, links, shapes
 from .actuators import drives_of
 from .process import ask
-from .reading import BALL, FREE, SLIDE, Reading
+from .reading import (
+    BALL,
+    FREE,
+    SLIDE,
+    Reading,
+    legal,
+    listing,
+    numbers,
+    put,
+    put_number,
+    put_pose,
+    tidy,
+    tidy_position,
+    transform,
+    value_of,
+)
 from .settings import SETTINGS
 from .source import Markup, Places, before, place, refusal
-from .values import legal, listing, numbers, put, put_number, put_pose, tidy, tidy_position, transform, value_of
 
 RULES = (Rule("mjcf-no-body", "An MJCF is a scene without a robot.", "Name the file that has the robot.", READING),)
 

@@ -24,9 +24,9 @@ from rosorin_compile.source.xml.markup import Element
 
 from .bodies import SHOWN, SHOWN_WHEEL
 from .omissions import texture_path
-from .reading import Reading
-from .values import (
+from .reading import (
     Node,
+    Reading,
     legal,
     numbers,
     placing,
@@ -54,6 +54,7 @@ _OF_CONTACT = ("friction", "condim", "priority", "solmix", "solref", "solimp", "
 _LOOKS = ("castshadow",)
 _PLAIN_IMAGE = {"name", "type", "file", "colorspace", "content_type"}
 
+ASSETS = ("texture", "material", "mesh", "hfield")
 Thing = Mapping[str, Any]
 
 
@@ -149,15 +150,7 @@ def whole_geom(reading: Reading, geom: Thing) -> Node:
     return {**node, "attributes": {**attributes, **placing(place), "density": "0"}}
 
 
-def keep_assets(reading: Reading, node: Node, span: Span) -> None:
-    """Keep the assets that an element names which is kept as it is, and those of its inner elements."""
-    for kind in ("texture", "material", "mesh", "hfield"):
-        _keep_asset(reading, kind, node["attributes"].get(kind, ""), span)
-    for inner in node["inner"]:
-        keep_assets(reading, inner, span)
-
-
-def _keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
+def keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
     """Keep an asset that is named by something that is kept as it is; once."""
     node = _asset(reading, kind, name)
     if not node["attributes"] or (kind, name) in reading.of_scene:
@@ -309,7 +302,7 @@ class Looks:
             return reading.material_of[index]
         element = reading.markup.named("asset", name) or reading.markup.root
         if _asset(reading, "material", name)["inner"]:
-            _keep_asset(reading, "material", name, element.span)
+            keep_asset(reading, "material", name, element.span)
             return name
         own = name.removeprefix(f"{reading.facts['name']}_" if reading.is_ours else "") or name
         given = reading.material_of[index] = reading.name("material", own)
@@ -322,7 +315,7 @@ class Looks:
         reading.put_words(entry, more, "material", element, f'the material "{given}"')
         if texture:
             put_inner(entry, "texture", texture)
-            _keep_asset(reading, "texture", texture, element.span)
+            keep_asset(reading, "texture", texture, element.span)
         put(self.materials, given, entry)
         return given
 

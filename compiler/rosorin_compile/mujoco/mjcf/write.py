@@ -41,11 +41,10 @@ from rosorin_compile.source.numbers import NumberFormat, number_format, numbers,
 from rosorin_compile.source.xml.elements import indented
 
 from . import bodies, omissions
-from .classes import Classes, Named, Part
 from .contacts import contacts
 from .servos import Drive, controls_of, is_clamped, kept_controls
 from .servos import drives as drives_of
-from .write_elements import ElementPrinter, place_of, sensor_elements
+from .write_elements import Classes, ElementPrinter, Named, Part, place_of, sensor_elements
 
 # The types of joints that one joint of MuJoCo is.
 TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}

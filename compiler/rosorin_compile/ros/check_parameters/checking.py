@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -32,12 +32,14 @@ from rosorin_compile.source.project import no_file
 from ..controllers.checking import against_robot, missing, of_type
 from ..controllers.derived import derived
 from ..controllers.filled import intended_topic
+from ..graph import End, Graph
 from ..parameters.files import PARAMETERS, NoParameters, Section, read_file
 from ..parameters.tables import MANAGER
-from ..ports import IMU, ODOMETRY, OUT, VELOCITY, Port, controller_ports, full_topic, full_type, ports, short_type
+from ..ports import IMU, ODOMETRY, VELOCITY, controller_ports, full_topic, full_type, ports, short_type
+from ..rules import report
 from . import frames, owners, values
-from .nodes import Files, Node, Setting, found
-from .remaps import Remap, of_launch, of_word, topic
+from .nodes import Files, Node, found
+from .remaps import Remap, of_launch, of_word
 
 _USUAL = "odom"
 # Keys of the configuration files of MoveIt, which are no parameter files.
@@ -219,76 +221,52 @@ def summary(looked: CheckedParameters) -> str:
     return line
 
 
-@dataclass(frozen=True)
-class _End:
-    """An end of a topic of a node in the files: its port, the full topic, the type of messages, and what names it."""
-
-    node: Node
-    port: Port
-    topic: str
-    message: str
-    key: str = ""
-
-    @property
-    def setting(self) -> Setting:
-        return self.node.setting(self.key)
-
-
-def _ends(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) -> Iterator[_End]:
-    """Yield the ends of the topics of all nodes that are in the table of ports."""
+def _graph(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) -> Graph:
+    """Return the topics of all nodes that are in the table of ports, but for those that a launch file names."""
+    made = Graph()
     for node in nodes:
         kind = node.kind.name if node.kind is not None else ""
         known = ports(distribution, node=kind) if kind and not node.type else ()
         values = {key: one.value for key, one in node.parameters.items() if not one.substituted}
-        for port in (*known, *controller_ports(full_type(node.type), distribution)):
-            if "<n>" in port.parameter:
-                pattern = re.compile(port.parameter.replace("<n>", r"\d+"))
-                keys = [key for key in node.parameters if pattern.fullmatch(key)]
-            else:
-                keys = [] if port.each else [port.parameter]
-            for key in keys:
-                name = node.setting(key).value if "<n>" in key or key in node.parameters else port.name(values)
-                if isinstance(name, str) and name:
-                    where = topic(name, node.namespace, node.name, remaps)
-                    yield _End(node, port, where, port.message(values), key)
+        every = (*known, *controller_ports(full_type(node.type), distribution))
+        those = [one for one in every if not one.each and node.setting(one.parameter).value != ""]
+        those = [one for one in those if one.parameter in values or one.parameter not in node.parameters]
+        moved = [(one.name, one.to) for one in reversed(remaps) if one.node in ("", node.name)]
+        made.add(node.full, those, values, node.namespace, moved)
+    return made
 
 
 def _unheard(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) -> Iterator[Diagnostic]:
     """Yield topics that nodes read and no node publishes, if a controller publishes a similar one, and wrong types."""
-    ends = list(_ends(nodes, remaps, distribution))
-    published = [one for one in ends if one.port.direction == OUT]
-    for end in ends:
-        sources = [one for one in published if one.port.role == end.port.role and one.port.group == "control"]
-        there = [one for one in published if one.topic == end.topic]
-        if end.port.direction == OUT or any(one.message == end.message for one in there):
+    made, by_name = _graph(nodes, remaps, distribution), {node.full: node for node in nodes}
+    for end in made.read:
+        there, role, node = made.publishers(end), end.port.role, by_name[end.node]
+        sources = [one for one in made.published if one.port.role == role and one.port.group == "control"]
+        if any(one.type == end.type for one in there):
             continue
-        if there and distribution and end.port.role == VELOCITY:
-            message = (
-                f"{end.node.shown} takes {short_type(end.message)} on {end.topic}, and {there[0].node.shown} sends "
-            )
-            message += f"{short_type(there[0].message)}: {end.port.missing}"
+        if there and distribution and role == VELOCITY:
+            message = f"{node.shown} takes {short_type(end.type)} on {end.topic}, and {there[0].node.strip('/')} sends "
+            message += f"{short_type(there[0].type)}: {end.port.missing}"
             help = "give both the same value of enable_stamped_cmd_vel"
-            yield Diagnostic("parameters-topic", WARNING, message, end.node.span, help=help)
-        elif end.port.role == ODOMETRY and sources:
-            yield from _unpublished_odometry(end, sources)
-        elif end.port.role == IMU and sources and not there:
-            message = f"{end.node.shown} listens to the IMU {end.topic}, and in the files {sources[0].node.shown} "
+            yield report("parameters-topic", message, node.span, help)
+        elif role == ODOMETRY and sources:
+            yield from _unpublished_odometry(node, end, {by_name[one.node]: one.topic for one in sources})
+        elif role == IMU and sources and not there:
+            message = f"{node.shown} listens to the IMU {end.topic}, and in the files {sources[0].node.strip('/')} "
             message += f"publishes {sources[0].topic}"
             help = f"{end.key}: {sources[0].topic.strip('/')}; or say the remap: --remap NODE:FROM:=TO"
-            yield Diagnostic("parameters-topic", NOTE, message, end.setting.span, help=help)
+            yield report("parameters-topic", message, node.setting(end.key).span, help, severity=NOTE)
 
 
-def _unpublished_odometry(end: _End, sources: Sequence[_End]) -> Iterator[Diagnostic]:
-    node, heard, setting = end.node, end.topic, end.setting
-    meant = intended_topic(heard, {source.node.full.strip("/"): source.topic for source in sources})
+def _unpublished_odometry(node: Node, end: End, sources: Mapping[Node, str]) -> Iterator[Diagnostic]:
+    heard, setting = end.topic, node.setting(end.key)
+    meant = intended_topic(heard, {source.full.strip("/"): topic for source, topic in sources.items()})
     of_drive = heard in (full_topic(_USUAL, node.namespace, ""), f"/{_USUAL}") or _OF_CONTROLLER.search(heard)
     if not meant and not of_drive:
         return  # of somebody else, such as a camera
-    source = next((one for one in sources if one.topic == meant), sources[0])
-    message = (
-        f'{node.shown} listens to the odometry {heard} ("{end.key}"{setting.how}), and no node in the files publishes '
-    )
-    message += f"that: {source.node.shown} publishes {source.topic}"
-    help = f"{end.key}: {source.topic.strip('/')}" + ("" if meant else "; or say the remap: --remap NODE:FROM:=TO")
-    related = (Related(f"{source.node.shown} is here", source.node.span),)
-    yield Diagnostic("parameters-odometry", WARNING if meant else NOTE, message, setting.span, related, help)
+    source, topic = next((one for one in sources.items() if one[1] == meant), next(iter(sources.items())))
+    message = f'{node.shown} listens to the odometry {heard} ("{end.key}"{setting.how}), and no node in the files '
+    message += f"publishes that: {source.shown} publishes {topic}"
+    help = f"{end.key}: {topic.strip('/')}" + ("" if meant else "; or say the remap: --remap NODE:FROM:=TO")
+    related = (Related(f"{source.shown} is here", source.span),)
+    yield report("parameters-odometry", message, setting.span, help, related, WARNING if meant else NOTE)

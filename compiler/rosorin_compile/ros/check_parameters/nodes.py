@@ -32,7 +32,7 @@ class Setting(NamedTuple):
         return "" if self.given else f" {DEFAULT}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Node:
     """A node of the files: its full name, the place that names it, its kind if it is known, and its parameters.
 

@@ -9,30 +9,27 @@ from typing import TYPE_CHECKING, Annotated
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
-from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import MANIFEST, digest, read_manifest
 from rosorin_compile.output.committed import Comparison
-from rosorin_compile.output.ros_packages import files_below, is_launch_file, package_of
+from rosorin_compile.output.ros_packages import files_below, package_of
 from rosorin_compile.request import Request
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, error, has_errors
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, has_errors
 from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.load import LoadError
 
-from ..launch_reader import LaunchError
-from . import launch_files as static_check
+from ..rules import report
 from . import options as mapping
 from .carrying import Carried, described
 from .copies import Difference, copies, difference, forms
-from .launch_files import PUBLISHER, calls
+from .launch_files import check_launch_files
 from .options import NOWHERE, STAMP, Options, stored_options
 from .package import make
-from .starting import LAUNCH, STATICS
-from .starting import PUBLISHER as STARTS_URDF
+from .starting import LAUNCH, PUBLISHER, STATICS
 
 if TYPE_CHECKING:
     from rosorin_compile.compare.changes import Change
 
-_MAX_LAUNCH = 1_000_000  # bytes
 _NOT_AS_WRITTEN = "not as rosorin-compile package writes it"
 
 
@@ -63,8 +60,7 @@ class CheckedCopies:
 
 def unreadable(folder: Path, problem: OSError) -> Diagnostic:
     """Return the error about a folder that cannot be read."""
-    message = f"cannot read {folder}: {problem.strerror or problem}"
-    return error("deploy-unreadable", message, None, "name another folder")
+    return report("deploy-unreadable", f"cannot read {folder}: {problem.strerror or problem}")
 
 
 def check_deployed(request: Request, folder: Path, full: bool = False) -> CheckedCopies:
@@ -72,18 +68,17 @@ def check_deployed(request: Request, folder: Path, full: bool = False) -> Checke
     compiled = request.compile()
     result = CheckedCopies(inputs=tuple(map(str, request.inputs(compiled))))
     diagnostics = [*compiled.diagnostics]
+
+    def carry(options: Options) -> Carried | None:
+        return described(compiled, request, options)[0]
+
     if compiled.robot is not None and not has_errors(diagnostics):
         try:
             files = files_below(folder, skip_built=False)
             places = mapping.read(folder, compiled.robot.name)
-
-            def carry(options: Options) -> Carried | None:
-                return described(compiled, request, options)[0]
-
-            result = replace(
-                _check(compiled.robot, compiled.artifacts, folder, files, places, full, carry), inputs=result.inputs
-            )
-            diagnostics += result.diagnostics
+            found = _check(compiled.robot, compiled.artifacts, folder, files, places, full, carry)
+            result = replace(found, inputs=result.inputs)
+            diagnostics += found.diagnostics
         except LoadError as problem:
             diagnostics.append(problem.diagnostic)
         except OSError as problem:
@@ -127,7 +122,7 @@ def _check(
             unlike.append((place, None))
             lines.append(f"{place}: it is not there" if there is None else f"{place}: {what}")
     diagnostics = [*unfinished_runs(folder, files), *_missing(artifacts, by_place, folder, places)]
-    diagnostics += launch_files(robot, folder, files, [place for place in by_place if place.endswith(".py")])
+    diagnostics += check_launch_files(robot, folder, files, [place for place in by_place if place.endswith(".py")])
     differing = tuple(place for place, _ in unlike)
     return CheckedCopies(
         robot.name, tuple(same), differing, tuple(lines), tuple(unlike), diagnostics=tuple(diagnostics)
@@ -141,25 +136,20 @@ def _generated(
     files: Sequence[str],
     carry: Callable[[Options], Carried | None],
 ) -> Iterator[tuple[str, bytes, str]]:
+    """Yield the launch files of packages of ours, with what they have to contain, and the descriptions they compile."""
     made: dict[Path, dict[str, bytes]] = {}
     for name in files:
-        last = name.rpartition("/")[2]
-        is_launch = last.startswith(f"{LAUNCH}.") or last in (STARTS_URDF, STATICS)
-        if not is_launch or STAMP.encode() not in read_bytes(folder / name, 1000):
-            continue
-        package = package_of((folder / name).parent)
-        if package is None:
+        above, _, last = name.rpartition("launch/")
+        is_launch = last.startswith(f"{LAUNCH}.") or last in (PUBLISHER, STATICS)
+        package = package_of((folder / name).parent) if is_launch else None
+        if package is None or STAMP.encode() not in read_bytes(folder / name, 1000):
             continue
         if package[0] not in made:
             options = stored_options(package[0], Options(package[1]), ())
             carried = carry(options)
             whole = made[package[0]] = make(robot, artifacts, options, (), package[0], None, carried).files
             for place in carried.files if carried and whole else ():
-                yield (
-                    f"{name.removesuffix(f'launch/{last}')}{place}",
-                    whole[place],
-                    "not the description that is compiled",
-                )
+                yield f"{above}{place}", whole[place], "not the description that is compiled"
         data = made[package[0]].get(f"launch/{last}")
         if data is not None:
             yield name, data, _NOT_AS_WRITTEN
@@ -178,7 +168,7 @@ def unfinished_runs(folder: Path, files: Sequence[str]) -> Iterator[Diagnostic]:
         groups = [f"{', '.join(group)}: {state}" for state, group in states.items() if group]
         if len(groups) > 1:
             message = f"{package} has files of two runs, because the last one was ended while it wrote: "
-            yield error("deployed-mixed", message + "; ".join(groups), None, "deploy the robot again")
+            yield report("deployed-mixed", message + "; ".join(groups))
 
 
 def _missing(
@@ -192,44 +182,8 @@ def _missing(
         if artifact.output in there or place == NOWHERE:
             continue
         if place or FORMATS.feeds(artifact, ROBOT_STATE_PUBLISHER):
-            message = f"there is no {name} in {folder}"
-            yield error("deployed-missing", message, None, "rosorin-compile deploy writes it")
+            yield report("deployed-missing", f"there is no {name} in {folder}")
         else:
             others.append(name)
     if others:
-        yield Diagnostic("deployed-missing", NOTE, f"there is no copy of {', '.join(others)} in {folder}")
-
-
-def launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: Sequence[str]) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the static transforms of launch files; ``ours`` are artifacts, compared already."""
-    published: dict[str, str] = {}
-    complete, any_publisher = True, bool(ours)
-    for name in files:
-        if name in ours or not is_launch_file(name) or (folder / name).stat().st_size > _MAX_LAUNCH:
-            continue
-        data = read_bytes(folder / name)
-        if name.endswith(f"/{STATICS}") and STAMP.encode() in data[:1000]:
-            continue  # it has the numbers from the description itself
-        source = Source(str(folder / name), data.decode("utf-8", "replace"))
-        try:
-            found = calls(name, source.text)
-        except LaunchError as problem:
-            yield Diagnostic("deployed-launch-unread", WARNING, f"{source.path}: {problem}")
-            complete = False
-            continue
-        any_publisher = any_publisher or PUBLISHER in source.text
-        for call in found:
-            static = None if call.arguments is None else static_check.understood(call.arguments)
-            published |= {static.child: name} if static else {}
-            complete = complete and static is not None
-            yield from static_check.check(robot, source, call)
-    joints = robot.published_by(STATIC_TRANSFORM_PUBLISHER)
-    children = [joint.child for joint in joints if joint.child in published]
-    if ours and children:
-        own = ", ".join(dict.fromkeys(published[child] for child in children))
-        message = f"{own} and {', '.join(ours)} both publish {', '.join(children)}"
-        yield Diagnostic("deployed-static-twice", NOTE, message, None, (), "launch one of them, not both")
-    for joint in joints if not ours and complete and any_publisher else ():
-        if joint.child not in published:
-            message = f"no launch file in {folder} publishes {joint.parent} -> {joint.child} ({joint.publisher.name})"
-            yield Diagnostic("deployed-static-missing", WARNING, message, None, (), "include static_tf.launch.py")
+        yield report("deployed-missing", f"there is no copy of {', '.join(others)} in {folder}", severity=NOTE)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -22,13 +21,15 @@ from rosorin_compile.output.ros_packages import (
     undeclared,
 )
 from rosorin_compile.request import Request
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, RequestError, error, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, has_errors
 from rosorin_compile.source.files import is_file, read_bytes, read_text, resolve
 from rosorin_compile.source.load import LoadError
 
+from ..rules import report
 from . import options as mapping
-from .checking import launch_files, unreadable
+from .checking import unreadable
 from .copies import Difference, ProtectedFile, copies, difference, forms, kept, other_robot, placed, protected_files
+from .launch_files import check_launch_files
 from .meshes import named_files, not_placed, settle
 from .options import NOWHERE
 from .package import folder_of
@@ -68,6 +69,10 @@ class Copy:
     old: bytes | None
     difference: Difference | None
 
+    @property
+    def located(self) -> bool:
+        return FORMATS[self.artifact.backend].located
+
 
 def deploy(
     request: Request,
@@ -90,12 +95,22 @@ def deploy(
         mapped = _mapped(places, compiled.artifacts)
         try:
             with open_package_folder(folder, dry_run) as target:
-                found = _deployed(compiled, compiled.robot, folder, target, mapped, install, dry_run, full, diagnostics)
-                result = result if found is None else replace(found, inputs=result.inputs)
+                planned = _deploy(compiled, compiled.robot, folder, target, mapped, install, dry_run, diagnostics)
         except (LoadError, OutputError) as problem:
-            diagnostics.append(problem.diagnostic)
+            return replace(result, diagnostics=(*diagnostics, problem.diagnostic))
         except OSError as problem:
-            diagnostics.append(unreadable(folder, problem))
+            return replace(result, diagnostics=(*diagnostics, unreadable(folder, problem)))
+        if planned is not None:
+            result = replace(
+                result,
+                robot=compiled.robot.name,
+                written=not dry_run,
+                copies=tuple(
+                    DeployedCopy(one.place, one.artifact.output, one.old is not None and one.difference is None)
+                    for one in planned
+                ),
+                changes=tuple(line for one in planned for line in _changes(one, full)),
+            )
     return replace(result, diagnostics=tuple(diagnostics))
 
 
@@ -107,7 +122,13 @@ def _mapped(places: Mapping[str, str], artifacts: Sequence[Artifact]) -> dict[st
     return {output: place + names[output] if place.endswith("/") else place for output, place in places.items()}
 
 
-def _deployed(
+def _changes(copy: Copy, full: bool) -> list[str]:
+    if copy.old is None:
+        return [f"{copy.place}: new"]
+    return copy.difference.lines(copy.place, full) if copy.difference is not None else []
+
+
+def _deploy(
     compiled: Compiled,
     robot: Robot,
     folder: Path,
@@ -115,14 +136,11 @@ def _deployed(
     mapped: Mapping[str, str],
     install: Path | None,
     dry_run: bool,
-    full: bool,
     diagnostics: list[Diagnostic],
-) -> Deployed | None:
+) -> list[Copy] | None:
     files = files_below(folder, skip_built=True)
     places = {**mapping.read(folder, robot.name), **mapped}
     planned = plan(robot, compiled.artifacts, folder, files, places, diagnostics)
-    if has_errors(diagnostics):
-        return None
     for copy in planned:
         target.check_name(copy.place)
     data = {copy.place: copy.artifact.text.encode() for copy in planned}
@@ -139,17 +157,9 @@ def _deployed(
         if mapped:
             unlisted[mapping.FILE] = mapping.text(folder, robot.name, places).encode()
         target.write(data, unlisted)
-    located = [copy.place for copy in planned if FORMATS[copy.artifact.backend].located]
-    diagnostics += launch_files(robot, folder, files, located)
+    diagnostics += check_launch_files(robot, folder, files, [copy.place for copy in planned if copy.located])
     diagnostics += _afterwards(robot, planned, folder, install)
-    changes: list[str] = []
-    for copy in planned:
-        changes += [f"{copy.place}: new"] if copy.old is None else []
-        changes += copy.difference.lines(copy.place, full) if copy.difference is not None else []
-    written = (
-        DeployedCopy(one.place, one.artifact.output, one.old is not None and one.difference is None) for one in planned
-    )
-    return Deployed(robot.name, str(folder), not dry_run, tuple(written), tuple(changes))
+    return planned
 
 
 def plan(
@@ -166,20 +176,24 @@ def plan(
     """
     chosen: dict[str, str] = {}
     for artifact in artifacts:
+        help = f"say --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"
         place = places.get(artifact.output)
         if place is None:
-            place = _place(artifact, copies(folder, files, robot.name, artifact, artifacts), diagnostics)
+            found = copies(folder, files, robot.name, artifact, artifacts)
+            place = found[0] if found else _usual_place(artifact)
+            if len(found) > 1:
+                message = f"the folder has several copies of {artifact.file.rpartition('/')[2]}: {', '.join(found[:5])}"
+                diagnostics.append(report("deploy-ambiguous", message, None, help))
             other = other_robot(folder / place, robot.name) if place != NOWHERE else ""
             if other:
                 message = f"{place} is there for the robot {other}, not for {robot.name}"
-                help = f"say another place with --map {artifact.output}=PLACE, or this one to write over it"
-                diagnostics.append(error("deploy-other-robot", message, None, help))
+                diagnostics.append(report("deploy-other-robot", message, None, help))
         if place != NOWHERE:
             first = next((output for output, taken in chosen.items() if taken == place), None)
             chosen[artifact.output] = place
             if first is not None:
                 message = f"the outputs {first} and {artifact.output} would both go to {place}"
-                diagnostics.append(error("deploy-ambiguous", message, None, f"say --map {artifact.output}=PLACE"))
+                diagnostics.append(report("deploy-ambiguous", message, None, help))
     if has_errors(diagnostics):
         return []
     going = [one for one in artifacts if one.output in chosen]
@@ -195,8 +209,7 @@ def plan(
     left = [one.output for one in artifacts if one.output not in chosen and places.get(one.output) != NOWHERE]
     if left:
         message = f"no copy of {', '.join(left)} is in {folder}, and none is put there"
-        help = f"--map OUTPUT=PLACE puts one there; --map OUTPUT={NOWHERE} keeps it quiet"
-        diagnostics.append(Diagnostic("deploy-nowhere", NOTE, message, None, (), help))
+        diagnostics.append(report("deploy-nowhere", message))
     made = []
     for artifact in moved:
         path = folder / artifact.file
@@ -205,16 +218,9 @@ def plan(
     return made
 
 
-def _place(artifact: Artifact, places: Sequence[str], diagnostics: list[Diagnostic]) -> str:
-    name = artifact.file.rpartition("/")[2]
-    if not places:
-        deploys = FORMATS[artifact.backend].deploys and not artifact.withheld
-        return f"{folder_of(artifact)}/{name}" if deploys else NOWHERE
-    if len(places) > 1:
-        message = f"the folder has several copies of {name}: {', '.join(places[:5])}"
-        help = f"say which with --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"
-        diagnostics.append(error("deploy-ambiguous", message, None, help))
-    return places[0]
+def _usual_place(artifact: Artifact) -> str:
+    deploys = FORMATS[artifact.backend].deploys and not artifact.withheld
+    return f"{folder_of(artifact)}/{artifact.file.rpartition('/')[2]}" if deploys else NOWHERE
 
 
 def _with_meshes(artifact: Artifact, package: str, folder: Path, diagnostics: list[Diagnostic]) -> Artifact:
@@ -222,50 +228,46 @@ def _with_meshes(artifact: Artifact, package: str, folder: Path, diagnostics: li
         return artifact
     settled = settle(artifact.text, package, (), folder)
     diagnostics += settled.diagnostics
-    return artifact if settled.diagnostics else dataclasses.replace(artifact, text=settled.text)
+    return artifact if settled.diagnostics else replace(artifact, text=settled.text)
 
 
 def _in_the_way(planned: Sequence[Copy], protected: Sequence[ProtectedFile]) -> Iterator[Diagnostic]:
-    outputs = {copy.place: copy.artifact.output for copy in planned}
-    of_package = [place for place in outputs if place.rpartition("/")[2] in _OF_PACKAGES]
-    for place in of_package:
-        message = f"{place} is a file of the package itself: no artifact goes there"
-        yield error("deploy-not-ours", message, None, f"say another place with --map {outputs[place]}=PLACE")
-    for one in protected:
-        if one.reason == "foreign" and one.name not in of_package:
-            message = f"this tool did not write {one.name}: it is not replaced"
-            help = f"move it away, or say another place with --map {outputs[one.name]}=PLACE ({NOWHERE} for nowhere)"
-            yield error("deploy-not-ours", message, None, help)
+    foreign = [one.name for one in protected if one.reason == "foreign"]
+    for copy in planned:
+        help = f"move it away, or say another place with --map {copy.artifact.output}=PLACE ({NOWHERE} for nowhere)"
+        if copy.place.rpartition("/")[2] in _OF_PACKAGES:
+            message = f"{copy.place} is a file of the package itself: no artifact goes there"
+            yield report("deploy-not-ours", message, None, help)
+        elif copy.place in foreign:
+            message = f"this tool did not write {copy.place}: it is not replaced"
+            yield report("deploy-not-ours", message, None, help)
     yield from kept(protected)
 
 
 def _afterwards(robot: Robot, planned: Sequence[Copy], folder: Path, install: Path | None) -> Iterator[Diagnostic]:
+    """Yield what keeps the files from being used: not installed, not declared, or not built."""
     package = package_of(folder)
     if package is None:
-        message = f"{folder} is in no ROS package: nothing here installs the files on the robot"
-        yield Diagnostic("deploy-no-package", NOTE, message, None, (), "rosorin-compile package writes a package")
+        yield report("deploy-no-package", f"{folder} is in no ROS package: nothing here installs the files")
         return
     root, name = package
     inside = resolve(folder).relative_to(root).as_posix()
     names = [copy.place if inside == "." else f"{inside}/{copy.place}" for copy in planned]
     if root.parent.name == "share":
         message = f"{folder} is an install space: the next colcon build overwrites what is deployed here"
-        yield Diagnostic("deploy-install-space", WARNING, message, None, (), "deploy into the sources, and build")
+        yield report("deploy-install-space", message)
         return
     for file, build in missing(root, name, names):
         message = f"{build.decided_by} of {name} does not install {file}"
-        yield Diagnostic("deploy-not-installed", WARNING, message, None, (), f"add: {build.line}")
+        yield report("deploy-not-installed", message, None, f"add: {build.line}")
     texts = [read_text(path, errors="replace") for path in sorted(root.glob("launch/*")) if is_file(path)]
-    texts += [copy.artifact.text for copy in planned if FORMATS[copy.artifact.backend].located]
-    for needed in undeclared(root, texts):
-        message, help = f"package.xml of {name} does not name {needed}, which its launch files start", "add: "
-        help += f"<exec_depend>{needed}</exec_depend>"
-        yield Diagnostic("deploy-not-depended", WARNING, message, None, (), help)
+    for needed in undeclared(root, [*texts, *(copy.artifact.text for copy in planned if copy.located)]):
+        message = f"package.xml of {name} does not name {needed}, which its launch files start"
+        yield report("deploy-not-depended", message, None, f"add: <exec_depend>{needed}</exec_depend>")
     share = install_space(root, name) if install is None else share_folder(install, name)
     if share is None:
         if install is not None:
-            message = f"there is no package {name} in {install}"
-            yield error("deploy-no-install", message, None, "name the install folder of the workspace")
+            yield report("deploy-no-install", f"there is no package {name} in {install}")
         return
     urdfs = [copy.place for copy in planned if FORMATS.names_meshes(copy.artifact)]
     stale = []
@@ -278,4 +280,4 @@ def _afterwards(robot: Robot, planned: Sequence[Copy], folder: Path, install: Pa
     if stale:
         message = f"{share} is what runs, and it is not what was deployed: {', '.join(stale)}"
         help = f"colcon build --packages-select {name}; without --symlink-install, build after every deploy"
-        yield Diagnostic("deploy-not-built", WARNING, message, None, (), help)
+        yield report("deploy-not-built", message, None, help)

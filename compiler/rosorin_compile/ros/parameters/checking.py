@@ -26,7 +26,6 @@ from rosorin_compile.source.diagnostics import (
 from .tables import Key, Kind, is_of_all_nodes
 from .values import as_type, fits, refused, type_in_words, value_text
 
-
 REMOVE = "remove it"
 
 

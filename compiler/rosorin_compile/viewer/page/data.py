@@ -9,39 +9,26 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
+from rosorin_compile import model
 from rosorin_compile.formats.format import describe
-from rosorin_compile.model import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    HeightMap,
-    Joint,
-    Link,
-    Mesh,
-    Pose,
-    Robot,
-    Sensor,
-    Shape,
-    Sphere,
-)
+from rosorin_compile.model import Joint, Link, Pose, Robot, Sensor, Shape
 from rosorin_compile.model.field_of_view import numbers, placed, seen_by
 from rosorin_compile.model.frame_tree import Row, publishers
 from rosorin_compile.model.joint import MOVING_TYPES
 from rosorin_compile.model.looks import own_colours
 
-from ..frame_trees import TooMany, colours, frame_trees
+from ..frame_trees import TooMany, Tree, colours, frame_trees
 from .images import Data, texture_names
 
 _PURPOSES = ("visual", "collision")
 _GEOMETRIES: Mapping[type, tuple[str, Callable[[Any], Data]]] = {
-    Box: ("box", lambda box: {"size": numbers(box.size)}),
-    Cylinder: ("cylinder", lambda tube: {"radius": tube.radius, "length": tube.length}),
-    Capsule: ("capsule", lambda tube: {"radius": tube.radius, "length": tube.length}),
-    Ellipsoid: ("ellipsoid", lambda ellipsoid: {"radii": numbers(ellipsoid.radii)}),
-    Sphere: ("sphere", lambda sphere: {"radius": sphere.radius}),
-    Mesh: ("mesh", lambda mesh: {"mesh": mesh.file, "scale": numbers(mesh.scale)}),
-    HeightMap: (
+    model.Box: ("box", lambda box: {"size": numbers(box.size)}),
+    model.Cylinder: ("cylinder", lambda tube: {"radius": tube.radius, "length": tube.length}),
+    model.Capsule: ("capsule", lambda tube: {"radius": tube.radius, "length": tube.length}),
+    model.Ellipsoid: ("ellipsoid", lambda ellipsoid: {"radii": numbers(ellipsoid.radii)}),
+    model.Sphere: ("sphere", lambda sphere: {"radius": sphere.radius}),
+    model.Mesh: ("mesh", lambda mesh: {"mesh": mesh.file, "scale": numbers(mesh.scale)}),
+    model.HeightMap: (
         "height_map",
         lambda grid: {"origin": [*grid.origin], "cell": grid.cell, "heights": [*map(numbers, grid.heights)]},
     ),
@@ -57,8 +44,7 @@ def robot_data(robot: Robot) -> Data:
         "joints": [_joint(robot, joint) for joint in robot.joints],
         "sensors": [_sensor(sensor) for sensor in robot.sensors],
         "poses": [
-            {"name": pose.name, "positions": dict(pose.positions), "about": describe(pose.source)}
-            for pose in robot.poses
+            {"name": one.name, "positions": dict(one.positions), "about": describe(one.source)} for one in robot.poses
         ],
         "modes": list(robot.modes),
         "publishers": dict(colours(publishers(robot.frame_tree()))),
@@ -78,8 +64,8 @@ def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]],
         "root": robot.root,
         "at": placed(at),
         "links": [
-            {"name": link.name} | {key: _shapes(shapes.get((link.name, key), ())) for key in _PURPOSES}
-            for link in robot.links
+            {"name": one.name, **{key: _shapes(shapes.get((one.name, key), ())) for key in _PURPOSES}}
+            for one in robot.links
         ],
         "joints": [_joint(robot, joint) for joint in robot.joints],
         "collision_only": not robot.has_looks,
@@ -128,12 +114,8 @@ def _joint(robot: Robot, joint: Joint) -> Data:
     if joint.mimic is not None:
         made["mimic"] = {key: getattr(joint.mimic, key) for key in ("joint", "multiplier", "offset")}
     for servo in [group for group in robot.servos if joint.name in group.joints][:1]:
-        made["servo"] = {
-            "rad_per_pulse": servo.rad_per_pulse,
-            "zero": servo.zero_pulse,
-            "flipped": servo.flipped,
-            "range": list(servo.pulse_range),
-        }
+        made["servo"] = {"rad_per_pulse": servo.rad_per_pulse, "zero": servo.zero_pulse}
+        made["servo"] |= {"flipped": servo.flipped, "range": list(servo.pulse_range)}
     if describe(joint.source):
         made["source"] = describe(joint.source)
     return made
@@ -142,10 +124,10 @@ def _joint(robot: Robot, joint: Joint) -> Data:
 def _situations(robot: Robot) -> list[Data]:
     """Return the trees of frames with the modes in which each holds; the first one holds for all other modes."""
     try:
-        found = [(tree.label, [dict(states) for states in tree.modes], tree.edges) for tree in frame_trees(robot, {})]
+        trees: Sequence[Tree] = frame_trees(robot, {})
     except TooMany:
-        found = [("", [{}], robot.frame_tree())]
-    return [{"label": label, "modes": modes, "edges": [*map(_edge, edges)]} for label, modes, edges in found]
+        trees = [Tree("", "", ({},), robot.frame_tree())]
+    return [{"label": t.label, "modes": [*map(dict, t.modes)], "edges": [*map(_edge, t.edges)]} for t in trees]
 
 
 def _edge(row: Row) -> Data:

@@ -105,12 +105,11 @@ def tables(robot: Robot, found: Mapping[str, Path], store: Embedding | Serving) 
     meshes, textures = mesh_table([*mesh_names(robot)], found, store), Data()
     for name in texture_names(robot):
         image = found.get(name)
-        kind = image_type(image) if image is not None else ""
-        if image is None or not kind:
+        if image is not None and (kind := image_type(image)):
+            entry = store.put(name, image, kind)
+            textures[name] = entry if "missing" in entry else {"type": kind, **entry}
+        else:
             textures[name] = store.missing(name, "no browser reads it" if image else "not found")
-            continue
-        entry = store.put(name, image, kind)
-        textures[name] = entry if "missing" in entry else {"type": kind, **entry}
     return {"meshes": meshes, **({"textures": textures} if textures else {})}
 
 
@@ -149,11 +148,10 @@ def mesh_names(robot: Robot) -> Iterator[str]:
 
 def image_type(file: Path) -> str:
     """Return the type of an image that a browser reads; empty for another file."""
-    try:
+    with suppress(OSError):
         head = files.read_bytes(file, _HEAD)
-    except OSError:
-        return ""
-    return next((kind for kind, magic in _MAGIC.items() if magic.match(head)), "")
+        return next((kind for kind, magic in _MAGIC.items() if magic.match(head)), "")
+    return ""
 
 
 def companions(mesh: Path, name: str = "") -> tuple[list[Side], dict[str, str]]:
@@ -161,10 +159,8 @@ def companions(mesh: Path, name: str = "") -> tuple[list[Side], dict[str, str]]:
 
     ``name`` is that of the mesh in the description; without one, what belongs to it is in its own folder.
     """
-    if mesh.suffix.lower() not in (".dae", ".obj"):
-        return [], {}
     try:
-        content = files.read_bytes(mesh)
+        content = files.read_bytes(mesh) if mesh.suffix.lower() in (".dae", ".obj") else b""
     except OSError:
         return [], {}
     homes, sides, vain, names = _homes(mesh, name), list[Side](), dict[str, str](), list[str]()
@@ -211,11 +207,9 @@ def _homes(mesh: Path, name: str) -> list[Path]:
 
 def _is_in(file: Path, homes: list[Path]) -> bool:
     """Return True if a file is in one of some folders, with links resolved."""
-    try:
-        target = files.resolve(file)
-    except (OSError, RuntimeError, ValueError):
-        return False
-    return any(target.is_relative_to(home) for home in homes)
+    with suppress(OSError, RuntimeError, ValueError):
+        return any(files.resolve(file).is_relative_to(home) for home in homes)
+    return False
 
 
 def _relative(mesh: Path, name: str) -> Path | None:

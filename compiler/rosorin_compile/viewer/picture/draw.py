@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import accumulate, pairwise
+from itertools import accumulate, pairwise, product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -59,21 +59,16 @@ class Picture:
 
 @dataclass(frozen=True)
 class Look:
-    """The appearance of a picture.
+    """The appearance of a picture; its fields are the options of ``rosorin_compile.picture``."""
 
-    ``view`` is "iso", "front", "side", "top" or two angles such as "30deg,20deg", ``size`` width and height in pixels.
-    ``collision`` shows the collision shapes of all links, ``published_frames`` all frames that are published in
-    ``modes``, ``frames`` further ones. ``theme`` is "light" or "dark".
-    """
-
-    view: str = "iso"
-    size: tuple[int, int] = (1280, 800)
-    collision: bool = False
-    published_frames: bool = False
-    frames: Sequence[str] = ()
-    modes: Mapping[str, bool] = field(default_factory=dict)
-    theme: str = "light"
-    transparent: bool = False
+    view: str
+    size: tuple[int, int]
+    collision: bool
+    published_frames: bool
+    frames: Sequence[str]
+    modes: Mapping[str, bool]
+    theme: str
+    transparent: bool
 
 
 State = Callable[[Case], "tuple[Mapping[str, Position], Sequence[Diagnostic]]"]
@@ -87,7 +82,7 @@ def draw(request: Request, target: Path, state: State, appearance: Look, force: 
     width, height = appearance.size
     if not all(_SMALLEST <= side <= _LARGEST for side in appearance.size):
         raise RequestError(f"a picture has {_SMALLEST} to {_LARGEST} pixels along a side, not {width}x{height}")
-    direction = _direction(appearance.view)
+    _direction(appearance.view)
     if target.suffix.lower() != ".png":
         raise RequestError(f'{target}: unsupported picture format "{target.suffix}": use .png')
     check_target(target, force)
@@ -106,7 +101,7 @@ def draw(request: Request, target: Path, state: State, appearance: Look, force: 
     positions, beyond = state(looked.shown.case)
     diagnostics = list(beyond)
     try:
-        pixels = _pixels(looked.shown, robot.poses_in_root(positions), frames, direction, appearance, diagnostics)
+        pixels = _pixels(looked.shown, robot.poses_in_root(positions), frames, appearance, diagnostics)
         file = png(pixels, f" picture: the robot {robot.name}")
         write_file(target, file, looked.files, None if force else may_replace)
     except MemoryError:
@@ -118,12 +113,7 @@ def draw(request: Request, target: Path, state: State, appearance: Look, force: 
 
 
 def _pixels(
-    shown: Shown,
-    poses: Mapping[str, Transform],
-    frames: Sequence[str],
-    direction: Vector,
-    look: Look,
-    diagnostics: list[Diagnostic],
+    shown: Shown, poses: Mapping[str, Transform], frames: Sequence[str], look: Look, diagnostics: list[Diagnostic]
 ) -> NDArray[np.uint8]:
     """Return the picture of a robot whose links have these poses in the root frame."""
     import numpy as np
@@ -136,7 +126,7 @@ def _pixels(
     found = pieces(robot, poses, _meshes(shown, diagnostics), robot.has_looks, look.collision or not robot.has_looks)
     corners = np.concatenate([piece.bounds for piece in found] or [np.array([pose.xyz for pose in poses.values()])])
     bounds = np.array([corners.min(axis=0), corners.max(axis=0)])
-    camera = Camera.fitted(bounds, direction, *look.size)
+    camera = Camera.fitted(bounds, _direction(look.view), *look.size)
     progress = partial(Progress.step, "drawing", counted=False)
     pixels = render(Scene(found, bounds, theme), camera, look.transparent, progress)
     sensors = {sensor.frame for sensor in robot.sensors}
@@ -152,22 +142,19 @@ def _pixels(
 
 def _meshes(shown: Shown, diagnostics: list[Diagnostic]) -> dict[Mesh, MeshParts]:
     """Return the meshes of a robot that can be read, and report the others once each."""
+    first: dict[Mesh, tuple[str, str, int]] = {}  # where a mesh is named first
+    for link, purpose in product(shown.robot.links, ("collision", "visual")):
+        for number, shape in enumerate(getattr(link, purpose)):
+            if isinstance(shape.geometry, Mesh):
+                first.setdefault(shape.geometry, (link.name, purpose, number))
     found: dict[Mesh, MeshParts] = {}
-    failed: set[Mesh] = set()
-    for link in shown.robot.links:
-        for purpose in ("collision", "visual"):
-            for number, shape in enumerate(getattr(link, purpose)):
-                name = shape.geometry
-                if not isinstance(name, Mesh) or name in found or name in failed:
-                    continue
-                mesh = TriangleMesh.of_shape(shown.case, (link.name, purpose, number), shown.meshes, coloured=True)
-                if isinstance(mesh, Diagnostic):
-                    failed.add(name)
-                    diagnostics.append(mesh)
-                    continue
-                ends = pairwise([0, *accumulate(count for count, _ in mesh.colours)])
-                colours = [colour for _, colour in mesh.colours]
-                found[name] = [(mesh.triangles[a:b], colour) for (a, b), colour in zip(ends, colours, strict=True)]
+    for name, place in first.items():
+        mesh = TriangleMesh.of_shape(shown.case, place, shown.meshes, coloured=True)
+        if isinstance(mesh, Diagnostic):
+            diagnostics.append(mesh)
+            continue
+        ends = pairwise([0, *accumulate(count for count, _ in mesh.colours)])
+        found[name] = [(mesh.triangles[a:b], hue) for (a, b), (_, hue) in zip(ends, mesh.colours, strict=True)]
     return found
 
 
@@ -195,8 +182,7 @@ def _direction(text: str) -> Vector:
     if len(parts) != 2 or len(angles) != 2:
         raise RequestError(f'"{text}" is not AZIMUTH,ELEVATION, such as 30deg,20deg')
     azimuth, elevation = angles
-    flat = math.cos(elevation)
-    return (flat * math.cos(azimuth), flat * math.sin(azimuth), math.sin(elevation))
+    return math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth), math.sin(elevation)
 
 
 def _frames(robot: Robot, look: Look) -> list[str]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cache
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -14,13 +15,13 @@ from numpy.typing import NDArray
 
 from rosorin_compile.model import Transform, Vector
 
-from .render import Camera, Rgb, Theme
+from .render import Camera, Theme
 
 Pixels = NDArray[np.uint8]
 Point = tuple[float, float]
 
-AXIS_COLOURS: tuple[Rgb, ...] = ((0xE5, 0x48, 0x4D), (0x30, 0xA4, 0x6C), (0x3E, 0x63, 0xDD))  # as on the page
-SENSOR, EMPTY = ((0x8E, 0x4E, 0xC6), 11.0), ((0x7D, 0x8A, 0x97), 8.0)  # markers: colour, pixels; as on the page
+AXIS_COLOURS = [[*bytes.fromhex(colour)] for colour in ("e5484d", "30a46c", "3e63dd")]  # as on the page
+SENSOR, EMPTY = (bytes.fromhex("8e4ec6"), 11.0), (bytes.fromhex("7d8a97"), 8.0)  # markers: colour, pixels
 _AXIS_LENGTH = 0.07  # times the size of the robot
 _AXIS_PEN, _LETTER_PEN, _HALO_PEN = 2.0, 1.25, 4.2  # pixels
 _DOT = 1.45  # pixels between the dots of a letter
@@ -70,15 +71,14 @@ def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera,
     The length of an axis follows from the ``size`` of the robot (m). Frames behind the camera are left out.
     """
     origins: list[tuple[float, float, str]] = []
-    length = _AXIS_LENGTH * size
+    axes = np.eye(4, 3, -1) * _AXIS_LENGTH * size
     for name, pose in frames.items():
-        ends = [pose.apply(end) for end in ((0, 0, 0), (length, 0, 0), (0, length, 0), (0, 0, length))]
-        x, y, depth = camera.project(np.array(ends))
+        x, y, depth = camera.project(np.array([pose.apply(tuple(end)) for end in axes.tolist()]))
         if (depth > 0).all():
             origin, *tips = zip(x.round(2).tolist(), y.round(2).tolist(), strict=True)
             origins.append((*origin, name))
-            for tip, colour in zip(tips, AXIS_COLOURS, strict=True):
-                _draw_line(pixels, origin, tip, _AXIS_PEN, colour, 1.0)
+            for tip, axis_colour in zip(tips, AXIS_COLOURS, strict=True):
+                _draw_line(pixels, origin, tip, _AXIS_PEN, axis_colour, 1.0)
     labels = place_labels(origins, camera.width, camera.height)
     for colour, pen, opacity in ((theme.halo, _HALO_PEN, 0.8), (theme.label, _LETTER_PEN, 1.0)):
         for label in labels:
@@ -89,34 +89,29 @@ def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera,
                     _draw_line(pixels, *ends_of_stroke, pen, colour, opacity)
 
 
-def draw_markers(pixels: Pixels, points: Sequence[Vector], camera: Camera, marker: tuple[Rgb, float]) -> None:
+def draw_markers(pixels: Pixels, points: Sequence[Vector], camera: Camera, marker: tuple[bytes, float]) -> None:
     """Draw a round marker at each point (m, in the root frame) before the camera."""
     for point in points:
-        x, y, depth = (float(value) for value in camera.project(np.array(point)))
+        x, y, depth = (round(float(value), 2) for value in camera.project(np.array(point)))
         if depth > 0:
-            _draw_line(pixels, (round(x, 2), round(y, 2)), (round(x, 2), round(y, 2)), marker[1], marker[0], 1.0)
+            _draw_line(pixels, (x, y), (x, y), marker[1], marker[0], 1.0)
 
 
 def place_labels(origins: Sequence[tuple[float, float, str]], width: int, height: int) -> list[Label]:
     """Return a label for each frame, given by x, y (pixels) and name: close to it, and where no other label is."""
-    labels: list[Label] = []
+    labels, middle, reach = list[Label](), height / 2, (height - LINE_HEIGHT) / 2
     for x, y, text in origins:
         wide = Label(0, 0, text).width
         steps = ((step + 1) // 2 * (LINE_HEIGHT / 2 if step % 2 else -LINE_HEIGHT / 2) for step in range(60))
         # to the left first: most axes point up or to the right
         places = (Label(left, y + 3 + step, text) for step in steps for left in (x - _GAP - wide, x + _GAP))
-        free = (
-            label
-            for label in places
-            if 0 <= label.x <= width - wide
-            and LINE_HEIGHT / 2 <= label.y <= height - LINE_HEIGHT / 2
-            and not any(label.overlaps(other) for other in labels)
-        )
+        inside = (one for one in places if 0 <= one.x <= width - wide and abs(one.y - middle) <= reach)
+        free = (label for label in inside if not any(label.overlaps(other) for other in labels))
         labels.append(next(free, Label(min(max(x + _GAP, 0.0), max(width - wide, 0.0)), y, text)))
     return labels
 
 
-def _draw_line(pixels: Pixels, start: Point, end: Point, pen: float, colour: Rgb, opacity: float) -> None:
+def _draw_line(pixels: Pixels, start: Point, end: Point, pen: float, colour: Sequence[int], opacity: float) -> None:
     """Draw an antialiased line with round ends; ``pen`` is its width in pixels."""
     rows, columns = pixels.shape[:2]
     (ax, ay), (bx, by) = start, end
@@ -132,7 +127,7 @@ def _draw_line(pixels: Pixels, start: Point, end: Point, pen: float, colour: Rgb
     area = pixels[y0:y1, x0:x1]
     below = (area[..., 3:] / 255.0 if area.shape[2] == 4 else 1.0) * (1.0 - share)
     alpha = share + below
-    area[..., :3] = np.rint((np.array(colour) * share + area[..., :3] * below) / np.where(alpha == 0, 1.0, alpha))
+    area[..., :3] = np.rint((np.array(list(colour)) * share + area[..., :3] * below) / np.where(alpha == 0, 1.0, alpha))
     area[..., 3:] = np.rint(alpha * 255.0)
 
 
@@ -142,11 +137,10 @@ def _strokes(letter: str) -> tuple[tuple[Point, Point], ...]:
     start = 5 * (ord(letter) - ord(" "))
     columns = _DOTS[start : start + 5] if " " <= letter <= "~" else _BOX
     dots = [(x, y) for x in range(5) for y in range(8) if columns[x] >> y & 1]
-    found: list[tuple[Point, Point]] = []
-    for x, y in dots:
-        for dx, dy in ((1, 0), (0, 1), (1, 1), (1, -1)):
-            crossed = dx and dy and ((x + dx, y) in dots or (x, y + dy) in dots)
-            if (x + dx, y + dy) in dots and not crossed:
-                found.append(((x, y), (x + dx, y + dy)))
-    joined = {point for line in found for point in line}
-    return (*found, *((point, point) for point in dots if point not in joined))
+    found: list[tuple[Point, Point]] = [(point, point) for point in dots]
+    for (x, y), (dx, dy) in product(dots, ((1, 0), (0, 1), (1, 1), (1, -1))):
+        crossed = dx and dy and ((x + dx, y) in dots or (x, y + dy) in dots)
+        if (x + dx, y + dy) in dots and not crossed:
+            found.append(((x, y), (x + dx, y + dy)))
+    joined = {point for start, end in found for point in (start, end) if start != end}
+    return tuple(line for line in found if line[0] != line[1] or line[0] not in joined)

@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike, NDArray
 from .triangles import Floats, Piece
 
 Ints = NDArray[np.int64]
-Rgb = tuple[int, int, int]
 
 FIELD_OF_VIEW = math.radians(28.0)  # vertical, as on the page (``viewer/src/stage.js``)
 MARGIN = 1.06  # times the distance at which the sphere around the robot fills the picture
@@ -60,22 +59,17 @@ class Theme(NamedTuple):
     """The colours around a robot, as on the page; ``shadow`` is the opacity of the shadow on the floor."""
 
     shadow: float
-    horizon: Rgb
-    zenith: Rgb
-    floor: Rgb
-    grid: Rgb
-    label: Rgb
-    halo: Rgb
-
-    @staticmethod
-    def of(shadow: float, colours: str) -> Theme:
-        """Return a theme of hexadecimal colours."""
-        return Theme(shadow, *((r, g, b) for r, g, b in map(bytes.fromhex, colours.split())))
+    horizon: bytes
+    zenith: bytes
+    floor: bytes
+    grid: bytes
+    label: bytes
+    halo: bytes
 
 
 THEMES = {
-    "light": Theme.of(0.22, "f3f5f8 fdfdfe e6eaef b9c2cd 1f2933 ffffff"),
-    "dark": Theme.of(0.45, "171b21 1d2229 1f252d 3a4450 e6eaf0 171b21"),
+    "light": Theme(0.22, *map(bytes.fromhex, ("f3f5f8", "fdfdfe", "e6eaef", "b9c2cd", "1f2933", "ffffff"))),
+    "dark": Theme(0.45, *map(bytes.fromhex, ("171b21", "1d2229", "1f252d", "3a4450", "e6eaf0", "171b21"))),
 }
 
 # Python's own powers in a table, because those of numpy differ between machines in the last digit.
@@ -270,12 +264,8 @@ class Scene:
         linear = lambda v: v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4  # noqa: E731 - of sRGB
         looks = [(piece.opacity, piece.two_sided, piece.outlined, *map(linear, piece.colour)) for piece in visible]
         look = np.repeat(np.array(looks, np.float64).reshape(-1, 6), counts, axis=0)
-        self.opacity, self.two_sided, self.outlined, self.colour = (
-            look[:, 0],
-            look[:, 1] > 0,
-            look[:, 2] > 0,
-            look[:, 3:],
-        )
+        self.opacity, self.colour = look[:, 0], look[:, 3:]
+        self.two_sided, self.outlined = look[:, 1:3].T > 0
         self.corners: Floats = np.concatenate([np.empty((0, 3, 3)), *(piece.corners for piece in visible)])
         self.normals: Floats = np.concatenate([np.empty((0, 3, 3)), *(piece.normals for piece in visible)])
         self.bounds, self.theme = bounds, theme
@@ -373,7 +363,7 @@ def _background(scene: Scene, camera: Camera, first: int, end: int, transparent:
     dark = scene.theme.shadow * np.where(on_floor, dark, 0.0)
     if transparent:
         return np.concatenate([np.zeros((*dark.shape[:2], 3)), dark], axis=-1)
-    horizon, zenith, floor, grid = np.array(scene.theme[1:5]) / 255.0
+    horizon, zenith, floor, grid = (np.array([*colour]) / 255.0 for colour in scene.theme[1:5])
     sky = horizon + (zenith - horizon) * (1.0 - rows / camera.height)
     x, y = np.moveaxis(points - scene.bounds.mean(axis=0), -1, 0)[:2]
     distance = np.sqrt(x * x + y * y)[:-1, :-1, None] / (_FLOOR_RADIUS * scene.size)

@@ -64,19 +64,15 @@ def pieces(
         for shape, rgba, is_visual, visible in solids:
             geometry, pose = shape.geometry, poses[link.name].then(shape.pose.transform())
             red, green, blue, opacity = rgba or colours[link.name]
-            is_mesh = isinstance(geometry, Mesh)
             solid: MeshParts = () if isinstance(geometry, Mesh) else [(part, None) for part in _solid(geometry)]
             parts = meshes.get(geometry, ()) if isinstance(geometry, Mesh) else solid
-            for corners, own_colour in parts:
-                if not len(corners):
-                    continue
+            for corners, own_colour in (part for part in parts if len(part[0])):
                 sides = zip(corners.min(axis=(0, 1)), corners.max(axis=(0, 1)), strict=True)
                 box = _rotated(np.array(list(product(*sides))), pose) + pose.xyz
-                bounds = np.array([box.min(axis=0), box.max(axis=0)])
                 colour = own_colour if rgba is None and is_visual and own_colour else (red, green, blue)
                 placed = _rotated(corners, pose) + pose.xyz, _rotated(_normals(corners), pose)
-                looks = is_mesh and opacity >= 1.0, isinstance(geometry, Box), visible
-                made.append(Piece(*placed, colour, opacity, bounds, *looks))
+                looks = isinstance(geometry, Mesh) and opacity >= 1.0, isinstance(geometry, Box), visible
+                made.append(Piece(*placed, colour, opacity, np.array([box.min(axis=0), box.max(axis=0)]), *looks))
     return made
 
 

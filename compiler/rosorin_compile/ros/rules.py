@@ -14,9 +14,14 @@ _PARAMETERS = declare(
         "publishes another one. A note: it listens to `odom`, or below a `..._controller` that no file has, and the "
         "drive publishes elsewhere. Fix: Name the topic that is published; or say by `--remap` or `--launch` which "
         "remap there is.",
-        "parameters-topic": "A warning: two nodes of one topic have other messages, Twist and TwistStamped. A note: a "
-        "filter listens to another IMU than the broadcaster in the files publishes. Fix: As the message says; or say "
-        "by `--remap` or `--launch` which remap there is.",
+        "parameters-topic": "A warning: two nodes of one topic have other messages, Twist and TwistStamped, or the "
+        "reader needs reliable messages and the publisher sends them as best effort. A note: a filter listens to "
+        "another IMU than the broadcaster in the files publishes. Fix: As the message says; or say by `--remap` or "
+        "`--launch` which remap there is.",
+        "parameters-source": "A warning: a source of obstacles of a costmap or of collision_monitor has no parameters, "
+        "never clears what it marks, marks farther than it clears, or expects another type of message than the sensor "
+        "with its topic publishes. A note: no sensor of the robot has the topic that a node reads scans or points "
+        "from. Fix: Set topic, data_type, clearing and the ranges of the source.",
         "parameters-frame": "A node names a frame that does not exist, that no node publishes, or by a name that tf2 "
         "refuses. Fix: Name a frame of the robot.",
         "parameters-base": "The base frame of a node is one that the odometry does not move: no transform leads to it "

@@ -16,9 +16,11 @@ from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing.xacro import wording
+from rosorin_compile.importing.xacro.documents import Target
 from rosorin_compile.importing.xacro.formulas import Formulas
 from rosorin_compile.importing.xacro.translate import Translation, translate, translation_report
-from rosorin_compile.importing.xacro.write_yaml import Target, Writer
+from rosorin_compile.importing.xacro.write_yaml import Writer
+from rosorin_compile.importing.xacro.xml_text import XmlText
 from support.paths import DATA
 from support.xacro_table import Case, cases, ready
 
@@ -130,19 +132,20 @@ def misplace(right: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def rename(right: Callable[..., Any]) -> Callable[..., Any]:
-    def wrong(self: Writer, node: Any) -> Any:
+    def wrong(self: XmlText, node: Any) -> Any:
         made = right(self, node)
-        return type(made)(str(made).replace("slow/", "fast/") if self.macro is not None else made)
+        return type(made)(str(made).replace("slow/", "fast/") if self.values.macro is not None else made)
 
     return wrong
 
 
 @pytest.mark.parametrize(
-    ("method", "fault", "body", "reason"),
+    ("owner", "method", "fault", "body", "reason"),
     [
-        ("use_part", misplace, WHEEL, ""),
+        (Writer, "use_part", misplace, WHEEL, ""),
         (
-            "xml_text",
+            XmlText,
+            "text",
             rename,
             HARDWARE,
             '<ros2_control name="x">: hardware/plugin: xacro has slow/Slow, the translation fast/Slow',
@@ -150,9 +153,9 @@ def rename(right: Callable[..., Any]) -> Callable[..., Any]:
     ],
 )
 def test_a_macro_that_is_translated_wrongly_is_written_out(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, method: str, fault: Any, body: str, reason: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, owner: Any, method: str, fault: Any, body: str, reason: str
 ) -> None:
-    monkeypatch.setattr(Writer, method, fault(getattr(Writer, method)))
+    monkeypatch.setattr(owner, method, fault(getattr(owner, method)))
     made = of(tmp_path, body)
     assert made.kept == ()
     found = made.reason or made.written_out[0].reason.removeprefix("not proven: ")

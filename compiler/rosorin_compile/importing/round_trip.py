@@ -37,10 +37,9 @@ from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 
 from .description import write
-from .read_back import by_elements, read_back, without_words
 from .repeats import with_parts
 from .report import seen_from
-from .same_model import model_differences, section_differences
+from .same_model import by_elements, model_differences, read_back, section_differences, without_words
 
 RULES = (
     Rule(

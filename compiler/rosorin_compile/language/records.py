@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
-from functools import cache
+from functools import cache, partial
 from types import NoneType, UnionType
 from typing import Any, Protocol, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from rosorin_compile.model import Pose, Vector
 from rosorin_compile.model.geometry import IDENTITY
-from rosorin_compile.model.link import NO_SOURCE, Source
-from rosorin_compile.model.simulation import Actuator, Attribute, Values
+from rosorin_compile.model.simulation import Attribute, Values
 from rosorin_compile.source.diagnostics import Help
 from rosorin_compile.source.tree import Path
 
@@ -60,6 +59,14 @@ def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> 
     return {name: record_of(kind, (entries or {})[name], **given) for name, given in names.items()}
 
 
+def _records(kind: Callable[..., T], value: Any) -> tuple[T, ...]:
+    """Return the records of a list of entries, of entries by name, of a list of names, or of one name."""
+    if isinstance(value, Mapping):
+        return tuple(named_records(kind, value).values())
+    items = [value] if isinstance(value, str) else value or ()
+    return tuple(record_of(kind, None, name=str(i)) if isinstance(i, str) else record_of(kind, i) for i in items)
+
+
 def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
     """Return three numbers of a description as a vector."""
     if value is None:
@@ -83,20 +90,6 @@ def plain(value: Any) -> Any:
     if isinstance(value, float):
         return float(value)
     return str(value) if isinstance(value, str) else value
-
-
-def source_of(entry: Mapping[str, Any] | None) -> Source:
-    """Return the source of the values of an entry."""
-    return record_of(Source, entry) if entry else NO_SOURCE
-
-
-def actuator_of(entry: Mapping[str, Any] | None) -> Actuator | None:
-    """Return the actuator of a joint; its gear is a number or a list."""
-    if entry is None:
-        return None
-    gear = entry.get("gear", [])
-    gears = tuple(map(float, gear if isinstance(gear, list) else [gear]))
-    return record_of(Actuator, entry, gear=gears, mjcf=values_of(entry.get("mjcf")))
 
 
 def values_of(entry: Mapping[str, Any] | None) -> dict[str, Attribute]:
@@ -132,23 +125,22 @@ def _fields(kind: Any) -> tuple[dict[str, Convert], tuple[str, ...], bool]:
     return {name: _converter(hint) for name, hint in hints.items() if hint is not Pose}, poses, has_values
 
 
-_CONVERTERS: dict[Any, Convert] = {float: float, Source: source_of, Actuator: actuator_of}
-
-
 def _converter(hint: Any) -> Convert:
-    """Return the conversion to a type: quantities become numbers in SI units, lists become tuples."""
+    """Return the conversion to a type: quantities become numbers in SI units, lists (or one item) become tuples."""
     if hint == Values:
         return values_of
-    if hint in _CONVERTERS:
-        return _CONVERTERS[hint]
+    if hint is float:
+        return float
     kind = get_origin(hint)
     inner = [_converter(one) for one in get_args(hint) if one not in (NoneType, Ellipsis)]
     if kind in (Union, UnionType):
         if len(inner) != 1:
-            return lambda value: value
+            return plain
         return lambda value: None if value is None else inner[0](value)
+    if kind is tuple and is_dataclass(get_args(hint)[0]):
+        return partial(_records, get_args(hint)[0])
     if kind is tuple and len(inner) == 1:
-        return lambda value: tuple(map(inner[0], value))
+        return lambda value: tuple(map(inner[0], value if isinstance(value, (list, tuple)) else [value]))
     if kind is tuple:
         return lambda value: tuple(convert(one) for convert, one in zip(inner, value, strict=True))
     if isinstance(kind, type) and issubclass(kind, Mapping):

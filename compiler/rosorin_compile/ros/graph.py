@@ -9,8 +9,8 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
-from xml.sax.saxutils import escape
 
+from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot, Sensor
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, listed
 
@@ -163,8 +163,8 @@ def _is_silent(values: Mapping[str, Any]) -> bool:
 
 
 def _parameters(robot: Robot, first: Mapping[str, Output], starts: Sequence[str]) -> dict[str, Mapping[str, Any]]:
-    from .nav2.write import seen_by_slam
-    from .nav2.write import view as nav2_view
+    from .nav2 import seen_by_slam
+    from .nav2 import view as nav2_view
     from .robot_localization import view as filter_view
 
     found: dict[str, Mapping[str, Any]] = {}
@@ -291,9 +291,6 @@ def _external(who: str, what: str, symptom: str, help: str) -> Diagnostic:
     return Diagnostic("package-external", NOTE, message, help=help)
 
 
-_NODE, _OUTSIDE, _TOPIC, _OPEN = "#d6e4f5", "#d7e8d4", "#fff3c4", "#f4c7c3"  # fills of the drawing
-
-
 @dataclass(frozen=True)
 class Topic:
     """A topic of the graph of a robot, with the nodes at its ends."""
@@ -325,35 +322,13 @@ class RobotGraph:
 
     def svg(self) -> str:
         """Return the graph as a drawing: publishers on the left, topics in the middle, readers on the right."""
-        left = list(dict.fromkeys(name for one in self.topics for name in one.published_by))
-        right = list(dict.fromkeys(name for one in self.topics for name in one.read_by))
-        rows = [left, [one.topic for one in self.topics], right]
-        places = [{name: 40 + 26 * row for row, name in enumerate(names)} for names in rows]
-        height, (publishing, middle, reading) = 60 + 26 * max(map(len, rows)), places
-        lines = []
-        for one in self.topics:
-            y = middle[one.topic]
-            is_open = bool(one.read_by) and not one.published_by
-            lines += [_line(250, publishing[name], 330, y) for name in one.published_by]
-            lines += [_line(630, y, 710, reading[name]) for name in one.read_by]
-            lines.append(
-                _box(330, y, 300, f"{one.topic} ({short_type(one.type)})", "#f4c7c3" if is_open else "#fff3c4")
-            )
-        lines += [
-            _box(10, y, 240, name, "#d7e8d4" if name in self.drivers else "#d6e4f5") for name, y in publishing.items()
-        ]
-        lines += [_box(710, y, 240, name, "#d6e4f5") for name, y in reading.items()]
-        head = f'<svg xmlns="http://www.w3.org/2000/svg" width="960" height="{height}" font-family="sans-serif" '
-        return "\n".join([f'{head}font-size="11">', f"<title>{escape(self.robot)}</title>", *lines, "</svg>"]) + "\n"
-
-
-def _line(x1: int, y1: int, x2: int, y2: int) -> str:
-    return f'<line x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}" stroke="#666"/>'
-
-
-def _box(x: int, y: int, width: int, text: str, fill: str) -> str:
-    box = f'<rect x="{x}" y="{y - 10}" width="{width}" height="20" rx="4" fill="{fill}" stroke="#888"/>'
-    return f'{box}<text x="{x + 6}" y="{y + 4}">{escape(text)}</text>'
+        left = dict.fromkeys(name for one in self.topics for name in one.published_by)
+        right = dict.fromkeys(name for one in self.topics for name in one.read_by)
+        columns = [list(left), [one.topic for one in self.topics], list(right)]
+        places = [{name: 40 + 26 * row for row, name in enumerate(names)} for names in columns]
+        height = 60 + 26 * max(map(len, columns))
+        values = {"graph": self, "places": places, "height": height, "short_type": short_type}
+        return Templates.own("ros/graph.svg.jinja", values)
 
 
 def robot_graph(robot: Robot) -> RobotGraph:

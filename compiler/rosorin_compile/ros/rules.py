@@ -86,7 +86,7 @@ _CONTROL = declare(
         "the remap that the message names.",
         "controller-type": "A distribution has no controller of this type. A note where it is of another package, "
         "whose types are not known: its parameters are not checked. A warning where that is nearly the name of a "
-        "known one. Fix: The message names the nearest one, or the distribution that has it.",
+        "known one. Fix: Name a type of this distribution, or ask for the distribution that has it.",
         "control-joint": "A joint of a hardware block is not in the URDF that the block goes into, or does not move "
         "along or about one axis. A warning on Humble, which does not compare the two. Fix: Let robot_state_publisher "
         "publish the joint, leave it out of the block, or ask for the block in a URDF with `frames: all`.",

@@ -116,8 +116,8 @@ class _Body:
                 least = min(min(apart[start].values()) for start in near)
                 closest = [start for start in near if min(apart[start].values()) == least]
                 if len(closest) < len(near):  # four legs may be two in front and two behind
-                    self._try_group([base, *closest])
-                    self._try_group([start for start in near if start not in closest])
+                    self._try(base, {start: apart[start] for start in closest})
+                    near = closest
             members = [start for start in apart if start not in near]
 
     def _differences(self, base: int, start: int) -> dict[str, tuple[int, int]]:

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import ast
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,12 +20,13 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import MarkupError
 
 from ..description import tree_of
+from .documents import PROBE, GiveUp, Target, WrittenFiles
 from .expand import _expand
 from .formulas import literal
 from .ir import FLAG, LET, Program, Unsupported, Variable, build
 from .verify import Combination, Fault, Source, combinations, faults, moves
 from .wording import Found, find, wording_report
-from .write_yaml import PROBE, GiveUp, Target, WrittenFiles, write
+from .write_yaml import write
 
 MAX_BUILDS, MAX_CHECKS = 60, 25
 MAX_SECONDS = 45.0  # of CPU, with its children
@@ -48,7 +49,7 @@ class Translation:
     ``executed`` those that only set properties, ``fixed`` arguments that have the value they have here, for the reasons
     in ``frozen``, ``unfound`` packages that the description does not find by itself. Without files, ``reason`` says
     why. ``words`` are the lines about elements that became words, ``plain`` is the robot without those; ``shared`` the
-    lines about files that other robots include, ``grown`` what those were before.
+    lines about files that other robots include.
     """
 
     files: dict[str, str]
@@ -69,7 +70,6 @@ class Translation:
     words: tuple[str, ...] = ()
     plain: Map | None = None
     shared: tuple[str, ...] = ()
-    grown: Mapping[str, str] = field(default_factory=dict)
     frozen: tuple[WrittenOut, ...] = ()
 
 
@@ -161,11 +161,8 @@ class _Search:
         self.implicit = answer["implicit"]
         return build(answer)
 
-    def written(
-        self, program: Program, words: Found | None = None, shares: frozenset[str] | None = None
-    ) -> WrittenFiles:
-        accepts = self.accepted()
-        made = write(program, self.target, self.explicit, self.imported, self.wanted, accepts, words, shares)
+    def written(self, program: Program, words: Found | None = None) -> WrittenFiles:
+        made = write(program, self.target, self.explicit, self.imported, self.wanted, self.accepted(), words)
         made.packages = {**self.options.packages, **made.packages}
         return made
 
@@ -311,15 +308,13 @@ class _Search:
     def finished(
         self, made: WrittenFiles, rows: list[Combination], possible: int, refused: Sequence[Combination], late: int
     ) -> Translation:
-        program, words, plain = made.program, Found(), None
+        program, plain = made.program, None
         made = self.written(program)  # the combinations may break rules that have to be accepted
         lines: tuple[str, ...] = ()
         rows_of_users = [row for row in rows if all(text != PROBE for _, text in row)]
         if not self.target.verbatim:
-            words, made, lines, plain = self.in_words(made, rows_of_users)
+            made, lines, plain = self.in_words(made, rows_of_users)
         sharing = self.target.sharing
-        if sharing is not None:
-            made = self.with_shared(program, rows_of_users, words)
         names = {key: (name, place) for key, name, place in program.answer["defined"]}
         order = list(names)
         empty = [one for one in program.macros.values() if one.key in made.empty]
@@ -352,13 +347,10 @@ class _Search:
             words=lines,
             plain=plain,
             shared=tuple(sharing.report(made.files)) if sharing is not None else (),
-            grown=sharing.grown if sharing is not None else {},
             frozen=tuple(WrittenOut(name, value[1]) for name, value in fixed.items()),
         )
 
-    def in_words(
-        self, made: WrittenFiles, rows: list[Combination]
-    ) -> tuple[Found, WrittenFiles, tuple[str, ...], Map | None]:
+    def in_words(self, made: WrittenFiles, rows: list[Combination]) -> tuple[WrittenFiles, tuple[str, ...], Map | None]:
         """Replace raw elements by entries of the language if the robot stays the same."""
         found = first = find(made.documents.plain, list(self.source.known.values()))
         while found.spots and not self.is_late():
@@ -366,29 +358,9 @@ class _Search:
             wrong, *_ = self.check(again, rows, in_words=True)
             if not wrong and not self.is_late():
                 lines = tuple(wording_report(again.documents.labels, first))
-                return found, again, lines, found.left_of(tree_of(self.imported))
+                return again, lines, found.left_of(tree_of(self.imported))
             found = found.without(wrong[0].text) if wrong else Found()
-        return Found(), made, tuple(wording_report({}, first)), None
-
-    def with_shared(self, program: Program, rows: list[Combination], words: Found) -> WrittenFiles:
-        """Return the files with those that other robots of the package have, too, in their place."""
-        sharing = self.target.sharing
-
-        def tried(taken: frozenset[str]) -> tuple[WrittenFiles, list[Fault]]:
-            made = self.written(program, words, taken)
-            wrong = self.check(made, rows, bool(words.spots))[0]
-            return made, [Fault("the comparison takes too long", (), ())] if self.is_late() and not wrong else wrong
-
-        taken: frozenset[str] = frozenset()
-        made, wrong = tried(taken)
-        while wrong and sharing.refuse(wrong[0].text):
-            made, wrong = tried(taken)
-        for name in list(sharing.apart):
-            again, wrong = tried(taken | {name})  # other words for the same thing may do, too
-            if not wrong and name not in sharing.apart:
-                made, taken = again, taken | {name}
-        tried(taken)
-        return made
+        return made, tuple(wording_report({}, first)), None
 
 
 def translation_report(translation: Translation) -> Iterator[str]:

@@ -30,9 +30,8 @@ from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.elements import canonical, tree_of
 
-from ..read_back import by_elements, read_back, without_words
-from ..same_model import model_differences
-from .write_yaml import PROBE
+from ..same_model import by_elements, model_differences, read_back, without_words
+from .documents import PROBE
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

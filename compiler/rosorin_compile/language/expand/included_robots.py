@@ -232,10 +232,11 @@ class IncludedRobots:
         A macro may make that joint itself; then it is the one on ``foreign.mount``.
         """
         entry, via = include.entry, include.via
+        is_on_parent = foreign.mount != "" and foreign.mount == entry.get("parent")
         keys = [
             key
             for key in ("parent", "xyz", "rpy", "joint", "publisher")
-            if entry.get(key) is not None and key not in foreign.passed
+            if entry.get(key) is not None and key not in foreign.passed and not (key == "publisher" and is_on_parent)
         ]
         have = made.get("joints") or Map(made.span)
         if foreign.mount or "parent" not in keys:
@@ -246,7 +247,7 @@ class IncludedRobots:
                     message = f'an include has "{keys[0]}", but the macro attaches what it makes to "{foreign.mount}"'
                     help = "remove it"
                 self._warn("ignored-key", message, entry.key_spans[keys[0]], help, include)
-            if foreign.mount and foreign.mount == entry.get("parent"):
+            if is_on_parent:
                 made["joints"] = map_items(have, lambda joint: _as_in_include(joint, entry))
             return made
         children = {joint["child"] for joint in have.values()}
@@ -312,8 +313,8 @@ def _as_in_include(joint: Map, include: Map) -> Map:
     if joint["parent"] != include["parent"]:
         return joint
     made = joint.copied()
-    for key in ("parent", "xyz", "rpy"):
-        if joint.get(key) == include.get(key) is not None:
+    for key in ("parent", "xyz", "rpy", "publisher"):
+        if include.get(key) is not None and (key == "publisher" or joint.get(key) == include[key]):
             made.put(key, include[key], include.key_spans[key], include.value_spans[key])
     return made
 

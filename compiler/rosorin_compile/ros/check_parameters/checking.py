@@ -37,8 +37,8 @@ from ..parameters.files import PARAMETERS, NoParameters, Section, read_file
 from ..parameters.tables import MANAGER
 from ..ports import IMU, ODOMETRY, VELOCITY, controller_ports, full_topic, full_type, ports, short_type
 from ..rules import report
-from . import frames, owners, sources, values
-from .nodes import Files, Node, found
+from . import owners, sources
+from .nodes import Files, Node, check_node, found
 from .remaps import Remap, of_launch, of_word
 
 _USUAL = "odom"
@@ -125,7 +125,7 @@ def look(case: Case, asked: ParameterFiles) -> CheckedParameters:
         told += _of_node(case, node, distribution)
     claims = owners.claims(nodes, remaps, told)
     told += owners.check(case, claims)
-    told += frames.check(case, nodes, claims)
+    told += owners.check_frames(case, nodes, claims)
     made = _graph(nodes, remaps, distribution)
     told += _unheard(nodes, made, distribution)
     told += sources.check(case.robot, nodes, made)
@@ -146,7 +146,7 @@ def _of_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
         yield wrong.at(node.said)
     if wrong is not None and wrong.severity == ERROR:
         return  # of which no key would be right
-    told = list(values.check(node))
+    told = list(check_node(node))
     yield from told
     if not node.type:
         return

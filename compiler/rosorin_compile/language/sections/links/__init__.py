@@ -19,7 +19,7 @@ from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import listed
 
 from ...lowering import Lowering, LoweringError
-from ...records import entries_of, record_of, source_of, vector_of
+from ...records import entries_of, record_of, vector_of
 
 RULES = (
     Rule("shape-kind", "A shape has no kind or several; a box has no size or several.", "Write one.", NUMBERS),
@@ -41,7 +41,7 @@ def _links(tree: Mapping[str, Any], lowering: Lowering) -> None:
 def _link(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Link:
     path: Path = ("links", name)
     lowering.place("link", name, path)
-    source = source_of(entry.get("source"))
+    source = record_of(Source, entry.get("source"))
     shapes: dict[str, tuple[Shape, ...]] = {}
     for key in ("visual", "collision"):
         make = partial(_shapes, lowering, entry, (*path, key), source)
@@ -59,7 +59,7 @@ def _link(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Link:
 def _shapes(lowering: Lowering, link: Mapping[str, Any], path: Path, source: Source) -> tuple[Shape, ...]:
     shapes = []
     for index, entry in enumerate(link.get(str(path[-1])) or ()):
-        own = source_of(entry["source"]) if "source" in entry else source
+        own = record_of(Source, entry["source"]) if "source" in entry else source
         with lowering.reporting():
             stand_in = own.note if own.status == "stand_in" else ""
             shapes.append(lower_shape(entry, (*path, index), lowering.accepts, stand_in))

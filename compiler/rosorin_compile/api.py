@@ -55,7 +55,7 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.project import Description, all_here, no_file
-from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, find
+from rosorin_compile.source.rule_registry import OF_PLUGINS, find
 from rosorin_compile.source.system import pip_install
 from rosorin_compile.viewer import frames as viewer_frames
 from rosorin_compile.viewer.frames import Frames
@@ -87,10 +87,6 @@ Values = Mapping[str, Any] | None
 Packages = Mapping[str, FilePath] | None
 Warn = Callable[[Diagnostic], None] | None
 
-_PRUNE = "`rosorin-compile all --prune` removes it."
-RULES = (
-    Rule("not-an-artifact", "A note: a file in the outputs folder is not an artifact; it stays.", _PRUNE, WRITING),
-)
 _EXECUTED = "xacro-runs-code"  # the rule of the warning about code that was executed
 
 

@@ -23,17 +23,9 @@ from rosorin_compile.source import units
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, UnknownName, error
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import ASKING, Rule
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.units import ANGLE, LENGTH, NUMBER, Dimension, Quantity, describe, dimension_of
 from rosorin_compile.source.wording import listed
-
-RULES = (
-    Rule("position-beyond-limit", "A requested position is beyond a limit: a warning.", "Change it.", ASKING),
-    Rule("transform-not-known", "The description has no numbers for a transform.", "Try `--mode NAME`.", ASKING),
-    Rule("transform-unpublished", "A note: no node publishes a transform of the chain.", "Publish it.", ASKING),
-    Rule("transform-sometimes", "A note: some modes do not publish a transform.", "Try `--mode NAME`.", ASKING),
-)
 
 NOTHING: Mapping[str, object] = MappingProxyType({})
 ROUNDING = 1e-6  # positions come from pulses and printed limits: a hair beyond is rounding

@@ -19,18 +19,11 @@ from click.shell_completion import CompletionItem
 from rosorin_compile.source.cache import cache_refused
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError
 from rosorin_compile.source.plugins import Plugin, PluginFailed, broken
-from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.system import missed
 
 from . import complete
 from .console import FINE, PROBLEMS, Console, show_progress
 from .table import BUILT_IN, CHECK
-
-_PRIVATE = "`chmod go-w` of the folder that is named, or another one in `ROSORIN_COMPILE_CACHE`."
-RULES = (
-    Rule("cache-not-private", "A note: another user can change the cache: it is not used.", _PRIVATE, WRITING),
-    Rule("system-lacks", "A note: this system has no locks or limits of processes.", "Use trusted files.", WRITING),
-)
 
 PAGE_MEGABYTES = 40  # of the meshes of a page
 ROBOT_HELP = "name of a robot in descriptions/, or a folder or file"

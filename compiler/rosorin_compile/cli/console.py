@@ -23,16 +23,11 @@ from rosorin_compile.source.diagnostics import text as report_text
 from rosorin_compile.source.messages import gathered, worded
 from rosorin_compile.source.plugins import Plugin
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.wording import and_more, counted, printable
 
 if TYPE_CHECKING:
     from .markdown import Block, Section
 
-RULES = (
-    Rule("wrong-usage", "The command line is invalid; the exit code is 2.", "See the help of the command.", WRITING),
-    Rule("run-stopped", "The run ended early: a file is unusable, memory ran out.", "As the message says.", WRITING),
-)
 
 FINE, PROBLEMS, USAGE = 0, 1, 2  # exit codes
 MAX_SHOWN = 200  # more than a person reads; a program gets all

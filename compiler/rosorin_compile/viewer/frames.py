@@ -14,11 +14,8 @@ from rosorin_compile.model import Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, rows, way
 from rosorin_compile.output import OutputError, may_replace, write_file, write_set
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .frames_picture import Tree, frame_trees, svg
-
-RULES = (Rule("picture-file", "A picture cannot be written.", "The message says why.", Heading.OUTPUTS),)
 
 
 @dataclass(frozen=True)

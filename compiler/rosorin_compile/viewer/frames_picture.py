@@ -18,17 +18,12 @@ from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, publishers, rows
 from rosorin_compile.rules.publishers import MAX_MODES, holds
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, Suggestion, error
-from rosorin_compile.source.rule_registry import OUTPUTS, Rule
 from rosorin_compile.source.wording import plural
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.templating import Templates
     from rosorin_compile.rules.case import Case
 
-RULES = (
-    Rule("picture-kind", "The file name of a picture does not end in `.svg`.", "End it in `.svg`.", OUTPUTS),
-    Rule("too-many-pictures", "The modes give more trees of frames than fit.", "Fix `modes` for each.", OUTPUTS),
-)
 
 _MAX_TREES = 32  # that a picture can show
 _NAME = re.compile(r"[^\W\d]\w*")

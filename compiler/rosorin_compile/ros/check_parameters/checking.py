@@ -37,8 +37,8 @@ from ..parameters.files import NoParameters, Section, read_file
 from ..parameters.tables import MANAGER
 from ..ports import IMU, ODOMETRY, VELOCITY, controller_ports, full_topic, full_type, ports, short_type
 from ..rules import report
-from . import frames, owners, values
-from .nodes import Files, Node, found
+from . import owners
+from .nodes import Files, Node, check_node, found
 from .remaps import Remap, of_launch, of_word
 
 _USUAL = "odom"
@@ -120,7 +120,7 @@ def look(case: Case, asked: ParameterFiles) -> CheckedParameters:
         told += _of_node(case, node, distribution)
     claims = owners.claims(nodes, remaps, told)
     told += owners.check(case, claims)
-    told += frames.check(case, nodes, claims)
+    told += owners.check_frames(case, nodes, claims)
     told += _unheard(nodes, remaps, distribution)
     judged, absent = _judged(case, nodes)
     unknown = [node.shown for node in nodes if node.kind is None and _could_publish(case, node)]
@@ -139,7 +139,7 @@ def _of_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
         yield wrong.at(node.said)
     if wrong is not None and wrong.severity == ERROR:
         return  # of which no key would be right
-    told = list(values.check(node))
+    told = list(check_node(node))
     yield from told
     if not node.type:
         return

@@ -48,25 +48,7 @@ class Key(NamedTuple):
     @property
     def many(self) -> bool:
         """Whether it stands for keys of many names."""
-        return _is_variable(self.name)
-
-
-def _is_variable(piece: str) -> bool:
-    return "<" in piece or "__map_" in piece
-
-
-def _may_stand_for(piece: str, word: str) -> bool:
-    before, *variable = _VARIABLE.split(piece)
-    return word.startswith(before) and word.endswith(variable[-1]) if variable else word == piece
-
-
-def _stands_for(many: str, name: str) -> bool:
-    pieces, words = many.split("."), name.split(".")
-    if len(pieces) != len(words):
-        return False
-    if not all(map(_may_stand_for, pieces, words)):
-        return False
-    return _pattern(many).fullmatch(name) is not None
+        return "<" in self.name or "__map_" in self.name
 
 
 @cache
@@ -101,7 +83,7 @@ class Kind:
 
     def key(self, name: str) -> Key | None:
         """Return what is known of a parameter; of several keys that fit the one without variables."""
-        return self.keys.get(name) or next((key for key in self._many if _stands_for(key.name, name)), None)
+        return self.keys.get(name) or next((key for key in self._many if _pattern(key.name).fullmatch(name)), None)
 
     @cached_property
     def _many(self) -> list[Key]:

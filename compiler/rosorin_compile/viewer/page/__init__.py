@@ -21,14 +21,9 @@ from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, counted, first_of, listed
 from rosorin_compile.source.load import json_of
 from rosorin_compile.source.project import data_folder
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .data import robot_data
 from .images import MESHES, Data, Embedding, tables
-
-_LEFT_OUT = "A warning: a mesh or an image is not in the page: it is missing, too large, or outside of the project."
-_MORE = "`meshes: false` in the output leaves all of them out; `max_megabytes` allows more."
-RULES = (Rule("page-left-out", _LEFT_OUT, _MORE, Heading.FORMATS),)
 
 _SHAPES = (*MESHES, ".ply", ".msh", ".gltf")  # endings of meshes; what else is left out is an image
 MAX_MEGABYTES = 40

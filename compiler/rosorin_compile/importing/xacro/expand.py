@@ -40,9 +40,8 @@ from rosorin_compile.source.wording import and_more, counted
 from rosorin_compile.source.xml.markup import Document, MarkupError, named, parse, read_source
 
 from .child import out_of_time
-from .expand_errors import COMMENT, ExpandErrors
+from .expand_errors import COMMENT, ExpandErrors, Origins, Sources
 from .macros import how_to_call, macro_call, macros_of
-from .places import Origins, Sources
 
 _TRUST = "ROSORIN_COMPILE_TRUST"  # 1: trust all files
 _TRUSTED_FILES = Path("rosorin-compile", "trusted")  # digests, in the configuration folder of the user

@@ -281,7 +281,7 @@ class IncludedRobots:
                 output = outputs[name] = copy(outputs[name])
                 options = copy(output["option"]) if isinstance(output.get("option"), Map) else Map(output.span)
                 for key, value in (settings.get("option") or {}).items():
-                    if (key, value) != _DEFAULT:
+                    if (key, value) != _DEFAULT or (key in options and not is_only):
                         options.setdefault_at(key, value, span)
                         lost += [] if options[key] == value else [f"{key} {value}"]
                 if options:

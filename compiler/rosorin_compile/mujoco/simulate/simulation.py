@@ -32,7 +32,7 @@ from rosorin_compile.source.wording import counted, first_of, listed
 
 from ..mjcf.engine import reason
 from ..rest_pose import leader_of
-from .scenarios import FIXED, FREE, Driven, PoseTrial, Swept, Swung, World, quiet, run_scenarios
+from .scenarios import FIXED, FREE, Driven, PoseTrial, Swept, Swung, World, quiet, run_scenarios, undriven_joints
 
 _TIPPED = 0.2  # rad
 _SHOWN = 3  # names
@@ -83,6 +83,7 @@ class Simulated:
     poses: tuple[PoseTrial, ...] = ()
     drive: tuple[Driven, ...] = ()
     own_servos: Annotated[tuple[str, ...], "joints of the drive without an actuator, which got a servo"] = ()
+    undriven: Annotated[tuple[str, ...], "joints that no actuator drives"] = ()
     ranges: Annotated[tuple[Swept, ...], "joints that were moved over their ranges"] = ()
     energy: Swung | None = None
     timing: Annotated[Timing | None, "null with `--no-timing`"] = None
@@ -143,6 +144,7 @@ def simulate_robot(
     timestep, speed = float(world.model.opt.timestep), world.steps / world.cpu if world.cpu else 0.0
     units, files = {joint.name: joint.unit for joint in robot.joints if joint.moves}, understood.expanded.files
     result = Simulated(robot.name, mujoco.__version__, base, timestep, used, units, own_servos=world.own, inputs=files)
+    result = replace(result, undriven=undriven_joints(world))
     result = replace(result, timing=Timing(speed, speed * timestep) if timing else None, **scenarios)
     return replace(result, diagnostics=tuple(arrange(settled(case, _judge(case, result), "simulation"))))
 
@@ -185,6 +187,12 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
     if result.own_servos and result.drive:
         message = f"no actuator turns {first_of(result.own_servos, _SHOWN)}: simulate drove with its own servos"
         yield replace(case.problem("drive-without-actuator", message, ("drive",), key=True), of=result.own_servos)
+    if result.undriven:
+        message = f"no actuator drives {first_of(result.undriven, _SHOWN)}: nothing moves it here"
+        place = case.joint(robot.joint[result.undriven[0]])
+        yield replace(
+            case.problem("joint-without-actuator", message, place, key=True, severity=NOTE), of=result.undriven
+        )
     for driven in result.drive:
         if driven.broken:
             yield broken(f"driving {driven.command}", driven.broken, ("drive",))
@@ -212,13 +220,14 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
             continue
         for end, side in zip(swept.ends, ("lower", "upper"), strict=True):
             if end.error > limits["reach"]:
+                limit = f"its {side} limit of " if joint.limit and joint.type != "continuous" else ""
                 message = (
-                    f'moved to its {side} limit of {round(end.target, 4):.6g} {joint.unit}, joint "{joint.name}" ends'
+                    f'moved to {limit}{round(end.target, 4):.6g} {joint.unit}, joint "{joint.name}" ends'
                     f" {end.error:.3g} {joint.unit} before it{_touching(end.touches[0] if end.touches else None)}"
                 )
                 if end.touches and end.first_touch:
                     message += f", from {round(end.touch_position, 2):.6g} {joint.unit} on"
-                place, severity = case.joint(joint, "limit", side), NOTE if end.touches else ""
+                place, severity = case.joint(joint, *(("limit", side) if limit else ())), NOTE if end.touches else ""
                 yield case.problem("limit-not-reached", message, place, severity=severity)
     swung = result.energy
     if swung is not None and swung.broken:

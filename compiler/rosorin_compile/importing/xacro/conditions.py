@@ -238,7 +238,8 @@ class ChosenFiles:
         """Return the names that a formula may have as a pattern of files, and as a regular expression."""
         pattern = form = ""
         for part in parts_of(node):
-            if isinstance(part, ast.Name) and (not kind or self.program.variables[part.id]["kind"] == kind):
+            variable = self.program.variables.get(getattr(part, "id", ""))
+            if variable is not None and kind in ("", variable["kind"]):
                 form += f"(?P={part.id})" if f"(?P<{part.id}>" in form else f"(?P<{part.id}>[^/]+)"
                 pattern += "*"
                 continue

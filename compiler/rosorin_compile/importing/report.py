@@ -23,20 +23,9 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, counte
 from rosorin_compile.source.files import is_file, resolve
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map, Seq
 
 from .layout import within_part
-
-RULES = (
-    Rule(
-        "import-mesh-path",
-        "A warning: meshes or textures are named by a path that only this machine has or, in a xacro, by one that "
-        "leads out of its folder. Or `--meshes` for a robot without relative names.",
-        "Name them as package://NAME/FILE; or `--meshes FOLDER`, as seen from the artifacts.",
-        Heading.READING,
-    ),
-)
 
 _RULE = "import-mesh-path"
 _TAG = re.compile(r"<([^\s/>!?]+)")

@@ -33,29 +33,12 @@ from rosorin_compile.source.diagnostics import (
 )
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 
 from .description import write
 from .repeats import with_parts
 from .report import seen_from
 from .same_model import by_elements, model_differences, read_back, section_differences, without_words
-
-RULES = (
-    Rule(
-        "import-differs",
-        "The description that import would write is not the same robot; nothing is written.",
-        "That is a fault of the tool: please report it with the file.",
-        Heading.READING,
-    ),
-    Rule(
-        "import-untold",
-        "The engine of the source's format (MuJoCo, Drake) finds something in the result that is otherwise than in the "
-        "source, and no other message of the import says so; nothing is written.",
-        "Please report it with the file. `--lenient` writes it all the same, with a warning.",
-        Heading.READING,
-    ),
-)
 
 STATES = 20
 _SEED = 20

@@ -35,9 +35,7 @@ def test_check_says_what_is_not_there(base: Path, capsys: pytest.CaptureFixture[
     (base / "urdf/rosorin.urdf").unlink()
     assert check(base) == 1
     said = capsys.readouterr().err
-    assert (
-        f"error[deployed-missing]: there is no rosorin.urdf in {base}\n    rosorin-compile deploy\n" in said
-    )
+    assert f"error[deployed-missing]: there is no rosorin.urdf in {base}\n    rosorin-compile deploy\n" in said
     assert "note[deployed-missing]: there is no copy of " in said
     assert "static_tf.json" in said
 

@@ -22,28 +22,12 @@ from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Source, Span
 from rosorin_compile.source.load import LoadError, parse_yaml, read_utf8
 from rosorin_compile.source.numbers import exact
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..layout import Verbatim, escaped, layout
 from .shapes import KINDS, Fit, FitQuality
 from .sources import Part
-
-RULES = (
-    Rule(
-        "extract-file",
-        "A result cannot be written, or would overwrite a file that `extract` did not make.",
-        "Another name, or `--force`.",
-        Heading.MESHES,
-    ),
-    Rule(
-        "extract-into",
-        "The file has no such height map, or it is written in a way that cannot be edited.",
-        "Name its link with `--frame`, or write a file with `-o`.",
-        Heading.MESHES,
-    ),
-)
 
 _HELP = "write it in block style without anchors and aliases; or write a file with -o FILE, and paste it"
 MARK = "# rosorin-compile extract"  # begins every file that extract writes

@@ -35,7 +35,6 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.files import record, shown
 from rosorin_compile.source.messages import with_calls
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import and_more, counted
 from rosorin_compile.source.xml.markup import Document, MarkupError, named, parse, read_source
@@ -43,35 +42,6 @@ from rosorin_compile.source.xml.markup import Document, MarkupError, named, pars
 from .child import out_of_time
 from .expand_errors import COMMENT, ExpandErrors, Origins, Sources
 from .macros import how_to_call, macro_call, macros_of
-
-RULES = (
-    Rule(
-        "xacro-runs-code",
-        "A warning, before a xacro is expanded: it can run Python code of whoever wrote it.",
-        "Continue only if you trust the authors; `--trust` or `ROSORIN_COMPILE_TRUST=1` silences the warning.",
-        READING,
-    ),
-    Rule(
-        "import-machine-path",
-        "A warning: what is kept of an expanded xacro names a file by its folder on this machine.",
-        "Let the xacro write `package://PACKAGE/FILE` where the reader takes that.",
-        READING,
-    ),
-    Rule("xacro-says", "A note: a message that xacro printed.", topic=READING),
-    Rule("xacro-error", "xacro cannot expand the file.", "The message is that of xacro.", READING),
-    Rule(
-        "package-missing",
-        "A ROS package is not found.",
-        "`--package NAME=PATH`; in an include `packages: {NAME: FOLDER}`",
-        READING,
-    ),
-    Rule(
-        "extra-missing",
-        "What reads the format is not installed.",
-        "The command that the message has: it installs the extra of what this installation came from.",
-        READING,
-    ),
-)
 
 _TRUST = "ROSORIN_COMPILE_TRUST"  # 1: trust all files
 _TRUSTED_FILES = Path("rosorin-compile", "trusted")  # digests, in the configuration folder of the user
@@ -178,17 +148,13 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         message = f"xacro makes something of {path.name} that is no XML: {failure.diagnostic.message}"
         return Imported(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
     made.origin = Origins(made, answer["places"], sources, first)
-    if made.root.tag != "robot":
+    problem = None if any(child.tag == "link" for child in made.root.children) else _no_links(document, path, options)
+    if problem is None and made.root.tag != "robot":
         help = f"write it to a file first: xacro {path.name} > {path.name.split('.')[0]}.xml"
         message = f"{path.name} expands to <{made.root.tag}>, not to <robot>"
-        return Imported(None, [*diagnostics, error("wrong-root", message, made.root.span, help)], (), files)
-    if not any(child.tag == "link" for child in made.root.children) and options.call is not None:
-        message, span = f'the macro "{options.call["macro"]}" makes no link', options.call.value_spans["macro"]
-        return Imported(None, [*diagnostics, error("no-links", message, span, "call one that does")], (), files)
-    macros = macros_of(document, path, Packages(options.packages, options.environment or os.environ, path))
-    if macros and not any(child.tag == "link" for child in made.root.children):
-        message = f"{path.name} makes no link: it defines macros for other files"
-        return Imported(None, [*diagnostics, error("no-links", message, first, how_to_call(path, macros))], (), files)
+        problem = error("wrong-root", message, made.root.span, help)
+    if problem is not None:
+        return Imported(None, [*diagnostics, problem], (), files)
     read = read_urdf(made, path, options, files)
     if mount and read.tree is not None:
         read = read._replace(tree=_without_mount(read.tree, mount), mount=mount)
@@ -196,6 +162,16 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         read = read._replace(passed=call.passed)
     own = _of_this_machine(made, answer["folders"])
     return read._replace(diagnostics=[*diagnostics, *map(with_calls, [*read.diagnostics, *own])])
+
+
+def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnostic | None:
+    """Return the error for a macro that makes no link, or for a file that only defines macros."""
+    if options.call is not None:
+        message, span = f'the macro "{options.call["macro"]}" makes no link', options.call.value_spans["macro"]
+        return error("no-links", message, span, "call one that does")
+    macros = macros_of(document, path, Packages(options.packages, options.environment or os.environ, path))
+    message = f"{path.name} makes no link: it defines macros for other files"
+    return error("no-links", message, document.root.span, how_to_call(path, macros)) if macros else None
 
 
 def _mount(made: Document) -> str:

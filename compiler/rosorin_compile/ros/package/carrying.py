@@ -22,7 +22,7 @@ from rosorin_compile.source.files import read_bytes, resolve
 from rosorin_compile.source.load import yaml_of
 from rosorin_compile.source.project import Description, tool_folders
 
-from .meshes import named
+from .copies import named
 from .options import is_legal
 from .starting import ARGUMENTS, WORDS, LaunchArgument, spelt_statics
 

@@ -28,9 +28,21 @@ from rosorin_compile.source.load import LoadError
 from ..rules import report
 from . import options as mapping
 from .checking import unreadable
-from .copies import Difference, ProtectedFile, copies, difference, forms, kept, other_robot, placed, protected_files
+from .copies import (
+    Difference,
+    ProtectedFile,
+    copies,
+    difference,
+    forms,
+    kept,
+    named_files,
+    not_placed,
+    other_robot,
+    placed,
+    protected_files,
+    settle,
+)
 from .launch_files import check_launch_files
-from .meshes import named_files, not_placed, settle
 from .options import NOWHERE
 from .package import folder_of
 

@@ -24,7 +24,7 @@ from rosorin_compile.source.project import Description
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..ports import IN, message_of_sensor, ports
-from . import meshes, starting
+from . import copies, starting
 from .bringup import Bringup, bringup
 from .options import NO_LICENSE, NO_MAIL, NOBODY, STAMP, Options, PackageOptions, file_name, options_of
 
@@ -155,14 +155,14 @@ def make(
             known: dict[str, Path] = {} if searched is None else dict(searched.by_name)
             known |= {urdf_file_name(name): file for name, file in known.items()}
             lost = frozenset[str]() if searched is None else searched.missing
-            settled = meshes.settle(artifact.text, options.name, sources, target, known, lost, place)
+            settled = copies.settle(artifact.text, options.name, sources, target, known, lost, place)
             artifact = dataclasses.replace(artifact, text=settled.text)
             needs.update(settled.packages)
             diagnostics += settled.diagnostics
             files.update({name: read_bytes(path) for name, path in settled.files.items()})
         elif FORMATS[artifact.backend].beside is not None:
             left = _copy_files_of(place, artifact, compiled, sources, files)
-            diagnostics += meshes.named_files(place, meshes.not_placed(place, left, placed), target)
+            diagnostics += copies.named_files(place, copies.not_placed(place, left, placed), target)
         files[place] = artifact.text.encode()
     if carried is not None:
         needs.update(carried.packages)
@@ -191,7 +191,7 @@ def _copy_files_of(
     for one in searched.found if searched else ():
         for name in one.places:
             copy = posixpath.normpath(posixpath.join(posixpath.dirname(place), posixpath.relpath(name, folder)))
-            more = meshes.companions(copy, one.file) if copy in files else {}
+            more = copies.companions(copy, one.file) if copy in files else {}
             files.update({there: read_bytes(file) for there, file in more.items() if there.count("/") > 1})
     return left
 

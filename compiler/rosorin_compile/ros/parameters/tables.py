@@ -32,8 +32,8 @@ class Key(NamedTuple):
     """A parameter that a kind of node has. ``name`` may have pieces such as <n>, which stand for many names.
 
     ``valid`` are its validators with their arguments, ``forced`` is what sets it whatever a file says. ``frame`` says
-    what the frame is for that it names, empty if it names none; ``only`` the distributions that know it. Without one
-    that is ``needed`` its node does not start.
+    what the frame is for that it names, empty if it names none; ``only`` the distributions that know it, and ``stock``,
+    if not empty, those whose stock plug-in has it. Without one that is ``needed`` its node does not start.
     """
 
     name: str
@@ -44,29 +44,12 @@ class Key(NamedTuple):
     frame: str = ""
     forced: str = ""
     needed: bool = False
+    stock: tuple[str, ...] = ()
 
     @property
     def many(self) -> bool:
         """Whether it stands for keys of many names."""
-        return _is_variable(self.name)
-
-
-def _is_variable(piece: str) -> bool:
-    return "<" in piece or "__map_" in piece
-
-
-def _may_stand_for(piece: str, word: str) -> bool:
-    before, *variable = _VARIABLE.split(piece)
-    return word.startswith(before) and word.endswith(variable[-1]) if variable else word == piece
-
-
-def _stands_for(many: str, name: str) -> bool:
-    pieces, words = many.split("."), name.split(".")
-    if len(pieces) != len(words):
-        return False
-    if not all(map(_may_stand_for, pieces, words)):
-        return False
-    return _pattern(many).fullmatch(name) is not None
+        return "<" in self.name or "__map_" in self.name
 
 
 @cache
@@ -101,7 +84,7 @@ class Kind:
 
     def key(self, name: str) -> Key | None:
         """Return what is known of a parameter; of several keys that fit the one without variables."""
-        return self.keys.get(name) or next((key for key in self._many if _stands_for(key.name, name)), None)
+        return self.keys.get(name) or next((key for key in self._many if _pattern(key.name).fullmatch(name)), None)
 
     @cached_property
     def _many(self) -> list[Key]:
@@ -114,6 +97,10 @@ class Kind:
     def has(self, key: Key) -> bool:
         """Say whether the distribution that was asked for knows a key."""
         return not self.distribution or self.distribution in key.only
+
+    def writes(self, key: Key) -> bool:
+        """Return True if files for the distribution may have a key: it or its stock plug-in knows it."""
+        return self.has(key) and (not key.stock or self.distribution in key.stock)
 
     def own(self) -> Iterator[Key]:
         """Yield the keys that the distribution knows."""
@@ -192,7 +179,8 @@ def _key_of_node(name: str, entry: Mapping[str, Any], distribution: str) -> Key:
     if "one_of" in entry:
         valid["one_of"] = [entry["one_of"]]
     only = tuple(entry.get("only", DISTRIBUTIONS))
-    return Key(name, entry["type"], entry.get("default"), valid, only, entry.get("frame", ""))
+    stock = tuple(entry.get("stock", ()))
+    return Key(name, entry["type"], entry.get("default"), valid, only, entry.get("frame", ""), stock=stock)
 
 
 # The packages that a description may name for a controller: that which starts it is as good as its own.
@@ -226,6 +214,8 @@ def controller(plugin: str, distribution: str) -> Kind | None:
         removed = of_all["removed_after_jazzy"].get(plugin, ())
         keys = {name: _later(key, distribution, removed) for name, key in keys.items()}
         chosen = distribution
+    for name in of_all["without_effect"].get(plugin, ()):
+        keys[name] = keys[name]._replace(only=(*DISTRIBUTIONS, distribution), stock=keys[name].only)
     port = port_of(plugin, "", TF)
     odometry = port.topic if port else ""
     packages = (plugins("")[plugin], *_OF_CONTROLLERS)

@@ -8,19 +8,12 @@ from __future__ import annotations
 
 import math
 import operator
-import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rosorin_compile.source.diagnostics import Help, Suggestion, listed, quoted
 
 _WORDS = {"bool": "true or false", "int": "a whole number", "double": "a double", "string": "a text"}
-_UNQUOTED = {
-    "bool": re.compile("yes|no|true|false|on|off", re.IGNORECASE),
-    "int": re.compile(r"[-+]?\d+"),
-    "double": re.compile(r"[-+]?\d+\.\d*"),
-}
-_NONE = re.compile(r"(?!)")
 _MANY = {"bool": "booleans", "int": "whole numbers", "double": "doubles", "string": "texts"}
 
 
@@ -76,16 +69,14 @@ def value_text(value: Any) -> str:
 
 def as_type(value: Any, kind: str) -> str:
     """Return the fix for a value of the wrong type."""
-    meant = converted(value, kind)
-    if fits(meant, kind):
-        return f"write {written(meant)}"
-    if isinstance(value, str) and _UNQUOTED.get(kind, _NONE).fullmatch(value):
-        return "write it without quotes"
-    if kind == "string_array" and isinstance(value, str):
-        return f"write [{value}]"
-    if kind == "string" and isinstance(value, (bool, int, float)):
-        return f'write "{written(value)}"'
-    return f"write {type_in_words(kind)}"
+    made = converted(value, kind)
+    if kind == "string" and not isinstance(value, (list, tuple)):
+        made = written(value)
+    elif kind == "string_array":
+        made = [value]
+    elif isinstance(value, str) and kind in _WORDS:
+        return f"write {type_in_words(kind)} without quotes"
+    return f"write {written(made) if fits(made, kind) else type_in_words(kind)}"
 
 
 def written(value: Any) -> str:

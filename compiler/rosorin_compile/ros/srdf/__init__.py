@@ -1,22 +1,247 @@
-"""SRDF: what MoveIt has to know of a robot beside its URDF.
+"""The SRDF of a robot: what it is meant to contain, its text, and what such a text contains.
 
-``planning`` has the links and joints of the URDF and the joints of groups; ``text`` writes an SRDF and reads it back,
-``reading`` reads those of others. ``checks`` has the rules about the section ``moveit``, ``matrix`` its fingerprints.
+It speaks of the links and joints of one URDF. Rules of the readers: ``ros-planning/srdfdom`` and
+``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats.format import NUMBER_FORMAT, Asked, Format, Unsupported, xml_syntax
+from rosorin_compile.formats.templating import Templates, attributes, comment
+from rosorin_compile.model import DisabledCollision, Output, Pose, Robot
+from rosorin_compile.model.robot import JointPose
+from rosorin_compile.ros.moveit import FIXED, PLANAR, Ball, Group
+from rosorin_compile.source.diagnostics import Diagnostic, counted, first_of
+from rosorin_compile.source.numbers import NumberFormat, number_format, vector
+from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
-from . import checks, reading, text
+from ..rules import report
+from . import checks, reading
+from .planning import Planning, ordered, planning_of, stale_text
 
 if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
     from rosorin_compile.source.tree import Map
     from rosorin_compile.source.xml.markup import Document
 
-__all__ = ["FORMAT"]
+Entries = Mapping[str, Mapping[str, Any]]
+_NOTHING = Ball((0.0, 0.0, 0.0), 0.0)  # of a link that touches nothing
+
+
+@dataclass(frozen=True)
+class Srdf:
+    """What an SRDF contains: things by name, and pairs of links as texts ("arm - base")."""
+
+    group: Entries = field(default_factory=dict)
+    state: Entries = field(default_factory=dict)
+    end_effector: Entries = field(default_factory=dict)
+    virtual_joint: Entries = field(default_factory=dict)
+    joint: Entries = field(default_factory=dict)
+    link: Entries = field(default_factory=dict)
+    passive_joints: frozenset[str] = frozenset()
+    links_without_collisions: frozenset[str] = frozenset()
+    disabled_collisions: frozenset[str] = frozenset()
+    checked_collisions: frozenset[str] = frozenset()
+
+
+def view(robot: Robot, output: Output) -> Srdf:  # noqa: ARG001
+    """Return what the SRDF of a robot is meant to contain."""
+    planning = planning_of(robot)
+    if planning is None:
+        return Srdf()
+    said, virtual = planning.said, planning.virtual
+    groups = {
+        one.name: {"chain": " to ".join(one.chain or ()), "joint": one.joints, "link": one.links, "group": one.groups}
+        for one in said.groups
+    }
+    ends = {
+        one.name: {"group": one.group, "parent link": one.parent, "parent group": one.parent_group}
+        for one in said.end_effectors
+    }
+    states = {
+        f"{state} of {group.name}": dict(_positions(planning, group, pose))
+        for group in said.groups
+        for state, pose in planning.states(group).items()
+    }
+    joints = {
+        name: {f"property {key}": value for key, value in of.items()}
+        for name, of in planning.joint_properties().items()
+    }
+    balls = {
+        link: {"spheres": tuple((*ball.xyz, ball.radius) for ball in some or (_NOTHING,))}
+        for link, some in said.spheres.items()
+    }
+    virtual_joint = {"parent frame": virtual.parent, "type": virtual.type} if virtual is not None else {}
+    return Srdf(
+        groups,
+        states,
+        ends,
+        {virtual.name: {**virtual_joint, "child link": planning.root}} if virtual is not None else {},
+        joints,
+        balls,
+        frozenset(said.passive_joints),
+        frozenset(said.unchecked_links),
+        frozenset(f"{' - '.join(one.links)} ({one.reason})" for one in planning.disabled()),
+        frozenset(" - ".join(ordered(pair)) for pair in said.checked),
+    )
+
+
+def _positions(planning: Planning, group: Group, pose: JointPose) -> Iterator[tuple[str, float | tuple[float, ...]]]:
+    """Yield where a state puts the joints of a group, and the base if the virtual joint is in the group.
+
+    MoveIt counts the numbers of a virtual joint as x y theta, or as x y z and a quaternion x y z w.
+    """
+    virtual = planning.virtual
+    for joint in planning.joints_in(group):
+        if joint in pose.positions:
+            yield joint, pose.positions[joint]
+        elif virtual is not None and joint == virtual.name and pose.base is not None and virtual.type != FIXED:
+            yield joint, _base(virtual.type, pose.base)
+
+
+def _base(kind: str, base: Pose) -> tuple[float, ...]:
+    if kind == PLANAR:
+        return (*base.xyz[:2], base.rpy[2])
+    w, x, y, z = base.transform().quaternion()
+    return (*base.xyz, x, y, z, w)
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return the SRDF of a robot. Option: ``number_format`` (short, exact or six)."""
+    planning, number = planning_of(robot), number_format(output.options)
+    if planning is None:
+        message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
+        return "", [report("srdf-without-urdf", message)]
+    said = planning.said
+    states = [
+        (state, group.name, [(joint, _value(at, number)) for joint, at in _positions(planning, group, pose)])
+        for group in said.groups
+        for state, pose in planning.states(group).items()
+    ]
+    spheres = [
+        (link, [(vector(ball.xyz, number), number(ball.radius)) for ball in balls or (_NOTHING,)])
+        for link, balls in said.spheres.items()
+    ]
+    computed = ""
+    if said.matrix is not None:
+        computed = f"{counted(said.matrix.states, 'random state')}, seed {said.search.seed}"
+        computed = f"Computed by rosorin-compile collisions: {computed}. Lengths are the smallest distances of the "
+        computed = comment(f"{computed}states that were tried.")
+    values = {
+        "name": robot.name,
+        "urdf": planning.urdf.file,
+        "attributes": attributes,
+        "comment": comment,
+        "said": said,
+        "states": states,
+        "virtual": planning.virtual,
+        "root": planning.root,
+        "properties": planning.joint_properties(),
+        "spheres": spheres,
+        "checked": sorted(map(ordered, said.checked)),
+        "computed": computed,
+        "disabled": [(pair, comment(_distance(pair))) for pair in planning.disabled()],
+    }
+    text = templates.own("ros/robot.srdf.jinja", values)
+    return text, [*_stale_meshes(planning), *_left_out(planning)]
+
+
+def _value(at: float | tuple[float, ...], number: NumberFormat) -> str:
+    if isinstance(at, float | int):
+        return number(at)
+    split = 2 if len(at) == 3 else 3  # lengths, then a rotation
+    return f"{vector(at[:split], number)} {vector(at[split:], number)}"
+
+
+def _distance(pair: DisabledCollision) -> str:
+    if pair.nearest is not None:
+        return f"{abs(pair.nearest) * 1000:.1f} mm{' deep' if pair.nearest < 0 else ''}"
+    return f"more than {pair.beyond * 1000:.4g} mm" if pair.beyond is not None else ""
+
+
+def _stale_meshes(planning: Planning) -> Iterator[Diagnostic]:
+    """Yield a warning about pairs whose mesh files changed; ``checks`` has the rule about all else."""
+    pairs, meshes = planning.stale_pairs()
+    if meshes and pairs:
+        message = f"{first_of(meshes, 3)} changed since the collision matrix was computed: {stale_text(pairs)}"
+        yield report("collisions-stale", message)
+
+
+def _left_out(planning: Planning) -> Iterator[Diagnostic]:
+    """Yield a note on pairs that are not to collide, of links that the URDF lacks and not just simulations have."""
+    simulated = {joint.child for joint in planning.robot.joints if joint.publisher.simulated}
+    pairs = [
+        " and ".join(pair)
+        for pair in planning.robot.disabled_contacts
+        if simulated.isdisjoint(pair) and not planning.links.issuperset(pair)
+    ]
+    if pairs:
+        message = f"not in the SRDF, because {planning.urdf.file} has not both links: disabled contacts of "
+        yield report("srdf-cannot-say", message + first_of(pairs, 3))
+
+
+def read(text: str) -> Srdf:
+    """Return what an SRDF that ``write`` made contains. Raises ValueError if it is damaged."""
+    root = tree_of(text)
+    if root.tag != "robot":
+        raise ValueError(f"the root element is {root.tag}, not robot")
+    entries: dict[str, dict[str, dict[str, Any]]] = defaultdict(lambda: defaultdict(dict))
+    sets: dict[str, set[str]] = defaultdict(set)
+    for element in root:
+        _read_element(element, entries, sets)
+    return Srdf(**entries, **{name: frozenset(found) for name, found in sets.items()})  # type: ignore[arg-type]
+
+
+def _text(element: Element, attribute: str) -> str:
+    value = element.get(attribute)
+    if value is None:
+        raise ValueError(f"<{element.tag}> has no {attribute}")
+    return value
+
+
+def _read_element(element: Element, entries: dict[str, dict[str, dict[str, Any]]], sets: dict[str, set[str]]) -> None:
+    tag = element.tag
+    if tag == "group":
+        entry: dict[str, Any] = {"chain": "", "joint": (), "link": (), "group": ()}
+        for inner in element:
+            if inner.tag == "chain":
+                entry["chain"] = f"{_text(inner, 'base_link')} to {_text(inner, 'tip_link')}"
+            else:
+                entry[inner.tag] = (*entry.get(inner.tag, ()), _text(inner, "name"))
+        entries["group"][_text(element, "name")] = entry
+    elif tag == "group_state":
+        entry = entries["state"][f"{_text(element, 'name')} of {_text(element, 'group')}"]
+        for inner in element:
+            value = _text(inner, "value")
+            entry[_text(inner, "name")] = numbers_of(value) if " " in value else number_of(value)
+    elif tag == "end_effector":
+        words = ("group", "parent_link", "parent_group")
+        entries[tag][_text(element, "name")] = {word.replace("_", " "): element.get(word, "") for word in words}
+    elif tag == "virtual_joint":
+        words = ("type", "parent_frame", "child_link")
+        entries[tag][_text(element, "name")] = {word.replace("_", " "): _text(element, word) for word in words}
+    elif tag == "joint_property":
+        entry = entries["joint"][_text(element, "joint_name")]
+        entry[f"property {_text(element, 'property_name')}"] = _text(element, "value")
+    elif tag == "link_sphere_approximation":
+        balls = ((*numbers_of(_text(one, "center"), 3), number_of(_text(one, "radius"))) for one in element)
+        entries["link"][_text(element, "link")] = {"spheres": tuple(balls)}
+    elif tag in ("disable_collisions", "enable_collisions"):
+        pair = " - ".join(sorted((_text(element, "link1"), _text(element, "link2"))))
+        if tag == "enable_collisions":
+            sets["checked_collisions"].add(pair)
+        else:
+            sets["disabled_collisions"].add(f"{pair} ({element.get('reason', DisabledCollision.reason)})")
+    elif tag == "passive_joint":
+        sets["passive_joints"].add(_text(element, "name"))
+    elif tag == "disable_default_collisions":
+        sets["links_without_collisions"].add(_text(element, "link"))
 
 
 def _is_other(document: Document) -> bool:
@@ -51,9 +276,9 @@ FORMAT = Format(
     file="{}.srdf",
     endings=(".srdf",),
     check=checks.check,
-    write=text.write,
-    view=text.view,
-    read=text.read,
+    write=write,
+    view=view,
+    read=read,
     join=reading.join,
     joins=("moveit",),
     is_other=_is_other,

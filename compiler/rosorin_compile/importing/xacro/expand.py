@@ -63,7 +63,7 @@ _MAKING = ("attribute", "call", "element", "if", "insert_block", "unless")
 
 
 def is_xacro(document: Document, path: Path) -> bool:
-    """Return True if a document has anything to expand: elements or attributes of xacro; in a .xacro also ${} and $()."""
+    """Return True if a document has elements or attributes of xacro, or, in a .xacro, ${} or $()."""
     text = document.source.text
     if "xacro:" in text:
         for element in document.root.iter():

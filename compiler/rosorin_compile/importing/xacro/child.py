@@ -263,7 +263,7 @@ class Expansion:
     # What is missing.
 
     def stand_in(self, kind: str, name: str) -> str:
-        """Record something that is missing, and return what stands for it."""
+        """Record something that is missing, and return a value in its place."""
         if _NOTHING not in name:
             self.missing.setdefault((kind, name), _current_place())
         return _NOTHING

@@ -161,6 +161,7 @@ class Expansion:
             _name_packages(document, self.packages, [*map(str, xacro.all_includes), self.file])
             answer["places"] = [_place(node) for node in elements(document)]
             answer["folders"] = _folders(self.packages, xacro.all_includes, self.file)
+            answer["packages"] = {name: str(folder) for name, folder in self.packages.found()}
             answer["text"] = document.toprettyxml(indent="  ")
         except Exception as problem:  # whatever the file does is an answer
             answer |= _error(problem) | {"at": _place_of_error(problem)}

@@ -159,6 +159,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         read = read._replace(tree=_without_mount(read.tree, mount), mount=mount)
     if call is not None:
         read = read._replace(passed=call.passed)
+    read = read._replace(packages={name: Path(folder) for name, folder in answer["packages"].items()})
     own = _of_this_machine(made, answer["folders"])
     return read._replace(diagnostics=[*diagnostics, *map(with_calls, [*read.diagnostics, *own])])
 
@@ -204,7 +205,7 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
                 found.append((f"{named(element)} names a file of this machine: {value.strip()[:200]}", span))
     if found:
         (message, span), *more = found
-        help = "it is kept as it is; let the xacro write package://PACKAGE/FILE where the reader takes that"
+        help = "artifacts have it, too; let the xacro write package://PACKAGE/FILE where the reader takes that"
         message += f",{and_more(len(more))}" if more else ""
         yield Diagnostic("import-machine-path", WARNING, message, span, (), help)
 

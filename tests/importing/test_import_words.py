@@ -20,8 +20,7 @@ from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing.round_trip import check_round_trip
-from rosorin_compile.importing.words import worded
-from rosorin_compile.importing.words.report import told_words
+from rosorin_compile.importing.words import told_words, worded
 from support.paths import ROOT, data_text
 from support.unrounded import compile_unrounded
 

@@ -105,6 +105,20 @@ def test_editors_know_the_macros_and_their_parameters(monkeypatch, capsys):
     assert "dict(shoulder_pan_joint=0.0,elbow_joint=0.0)" in keys[0]["initial_positions"]["description"]
 
 
+def test_a_schema_with_macros_is_of_the_same_version(tmp_path, monkeypatch, capsys):
+    shutil.copytree(MACROS, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "first"]) == 0
+    capsys.readouterr()
+    assert main(["schema", "--macros"]) == 0
+    schema = Path("descriptions/.schema/rosorin-compile.schema.json")
+    schema.write_text(capsys.readouterr().out, "utf-8")
+    for name, is_older in (("second", False), ("third", True)):
+        assert main(["init", name]) == 0
+        assert ("is of another version" in capsys.readouterr().out) == is_older
+        schema.write_text(schema.read_text("utf-8").replace("draft-07", "draft-06"), "utf-8")
+
+
 def robot(folder: Path, macro: str, entry: str) -> tuple[dict[str, str], list[str]]:
     """Return the artifacts of a robot that calls a macro, and the rules of its errors and warnings."""
     write_files(folder, {
@@ -129,12 +143,15 @@ LINK = '<link name="l"/>'
         ("connected_to:='' xyz:='0 0 0' rpy:='0 0 0'",
          LINK + JOINT.format("${connected_to}", '<origin xyz="${xyz}" rpy="${rpy}"/>'),
          "parent: base, xyz: [2, 0, 0], rpy: [0, 0, 0]", "2 0 0"),
+        ("parent_link xyz rpy", LINK + JOINT.format("${parent_link}", '<origin xyz="${xyz}" rpy="${rpy}"/>'),
+         "parent: base", "0 0 0"),
         # One whose parent is a link of the description without a parameter.
         ("*origin", LINK + JOINT.format("base", '<xacro:insert_block name="origin"/>'), "xyz: [3, 0, 0]", "3 0 0"),
         ("parent **inner", LINK + JOINT.format("${parent}", '<xacro:insert_block name="inner"/>'),
          "parent: base, with: {inner: '<origin xyz=\"4 0 0\"/>'}", "4 0 0"),
         ("parent x:=^|5", LINK + JOINT.format("${parent}", '<origin xyz="${x} 0 0"/>'), "parent: base", "5 0 0"),
-        ("parent at", LINK + JOINT.format("${parent}", '<origin xyz="${at[1][\'x\']} 0 0"/>'),
+        # As xacro.load_yaml makes it, with attributes.
+        ("parent at", LINK + JOINT.format("${parent}", '<origin xyz="${at[1].x} 0 0"/>'),
          "parent: base, with: {at: [1, {x: 600 cm}]}", "6 0 0"),
     ],
 )  # fmt: skip
@@ -154,12 +171,44 @@ def test_arguments_of_the_file_are_args(tmp_path):
     assert 'xyz="7 0 0"' in files["r.urdf"]
 
 
+def test_a_robot_that_the_file_makes_itself_is_left_out(tmp_path):
+    """Its materials stay; of two definitions of a macro, xacro takes the one of the condition."""
+    macro = f'<xacro:macro name="m" params="x parent y">{LINK}{JOINT.format("${parent}", "")}</xacro:macro>'
+    macro = f'<xacro:if value="0">{macro}</xacro:if><xacro:if value="1">{macro.replace(" y", " z:=1")}</xacro:if>'
+    outside = '<link name="k"/><gazebo reference="k"/><material name="red"><color rgba="1 0 0 1"/></material>'
+    files, rules = robot(tmp_path, macro + outside, "parent: base, with: {x: 1}")
+    assert rules == []
+    urdf = ET.fromstring(files["r.urdf"])
+    assert [(one.tag, one.get("name")) for one in urdf] == [
+        ("material", "red"), ("link", "base"), ("link", "l"), ("joint", "j"),
+    ]  # fmt: skip
+
+
 def test_values_of_a_description_are_not_run_by_xacro(tmp_path):
     """The trust in the file of a vendor is none in the description that calls its macro."""
     body = LINK + '<gazebo reference="l"><a>${text} ${list[0]} ${list[1]}</a></gazebo>'
     entry = """with: {text: "${'$'}{1+1} ${'$'}(arg x)", list: ["${'$'}{1+1}", "'}"]}, parent: base"""
     files, _ = robot(tmp_path, f'<xacro:macro name="m" params="text list">{body}</xacro:macro>', entry)
     assert "<a>${1+1} $(arg x) ${1+1} '}</a>" in files["r.urdf"]
+
+
+def test_the_publisher_of_an_include_is_that_of_the_joint_on_its_parent(tmp_path):
+    macro = f'<xacro:macro name="m" params="parent">{LINK}{JOINT.format("${parent}", "")}</xacro:macro>'
+    robot(tmp_path, macro, "parent: base, publisher: {none: calibrated}")
+    made = compile_robot(tmp_path / "robot.yaml")
+    assert made.robot is not None
+    assert made.robot.joint["j"].publisher.about == "calibrated"
+
+
+def test_the_root_of_a_file_of_macros_may_have_any_name(tmp_path):
+    """Vendors write <root> where xacro takes the content alone."""
+    write_files(tmp_path, {
+        "v.xacro": f'<root {NAMESPACE}><xacro:macro name="m" params="">{LINK}</xacro:macro></root>',
+        "robot.yaml": "robot: r\ninclude: [{file: v.xacro, macro: m}]\n",
+    })  # fmt: skip
+    made = compile_robot(tmp_path / "robot.yaml")
+    assert made.robot is not None
+    assert [link.name for link in made.robot.links] == ["l"]
 
 
 def test_the_error_for_a_file_of_macros_names_the_call(tmp_path, monkeypatch, capsys):

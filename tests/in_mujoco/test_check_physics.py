@@ -128,4 +128,4 @@ def test_what_is_not_installed_is_named_with_the_command(capsys: Shown, monkeypa
 @pytest.mark.usefixtures("rosorin")
 def test_it_does_not_go_with_other_comparisons(capsys: Shown) -> None:
     assert main(["check", "physics", "--every-argument"]) == 2
-    assert "check physics has no option --every-argument" in capsys.readouterr().err
+    assert 'check physics has no option "--every-argument"' in capsys.readouterr().err

@@ -28,11 +28,10 @@ from .into import Package, in_the_end, inside, package_at, package_report, put_i
 from .reimport import ENDING, Record, Request, import_again, is_record, record_of, recorded, remove
 from .report import Renamed, accepted, kept, renamed, repeated, sizes
 from .round_trip import RoundTrip, check_round_trip, schema_beside
-from .words import Worded, worded
-from .words.report import told_words
+from .words import Worded, told_words, worded
+from .xacro.documents import Target
 from .xacro.sharing import Sharing
-from .xacro.translate import Translation, translate, translation_report
-from .xacro.write_yaml import Target
+from .xacro.translate import Translation, translate
 
 _MJCF = "mjcf"
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
@@ -129,6 +128,7 @@ class _Import:
         if meshes is not None and (not meshes.isprintable() or not meshes.strip() or meshes.endswith("://")):
             raise RequestError(f'--meshes "{meshes}" is neither a folder nor package://NAME')
         self.reading = ReadOptions(options.arguments, packages, options.lenient, tell=options.warn, trust=options.trust)
+        self.request = Request(self._command_line(), options.ours)
 
     def _package(self) -> tuple[Package | None, str]:
         """Return the package that gets the description, and the source relative to it. Raises RequestError."""
@@ -155,8 +155,7 @@ class _Import:
         called = imported._replace(tree=tree).file_name
         folder = options.output or Path(base, Description.FOLDER, called)
         result = replace(result, robot=tree["robot"], folder=str(folder))
-        request = Request(self._command_line(), options.ours)
-        record = recorded(folder, request.words) if self.package is None and not options.force else None
+        record = recorded(folder, self.request.words) if self.package is None and not options.force else None
         if self.package is None and record is None:
             _check_folder(folder, options.force)
         keeps = imported.takes_arguments and not options.flat
@@ -173,15 +172,14 @@ class _Import:
         if translation is not None and translation.files:  # it has words of its own: those of all combinations
             imported, lines = read._replace(tree=translation.plain or named.tree), list(translation.words)
             trip = trip._replace(files=translation.files)
-        translated = list(translation_report(translation)) if translation is not None else []
+        translated = translation.report if translation is not None else ()
         if self.package is not None:
-            grown = translation.grown if translation is not None else {}
-            return self._put_into(self.package, result, imported, trip, [*lines, *translated], grown, request)
+            return self._put_into(self.package, result, imported, trip, [*lines, *translated])
         if record is not None:
             is_program = translation is not None and translation.files
             files = trip.files if is_program else _as_split(trip, record, folder)
-            return self._import_again(result, record, files, request)
-        written = self._write(folder, {**trip.files, **record_of(trip.files, request.words)})
+            return self._import_again(result, record, files)
+        written = self._write(folder, {**trip.files, **record_of(trip.files, self.request.words)})
         if written is None:
             return self._end(result)
         report = [*_report(folder, imported, trip, written.kept, lines), *translated]
@@ -271,39 +269,30 @@ class _Import:
         return translate(self.source, self.reading, read, trip.outputs, target)
 
     def _put_into(
-        self,
-        package: Package,
-        result: ImportResult,
-        imported: Imported,
-        trip: RoundTrip,
-        lines: Sequence[str],
-        grown: Mapping[str, str],
-        request: Request,
+        self, package: Package, result: ImportResult, imported: Imported, trip: RoundTrip, lines: Sequence[str]
     ) -> ImportResult:
         """Write the description to the package of its source."""
         source, folder = self.name_in_package, Path(result.folder)
         try:
-            put = put_into(package, source, self.options.arguments, folder.name, trip.files, request, grown)
+            put = put_into(package, source, self.options.arguments, folder.name, trip.files, self.request)
         except OutputError as problem:
             self.diagnostics.append(problem.diagnostic)
             return self._end(result)
-        self.diagnostics += arrange(put.refused)
+        self.diagnostics += arrange([*put.refused, *(put.merged.diagnostics if put.merged else ())])
         if put.refused:
             return self._end(result)
-        self.diagnostics += arrange(put.merged.diagnostics if put.merged else ())
         report: list[str] = []
         if put.merged is None and any(file.startswith(f"{Description.FOLDER}/") for file in put.written):
             report += _report(folder, imported, trip, (), lines)
         report += package_report(package, put)
-        lines, after = tuple(to_do(package, put)), tuple(in_the_end(source, put))
-        return self._end(replace(result, written=put.written, report=tuple(report), to_do=lines, next_steps=after))
+        to_do_lines, after = tuple(to_do(package, put)), tuple(in_the_end(source, put))
+        made = replace(result, written=put.written, report=tuple(report), to_do=to_do_lines, next_steps=after)
+        return self._end(made)
 
-    def _import_again(
-        self, result: ImportResult, record: Record, files: Mapping[str, str], request: Request
-    ) -> ImportResult:
+    def _import_again(self, result: ImportResult, record: Record, files: Mapping[str, str]) -> ImportResult:
         """Merge a newer state of the source into its description."""
         folder = Path(result.folder)
-        merged = import_again(folder, record, files, request)
+        merged = import_again(folder, record, files, self.request)
         if merged.refused:
             self.diagnostics += arrange(merged.diagnostics)
             return self._end(result)

@@ -17,7 +17,6 @@ from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, 
 from rosorin_compile.source.files import is_file, is_folder, read_bytes, read_text, resolve
 from rosorin_compile.source.load import LoadError, load_mapping
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 
 from .reimport import (
@@ -35,25 +34,6 @@ from .reimport import (
     text_of,
 )
 from .rewrite_launch import Line, lines_to_change
-from .xacro.merge import with_more
-
-RULES = (
-    Rule(
-        "import-name-taken",
-        "The package has a description of this name that was imported from another source, or with other arguments; "
-        "nothing is written.",
-        "`--name` gives this robot a name of its own. To replace the other one, remove its description and test.",
-        Heading.READING,
-    ),
-    Rule(
-        "import-no-record",
-        "The package has a different description of this name without a record of its import, so that changes cannot "
-        "be merged; nothing is written.",
-        "`--name` imports it beside that one. Or import the source as it was then with `-o`, and put the `.imported` "
-        "files that come of it beside those of the description.",
-        Heading.READING,
-    ),
-)
 
 CMAKE, PYTHON = "ament_cmake", "ament_python"
 _BUILD_TYPE = re.compile(r"<build_type[^<>]*>\s*([^<\s]+)\s*</build_type>")
@@ -144,7 +124,6 @@ def put_into(
     name: str,
     files: Mapping[str, str],
     request: Request,
-    grown: Mapping[str, str] = {},
 ) -> Put:
     """Write the files of a description into a package, all or nothing. Raises OutputError, RequestError.
 
@@ -155,7 +134,6 @@ def put_into(
         name: The folder of the description.
         files: The files of the description, text by name.
         request: The command line of the import.
-        grown: New texts of files that other robots share, by their text before: only that is replaced.
 
     """
     description, test = _places(name)
@@ -164,17 +142,14 @@ def put_into(
         merged = _merged(package, description, files, request) if _has_files(folder) else None
         if merged and merged.refused:
             return Put(test, refused=merged.diagnostics)
-        texts = merged.files if merged else {**files, **_records(folder, files, grown, request)}
+        texts = merged.files if merged else {**files, **_records(folder, files, request)}
         wanted = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in texts.items()}
         record = f"{description}/{Description.ROOT_FILE}{ENDING}"
         wanted[test] = _test(package, source, f"{description}/{Description.ROOT_FILE}", arguments).encode()
-        before = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in grown.items()}
         kept = [
             file
             for file, data in wanted.items()
-            if _differs(package.folder / file, data)
-            and (file == test or not (merged or is_record(file)))
-            and (file not in before or _differs(package.folder / file, before[file]))
+            if _differs(package.folder / file, data) and (file == test or not (merged or is_record(file)))
         ]
         # The records are the manifest of the description, and that of robot.yaml is the last.
         order = sorted(wanted.keys() - kept, key=lambda file: (is_record(file), file == record, file))
@@ -193,14 +168,13 @@ def _has_files(folder: Path) -> bool:
     return is_folder(folder) and any(folder.iterdir())
 
 
-def _records(there: Path, files: Mapping[str, str], grown: Mapping[str, str], request: Request) -> dict[str, str]:
-    """Return the record of a new robot; that of a file of others has what it adds, and not what somebody changed."""
+def _records(there: Path, files: Mapping[str, str], request: Request) -> dict[str, str]:
+    """Return the record of a new robot; that of a file of others stays as it is."""
     made = record_of(files, request.words)
     for file in files:
         record = Path(os.path.normpath(there / f"{file}{ENDING}"))
         if file.startswith("../") and is_file(record):
-            before = text_of(record)
-            made[f"{file}{ENDING}"] = with_more(before, grown[file], files[file]) if file in grown else before
+            made[f"{file}{ENDING}"] = text_of(record)
     return made
 
 

@@ -6,16 +6,14 @@ here. Values that follow from other keys are passed to it explicitly.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import fields, is_dataclass
-from functools import cache
+from functools import cache, partial
 from types import NoneType, UnionType
 from typing import Any, Protocol, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from rosorin_compile.model import Pose, Vector
-from rosorin_compile.model.geometry import IDENTITY
-from rosorin_compile.model.link import NO_SOURCE, Source
-from rosorin_compile.model.simulation import Actuator, Attribute, Values
+from rosorin_compile.model.simulation import Attribute, Values
 from rosorin_compile.source.diagnostics import Help
 from rosorin_compile.source.tree import Path
 
@@ -49,15 +47,22 @@ def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **give
         if name not in given:
             found[name] = pose_of_entry(entry)
     if has_values and "values" not in given:
-        found["values"] = other_values(entry, ("xyz", "rpy", "source", *converters))
+        found["values"] = values_of(entry, ("xyz", "rpy", "source", *converters))
     return kind(**found, **given)
 
 
 def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> dict[str, T]:
     """Return the records of entries by name, each with its name if it has a field for that."""
-    is_named = is_dataclass(kind) and any(field.name == "name" for field in fields(kind))
-    names = {str(name): {"name": str(name)} if is_named else {} for name in entries or ()}
+    names = {str(name): {"name": str(name)} if "name" in _fields(kind)[0] else {} for name in entries or ()}
     return {name: record_of(kind, (entries or {})[name], **given) for name, given in names.items()}
+
+
+def _records(kind: Callable[..., T], value: Any) -> tuple[T, ...]:
+    """Return the records of a list of entries, of entries by name, of a list of names, or of one name."""
+    if isinstance(value, Mapping):
+        return tuple(named_records(kind, value).values())
+    items = [value] if isinstance(value, str) else value or ()
+    return tuple(record_of(kind, None, name=str(i)) if isinstance(i, str) else record_of(kind, i) for i in items)
 
 
 def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
@@ -70,8 +75,7 @@ def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
 
 def pose_of_entry(entry: Mapping[str, Any]) -> Pose:
     """Return the pose given by ``xyz`` (m) and ``rpy`` (rad) of an entry."""
-    is_given = "xyz" in entry or "rpy" in entry
-    return Pose(vector_of(entry.get("xyz")), vector_of(entry.get("rpy"))) if is_given else IDENTITY
+    return Pose(vector_of(entry.get("xyz")), vector_of(entry.get("rpy")))
 
 
 def plain(value: Any) -> Any:
@@ -85,28 +89,9 @@ def plain(value: Any) -> Any:
     return str(value) if isinstance(value, str) else value
 
 
-def source_of(entry: Mapping[str, Any] | None) -> Source:
-    """Return the source of the values of an entry."""
-    return record_of(Source, entry) if entry else NO_SOURCE
-
-
-def actuator_of(entry: Mapping[str, Any] | None) -> Actuator | None:
-    """Return the actuator of a joint; its gear is a number or a list."""
-    if entry is None:
-        return None
-    gear = entry.get("gear", [])
-    gears = tuple(map(float, gear if isinstance(gear, list) else [gear]))
-    return record_of(Actuator, entry, gear=gears, mjcf=values_of(entry.get("mjcf")))
-
-
-def values_of(entry: Mapping[str, Any] | None) -> dict[str, Attribute]:
-    """Return MJCF attributes by name."""
-    return {name: _attribute_of(value) for name, value in sorted(entry.items())} if entry else {}
-
-
-def other_values(entry: Mapping[str, Any], known: tuple[str, ...]) -> dict[str, Attribute]:
-    """Return the MJCF attributes of an entry that also has the keys ``known``."""
-    return {key: _attribute_of(value) for key, value in sorted(entry.items()) if key not in known}
+def values_of(entry: Mapping[str, Any] | None, known: Collection[str] = ()) -> dict[str, Attribute]:
+    """Return MJCF attributes by name; ``known`` are other keys of the entry."""
+    return {key: _attribute_of(value) for key, value in sorted((entry or {}).items()) if key not in known}
 
 
 def renamed_values(entry: Mapping[str, Any], words: Mapping[str, str]) -> dict[str, Attribute]:
@@ -132,23 +117,22 @@ def _fields(kind: Any) -> tuple[dict[str, Convert], tuple[str, ...], bool]:
     return {name: _converter(hint) for name, hint in hints.items() if hint is not Pose}, poses, has_values
 
 
-_CONVERTERS: dict[Any, Convert] = {float: float, Source: source_of, Actuator: actuator_of}
-
-
 def _converter(hint: Any) -> Convert:
-    """Return the conversion to a type: quantities become numbers in SI units, lists become tuples."""
+    """Return the conversion to a type: quantities become numbers in SI units, lists (or one item) become tuples."""
     if hint == Values:
         return values_of
-    if hint in _CONVERTERS:
-        return _CONVERTERS[hint]
+    if hint is float:
+        return float
     kind = get_origin(hint)
     inner = [_converter(one) for one in get_args(hint) if one not in (NoneType, Ellipsis)]
     if kind in (Union, UnionType):
         if len(inner) != 1:
-            return lambda value: value
+            return plain
         return lambda value: None if value is None else inner[0](value)
+    if kind is tuple and is_dataclass(get_args(hint)[0]):
+        return partial(_records, get_args(hint)[0])
     if kind is tuple and len(inner) == 1:
-        return lambda value: tuple(map(inner[0], value))
+        return lambda value: tuple(map(inner[0], value if isinstance(value, (list, tuple)) else [value]))
     if kind is tuple:
         return lambda value: tuple(convert(one) for convert, one in zip(inner, value, strict=True))
     if isinstance(kind, type) and issubclass(kind, Mapping):

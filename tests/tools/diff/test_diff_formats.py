@@ -264,7 +264,10 @@ def test_the_tolerance_can_be_chosen(tmp_path: Path) -> None:
     [
         (["one.urdf"], "rosorin-compile: diff compares two robots, and was given 1: one.urdf\n"),
         (["a", "b", "c"], "rosorin-compile: diff compares two robots, and was given 3: a, b, c\n"),
-        (["one.urdf", "two.urdf"], 'rosorin-compile: no description "one.urdf": '),
+        (
+            ["one.urdf", "two.urdf"],
+            'rosorin-compile: there is no file, folder with robot.yaml or description "one.urdf"',
+        ),
         (["a", "b", "--package", "x"], 'rosorin-compile: "x" is not NAME=PATH\n'),
         (["a", "b", "--a-arg", "=1"], 'rosorin-compile: "=1" is not NAME=VALUE\n'),
     ],

@@ -20,7 +20,6 @@ from rosorin_compile.source.units import Quantity
 from ..description import free_name, identifier
 from ..layout import ROTATING, Expression, escaped, in_degrees
 from .nodes import Values, negative
-from .part_names import sign_name
 
 _TABLES = ("limit", "dynamics", "inertial", "inertia", "safety_controller", "calibration", "box", "cylinder")
 _MIN_IN_TABLE = 3  # differing values of a table that becomes one parameter
@@ -145,7 +144,9 @@ class Parameters:
     def _add_number(self, values: Sequence[Any], terms: dict[Path, Any], path: Path, owner: str, kind: str) -> None:
         if _is_sign(values):
             signs = tuple(1 if value == values[0] else -1 for value in values)
-            sign = self._index.setdefault(signs, self._sign(signs))
+            is_derived = any(self.mirrored) and signs == tuple(-1 if flag else 1 for flag in self.mirrored)
+            new = Parameter("sign", signs, "side" if is_derived else "direction", "", is_derived)
+            sign = self._index.setdefault(signs, new)
             text = _spelt(values[0], _DEGREES.get(kind, ""))
             factor = text[:-1] if text in ("1", "-1") else f"{text} * "
             sign.places.append((terms, path, lambda name: f"${{{factor}{name}}}"))
@@ -157,11 +158,6 @@ class Parameters:
             return
         has_unit = any(isinstance(value, Quantity) and value.text for value in values)
         self._add("any" if has_unit else kind, shown, terms, path, owner)
-
-    def _sign(self, signs: tuple[int, ...]) -> Parameter:
-        is_derived = any(self.mirrored) and signs == tuple(-1 if flag else 1 for flag in self.mirrored)
-        word = sign_name(self.uses, signs) or ("side" if is_derived else "direction")
-        return Parameter("sign", signs, word, "", is_derived)
 
     def _add_text(self, texts: Sequence[str], terms: dict[Path, Any], path: Path, owner: str) -> None:
         if all(self.uses) and not any("${" in text or "$(" in text for text in texts):

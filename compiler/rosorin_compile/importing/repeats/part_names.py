@@ -3,7 +3,6 @@
 A part has short names, and a use puts its own before them: ``left`` and ``wheel`` make ``left_wheel``. Where the
 differing word is elsewhere (``hip_FL_joint``), names in the part contain ``${name}``, and the use has no prefix. Names
 that are numbered consecutively (``link_0``, ``link_4``) contain ``${first + 1}``.
-Names that are numbered consecutively (``link_0``, ``link_4``) contain ``${first + 1}``.
 """
 
 from __future__ import annotations
@@ -19,11 +18,7 @@ from .nodes import MOUNT
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[^A-Za-z\d]")
 _SEPARATORS = "_-./: "
 _SIDE = re.compile(r"left|right|l|r|[fmrhb]?[lr]|[lr][fmrhb]|front|rear|back|middle|mid|hind|upper|lower|\d+")
-# Which end of which axis a name tells, as the first and the second value of a sign.
-_ENDS = {
-    "side": (re.compile(r"left|l|[fmrhb]l|l[fmrhb]"), re.compile(r"right|r|[fmrhb]r|r[fmrhb]")),
-    "end": (re.compile(r"front|fore|f|f[lr]|[lr]f"), re.compile(r"rear|back|hind|[rhb]|[rhb][lr]|[lr][rhb]")),
-}
+_LEFT = re.compile(r"left|l|[fmrhb]l|l[fmrhb]")
 _GENERIC = ("link", "joint", "frame", "body", "base", "geom", "mesh", "fixed", "the", "robot", "jnt", "axis")
 _WHOLES = {
     "finger": "finger knuckle phalanx proximal distal metacarpal mcp pip dip tip fingertip",
@@ -60,84 +55,56 @@ def split(names: Sequence[Sequence[str]]) -> Split | None:
     >>> split([["link_0", "link_2"], ["link_1", "link_3"]]).rests
     ['link_${first}', 'link_${first + 1}']
     """
-    if any("$" in name for row in names for name in row):
-        return None
-    return _by_prefix(names) or _by_word(names)
-
-
-def _by_prefix(names: Sequence[Sequence[str]]) -> Split | None:
-    """Split after the shortest prefix that leaves equal names in all instances."""
-    for end in range(1, len(names[0][0])):
-        rest = len(names[0][0]) - end
-        prefixes = [name[: len(name) - rest] for name in names[0]]
-        if len(set(prefixes)) < len(prefixes):
-            continue
-        if not all(
-            _is_word_end(name, len(prefix)) for row in names for name, prefix in zip(row, prefixes, strict=True)
-        ):
-            continue
-        rests = [row[0][end:] for row in names]
-        composed = [[prefix + rest for prefix in prefixes] for rest in rests]
-        if composed == [list(row) for row in names] and MOUNT not in rests:
-            return Split([prefix.rstrip(_SEPARATORS) or prefix for prefix in prefixes], prefixes, rests)
-    return None
-
-
-def _is_word_end(name: str, end: int) -> bool:
-    """Return True if a word ends there: after a separator or digit, before a capital, after the l of lhip."""
-    before, after = name[end - 1 : end], name[end : end + 1]
-    if not before or not after.isalnum():
-        return False
-    if before in _SEPARATORS or before.isdigit() != after.isdigit():
-        return before in _SEPARATORS or before.isdigit()
-    if before.islower() and after.islower():
-        first, following = words(name[:end])[-1:], words(name[end:])[:1]
-        return bool(first and _SIDE.fullmatch(first[0]) and following and following[0] in _PART_OF)
-    return after.isupper() and (not before.isupper() or name[end + 1 : end + 2].islower())
-
-
-def _by_word(names: Sequence[Sequence[str]]) -> Split | None:
-    """Split at the one word that differs between instances, wherever it is; it grows over equal words before it."""
-    rests: list[tuple[list[str], str]] = []
-    rows: list[list[str]] = []
+    ends: list[tuple[str, str]] = []  # what all instances of a name begin and end with
+    rows: list[list[str]] = []  # what is between, by instance
     for row in names:
         pieces = [_WORD.findall(name) for name in row]
-        if len(set(map(len, pieces))) != 1:
-            return None
-        differing = [place for place, some in enumerate(zip(*pieces, strict=True)) if len(set(some)) > 1]
-        if not differing:
+        differing = [place for place, some in enumerate(zip(*pieces, strict=False)) if len(set(some)) > 1]
+        if len(set(map(len, pieces))) > 1 or not differing or any("$" in name for name in row):
             return None
         first, last = differing[0], differing[-1] + 1
-        middles = ["".join(some[first:last]) for some in pieces]
-        if len(set(middles)) < len(middles):
+        rows.append(["".join(some[first:last]) for some in pieces])
+        ends.append(("".join(pieces[0][:first]), "".join(pieces[0][last:])))
+        if len(set(rows[-1])) < len(row):
             return None
-        rows.append(middles)
-        rests.append((pieces[0][:first], "".join(pieces[0][last:])))
-    uses, grown = rows[0], list[str]()
-    if any(row != uses for row in rows):
-        return _by_count(rows, rests)
-    while all(head for head, _ in rests) and len({head[-1] for head, _ in rests}) == 1:
-        grown = [rests[0][0][-1], *grown]
-        rests = [(head[:-1], tail) for head, tail in rests]
-    separators = ""
-    while grown and grown[0] in _SEPARATORS:
-        separators += grown.pop(0)
-    composed: list[str] = [Expression(f"{''.join(head)}{separators}${{name}}{tail}") for head, tail in rests]
-    return Split(["".join(grown) + use for use in uses], [""] * len(uses), composed)
+    if any(row != rows[0] for row in rows):
+        return _by_count(rows, ends)
+    uses, head = rows[0], ends[0][0]
+    word = _WORD.findall(head)[-1:]  # equal words before it belong to the use: leg1, leg2
+    while word and all(one.endswith("".join(word)) for one, _ in ends):
+        uses = [f"{word[0]}{use}" for use in uses]
+        ends = [(one.removesuffix(word[0]), tail) for one, tail in ends]
+        word = _WORD.findall(ends[0][0])[-1:]
+    separators = uses[0][: len(uses[0]) - len(uses[0].lstrip(_SEPARATORS))]
+    if not any(head for head, _ in ends) and not separators:
+        mark = _common_mark([tail for _, tail in ends])
+        rests = [tail.removeprefix(mark) for _, tail in ends]
+        if all(rests) and MOUNT not in rests:
+            return Split(uses, [use + mark for use in uses], rests)
+    shown = [use.removeprefix(separators) for use in uses]
+    composed: list[str] = [Expression(f"{head}{separators}${{name}}{tail}") for head, tail in ends]
+    return Split(shown, [""] * len(uses), composed)
 
 
-def _by_count(rows: list[list[str]], rests: list[tuple[list[str], str]]) -> Split | None:
+def _common_mark(tails: Sequence[str]) -> str:
+    """Return the separator that all texts begin with, or nothing."""
+    marks = {tail[:1] for tail in tails}
+    mark = marks.pop() if len(marks) == 1 else ""
+    return mark if mark and mark in _SEPARATORS else ""
+
+
+def _by_count(rows: list[list[str]], ends: list[tuple[str, str]]) -> Split | None:
     """Split at numbers that are higher by the same amount in all instances."""
     if not all(number.isdigit() and str(int(number)) == number for row in rows for number in row):
         return None
     first = [min(map(int, column)) for column in zip(*rows, strict=True)]
     composed: list[str] = []
-    for row, (head, tail) in zip(rows, rests, strict=True):
+    for row, (head, tail) in zip(rows, ends, strict=True):
         steps = {int(number) - lowest for number, lowest in zip(row, first, strict=True)}
         if len(steps) > 1:
             return None
         step = steps.pop()
-        composed.append(Expression(f"{''.join(head)}${{first{f' + {step}' if step else ''}}}{tail}"))
+        composed.append(Expression(f"{head}${{first{f' + {step}' if step else ''}}}{tail}"))
     return Split([""] * len(first), [""] * len(first), composed, first)
 
 
@@ -152,30 +119,22 @@ def part_name(uses: Sequence[str], rests: Sequence[str]) -> str:
     >>> part_name(["left", "right"], ["wheel_link", "wheel_joint"]), part_name(["FL"], ["hip_joint", "thigh", "calf"])
     ('wheel', 'leg')
     """
+    is_large = len(rests) > 2
     for group in (uses, rests):
-        common = [word for word in words(group[0]) if all(word in words(name) for name in group)]
-        telling = [word for word in common if not _SIDE.fullmatch(word) and word not in _GENERIC and len(word) > 2]
-        if telling:
-            return _PART_OF.get(telling[-1], telling[-1]) if len(rests) > 2 else telling[-1]
+        common = [word for word in _telling(group[0]) if len(word) > 2 and all(word in words(name) for name in group)]
+        if common:
+            return _PART_OF.get(common[-1], common[-1]) if is_large else common[-1]
     votes = Counter(_PART_OF[word] for name in rests for word in set(words(name)) if word in _PART_OF)
-    if votes and len(rests) > 2:
+    if votes and is_large:
         return votes.most_common(1)[0][0]
-    telling = [word for word in words(rests[0]) if not _SIDE.fullmatch(word) and word not in _GENERIC and len(word) > 1]
-    return telling[-1] if telling else "limb" if len(rests) > 2 else "piece"
+    telling = [word for word in _telling(rests[0]) if len(word) > 1]
+    return telling[-1] if telling else "limb" if is_large else "piece"
+
+
+def _telling(name: str) -> list[str]:
+    return [word for word in words(name) if not _SIDE.fullmatch(word) and word not in _GENERIC]
 
 
 def is_left(name: str) -> bool:
     """Return True if a name is one of a left side."""
-    return any(_ENDS["side"][0].fullmatch(word) for word in words(name))
-
-
-def sign_name(uses: Sequence[str], signs: Sequence[int]) -> str:
-    """Return "side" or "end" if the names of uses tell their signs, else ""."""
-    for name, ends in _ENDS.items():
-        for first, second in (ends, ends[::-1]):
-            if all(
-                any((first if sign == 1 else second).fullmatch(word) for word in words(use))
-                for use, sign in zip(uses, signs, strict=True)
-            ):
-                return name
-    return ""
+    return any(_LEFT.fullmatch(word) for word in words(name))

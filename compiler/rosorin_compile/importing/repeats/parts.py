@@ -13,8 +13,7 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Map, Path, Seq
 from rosorin_compile.source.units import Quantity
 
-from ..description import free_name, lines_of
-from ..key_order import default_of_key
+from ..description import default_of_key, free_name, lines_of
 from ..layout import ROTATING, Expression, Verbatim, in_degrees, joint_unit
 from .nodes import MARKS, MOUNT, REFERENCES, Node, equal_shapes, is_pose, mirrored, nodes_of, steps, table
 from .parameters import Parameter, Parameters, differences, is_number
@@ -116,8 +115,8 @@ class _Body:
                 least = min(min(apart[start].values()) for start in near)
                 closest = [start for start in near if min(apart[start].values()) == least]
                 if len(closest) < len(near):  # four legs may be two in front and two behind
-                    self._try_group([base, *closest])
-                    self._try_group([start for start in near if start not in closest])
+                    self._try(base, {start: apart[start] for start in closest})
+                    near = closest
             members = [start for start in apart if start not in near]
 
     def _differences(self, base: int, start: int) -> dict[str, tuple[int, int]]:

@@ -1,12 +1,11 @@
-"""Words: what a URDF says beside links and joints becomes sections of a description, where those say the same.
+"""Convert the Gazebo and ros2_control elements of a URDF to sections of a description, where both mean the same.
 
-To be read in this order: ``taking`` (which elements may become which entries), ``blocks``, ``sensors`` and ``drives``
-(one element as an entry), ``meaning`` (when two elements say the same), ``proving`` (what an entry becomes is held
-against the element that it came from), ``report`` (what became of each).
+``taking`` finds the elements, ``blocks``, ``sensors`` and ``drives`` convert one, and ``proving`` compares what an
+entry becomes with the element that it came from.
 """
 
 from __future__ import annotations
 
-from .proving import Worded, worded
+from .proving import Worded, told_words, worded
 
-__all__ = ["Worded", "worded"]
+__all__ = ["Worded", "told_words", "worded"]

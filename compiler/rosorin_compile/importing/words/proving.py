@@ -21,7 +21,7 @@ from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot, Sensor
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, and_more, first_of, has_errors
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.elements import tree_of
@@ -33,6 +33,7 @@ from .taking import CONTROL, SENSORS, Candidate, candidates, moved, put, trees, 
 
 _FORMATS = ("urdf", "sdf")
 _UNROUNDED = {"number_format": "exact"}
+_FEW, _MOST = 3, 12  # names, and lines, of a report
 _MANY = 40  # so many are tried one by one, when a rule refuses them together
 
 
@@ -288,3 +289,21 @@ def _difference(one: Candidate, texts: Sequence[str], followers: frozenset[str])
     new = [text for text in wrong if text.endswith("is new")]
     more = [text for text in new if "<sensor" not in text and "<ros2_control" not in text]
     return "written again it would not say the same" + (f": {more[0]}" if more else "")
+
+
+def told_words(worded: Worded) -> list[str]:
+    """Return the lines about the elements that became sections, and about those that did not."""
+    lines = []
+    if worded.said:
+        parts = [
+            f"{len(names)} {word}{'' if len(names) == 1 else 's'} ({first_of(list(names), _FEW)})"
+            for word, names in worded.said.items()
+        ]
+        lines.append("in words, and the same when they are written again: " + ", ".join(parts))
+    reasons: dict[str, list[str]] = {}
+    for what, why in worded.kept.items():
+        reasons.setdefault(why, []).append(what)
+    told = [f"not in words: {first_of(names, _FEW)}: {why}" for why, names in reasons.items()]
+    if len(told) > _MOST:
+        told[_MOST:] = [f"not in words:{and_more(len(told) - _MOST)}"]
+    return [*lines, *told, *worded.remarks]

@@ -23,7 +23,8 @@ __all__ = ["FORMAT"]
 def _recognises(document: Document, path: Path) -> bool:
     from .expand import is_xacro
 
-    return document.root.tag == "robot" and is_xacro(document, path)
+    defines_macros = any(child.tag == "xacro:macro" for child in document.root.children)
+    return (document.root.tag == "robot" or defines_macros) and is_xacro(document, path)
 
 
 def _read(opened: Opened) -> Imported:

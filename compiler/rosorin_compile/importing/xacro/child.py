@@ -36,6 +36,7 @@ _PR_SET_PDEATHSIG = 1  # include/uapi/linux/prctl.h: which signal a process gets
 _MARK = "rosorin_place"
 _NAMING = ("mesh", "texture")  # the elements that name files for any reader
 _ELEMENT_VARIABLES = ("node", "elt")  # what the functions of xacro call the element that they are at
+CALL = "rosorin-call"  # the element around the call of a macro, in a text that is expanded in place of its file
 _NOTHING = "\ufffc"  # in the place of a value that is missing
 
 
@@ -180,6 +181,8 @@ class Expansion:
         xacro.init_stacks(self.file)
         document = xacro.parse(self.text, self.file)
         xacro.process_doc(document, mappings=arguments)
+        if self.text is not None:
+            _keep_call(document.documentElement)
         return document
 
     def prepare(self, xacro: Any) -> None:
@@ -292,6 +295,19 @@ class Expansion:
         read = [name for name in xacro.all_includes if name not in before]
         xacro.all_includes[:] = [*before, *(name for name in read if _NOTHING not in str(name))]
         return [(kind, name, place) for (kind, name), place in self.missing.items()]
+
+
+def _keep_call(root: Any) -> None:
+    """Replace the element around the call of a macro by its content; leave out a robot that the file makes itself."""
+    (call,) = root.getElementsByTagName(CALL)
+    outside = [node for node in root.childNodes if node.nodeType == node.ELEMENT_NODE and node is not call]
+    if any(node.tagName == "link" for node in outside):
+        for node in outside:
+            if node.tagName != "material":
+                root.removeChild(node)
+    for node in list(call.childNodes):
+        root.insertBefore(node, call)
+    root.removeChild(call)
 
 
 def _forgive(xacro: Any) -> None:

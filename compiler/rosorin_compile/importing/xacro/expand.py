@@ -7,14 +7,14 @@ missing is reported at once, each at its place in the file that somebody wrote.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import re
 import signal
 import subprocess
 import sys
-from bisect import bisect_right
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,67 +22,29 @@ from xml.sax.saxutils import quoteattr
 
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.urdf.read import read_urdf
-from rosorin_compile.importing.xacro.trust import untrusted
 from rosorin_compile.source import system
 from rosorin_compile.source.diagnostics import (
     NOTE,
     TRUSTED,
     WARNING,
     Diagnostic,
-    MadeSpan,
-    Related,
     Source,
     Span,
-    Suggestion,
     error,
 )
 from rosorin_compile.source.files import record, shown
 from rosorin_compile.source.messages import with_calls
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.rule_registry import READING, Rule
-from rosorin_compile.source.system import pip_install
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import and_more, counted
-from rosorin_compile.source.xml.markup import Document, Element, MarkupError, named, parse, read_source
+from rosorin_compile.source.xml.markup import Document, MarkupError, named, parse, read_source
 
 from .child import out_of_time
+from .expand_errors import COMMENT, ExpandErrors, Origins, Sources
 from .macros import how_to_call, macro_call, macros_of
 
-Place = Sequence[int]
-
-RULES = (
-    Rule(
-        "xacro-runs-code",
-        "A warning, before a xacro is expanded: it can run Python code of whoever wrote it.",
-        "Continue only if you trust the authors; `--trust` or `ROSORIN_COMPILE_TRUST=1` silences the warning.",
-        READING,
-    ),
-    Rule(
-        "import-machine-path",
-        "A warning: what is kept of an expanded xacro names a file by its folder on this machine.",
-        "Let the xacro write `package://PACKAGE/FILE` where the reader takes that.",
-        READING,
-    ),
-    Rule("xacro-says", "A note: a message that xacro printed.", topic=READING),
-    Rule("xacro-error", "xacro cannot expand the file.", "The message is that of xacro.", READING),
-    Rule(
-        "package-missing",
-        "A ROS package is not found.",
-        "`--package NAME=PATH`; in an include `packages: {NAME: FOLDER}`",
-        READING,
-    ),
-    Rule(
-        "extra-missing",
-        "What reads the format is not installed.",
-        "The command that the message has: it installs the extra of what this installation came from.",
-        READING,
-    ),
-)
-
-_ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']""")
-_EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
-_UNDEFINED = "Undefined substitution argument"
-_UNSET = "environment variable '"
+_TRUST = "ROSORIN_COMPILE_TRUST"  # 1: trust all files
+_TRUSTED_FILES = Path("rosorin-compile", "trusted")  # digests, in the configuration folder of the user
 MAX_SECONDS = 60  # of CPU; ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets, says another number
 _PATIENCE, _START = 4, 60  # so many times as long, and seconds more, may one take that waits
 _MORE_TIME = "make it smaller, or give it more time: --xacro-seconds S"
@@ -98,7 +60,6 @@ _SYMBOLIC = _CHILD.replace(".child", ".symbolic")
 _DEFINING = ("arg", "include", "macro", "property")
 # Those that make something, where other names are macros.
 _MAKING = ("attribute", "call", "element", "if", "insert_block", "unless")
-_COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 
 
 def is_xacro(document: Document, path: Path) -> bool:
@@ -110,7 +71,7 @@ def is_xacro(document: Document, path: Path) -> bool:
                 return True
     declared = path.suffix.lower() == ".xacro" or "xmlns:xacro" in document.root.attributes
     # What xacro has made declares its prefix too, and often holds comments that it left alone.
-    return declared and re.search(r"\$[{(]", _COMMENT.sub("", text)) is not None
+    return declared and re.search(r"\$[{(]", COMMENT.sub("", text)) is not None
 
 
 def only_left_over(document: Document, path: Path) -> bool:
@@ -174,7 +135,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         diagnostics.append(replace(warning, message=f"{warning.message}: {shown(others[0])} is not a trusted file"))
     sources = Sources(_read_files(answer, document, path), answer.get("calls", ()))
     diagnostics += _remarks(answer, first)
-    problems = faults(answer, document, path, options, files, sources)
+    problems = ExpandErrors(answer, document, path, sources).diagnostics(list(options.arguments), files)
     if problems:
         return Imported(None, [*diagnostics, *problems], (), files)
     try:
@@ -187,17 +148,13 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         message = f"xacro makes something of {path.name} that is no XML: {failure.diagnostic.message}"
         return Imported(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
     made.origin = Origins(made, answer["places"], sources, first)
-    if made.root.tag != "robot":
+    problem = None if any(child.tag == "link" for child in made.root.children) else _no_links(document, path, options)
+    if problem is None and made.root.tag != "robot":
         help = f"write it to a file first: xacro {path.name} > {path.name.split('.')[0]}.xml"
         message = f"{path.name} expands to <{made.root.tag}>, not to <robot>"
-        return Imported(None, [*diagnostics, error("wrong-root", message, made.root.span, help)], (), files)
-    if not any(child.tag == "link" for child in made.root.children) and options.call is not None:
-        message, span = f'the macro "{options.call["macro"]}" makes no link', options.call.value_spans["macro"]
-        return Imported(None, [*diagnostics, error("no-links", message, span, "call one that does")], (), files)
-    macros = macros_of(document, path, Packages(options.packages, options.environment or os.environ, path))
-    if macros and not any(child.tag == "link" for child in made.root.children):
-        message = f"{path.name} makes no link: it defines macros for other files"
-        return Imported(None, [*diagnostics, error("no-links", message, first, how_to_call(path, macros))], (), files)
+        problem = error("wrong-root", message, made.root.span, help)
+    if problem is not None:
+        return Imported(None, [*diagnostics, problem], (), files)
     read = read_urdf(made, path, options, files)
     if mount and read.tree is not None:
         read = read._replace(tree=_without_mount(read.tree, mount), mount=mount)
@@ -205,6 +162,16 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         read = read._replace(passed=call.passed)
     own = _of_this_machine(made, answer["folders"])
     return read._replace(diagnostics=[*diagnostics, *map(with_calls, [*read.diagnostics, *own])])
+
+
+def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnostic | None:
+    """Return the error for a macro that makes no link, or for a file that only defines macros."""
+    if options.call is not None:
+        message, span = f'the macro "{options.call["macro"]}" makes no link', options.call.value_spans["macro"]
+        return error("no-links", message, span, "call one that does")
+    macros = macros_of(document, path, Packages(options.packages, options.environment or os.environ, path))
+    message = f"{path.name} makes no link: it defines macros for other files"
+    return error("no-links", message, document.root.span, how_to_call(path, macros)) if macros else None
 
 
 def _mount(made: Document) -> str:
@@ -333,234 +300,30 @@ def _read_files(answer: dict[str, Any], document: Document, path: Path) -> dict[
     return found
 
 
-# Errors.
+def untrusted(files: Iterable[Path]) -> list[Path]:
+    """Return the files that are trusted neither by the environment variable nor by a digest in the user's list.
+
+    Trust comes from the person who runs the command; a description cannot grant it. Each line of the list begins with
+    the SHA-256 digest of a file, as ``sha256sum`` prints it. A file that cannot be read is not trusted.
+    """
+    if os.environ.get(_TRUST) == "1":
+        return []
+    digests = _digests()
+    return [file for file in files if not digests or _digest(file) not in digests]
 
 
-def faults(
-    answer: dict[str, Any],
-    document: Document,
-    path: Path,
-    options: ReadOptions,
-    files: tuple[Path, ...],
-    sources: Sources,
-) -> list[Diagnostic]:
-    """Return what kept the file from being expanded, or an argument that it does not have."""
-    if "absent" in answer:
-        help = pip_install("import")
-        return [error("extra-missing", "xacro, which expands .xacro files, is not installed", document.root.span, help)]
-    asked = answer.get("missing", ())
-    if "package" in answer and not asked:
-        asked = [("package", answer["package"], answer.get("at"))]
-    missing = [_missing(one, answer, document, path, sources) for one in asked]
-    known = _known(answer, files)
-    unknown = [name for name in options.arguments if name not in known]
-    # Without a file, nobody knows what it declares; with all, xacro would say nothing, or that another has no value.
-    if unknown and "markup" not in answer and not any(one.rule == "package-missing" for one in missing):
-        message = f'{path.name} has no argument "{unknown[0]}"'
-        suggestion = Suggestion(unknown[0], known, none="it has none")
-        return [error("unknown-argument", message, document.root.span, suggestion)]
-    if "markup" in answer:
-        return [*missing, _not_markup(answer, document, path, sources)]
-    if "error" in answer and not (missing and _is_about_missing(answer["error"])):
-        missing.append(_failure(answer, document, path, sources))
-    return missing
-
-
-def _is_about_missing(error: str) -> bool:
-    return error.startswith(_UNDEFINED) or _UNSET in error
-
-
-def _missing(
-    missing: tuple[str, str, Place | None], answer: dict[str, Any], document: Document, path: Path, sources: Sources
-) -> Diagnostic:
-    kind, name, place = missing
-    inner, related = _innermost_file(answer, document, path)
-    words = {
-        "package": [f"(find {name})", f"package://{name}/", name],
-        "argument": [f"$(arg {name})", f"'{name}'", name],
-        "variable": [f"$(env {name})", f"'{name}'", name],
-    }[kind]
-    element = None if place is None else sources.element(place)
-    if place is not None and element is not None:
-        span, related = _in_tag(element, words) or element.span, sources.via(place)
-    else:
-        span = _find(inner, words) or inner.span(0)
-    if kind == "package":
-        help = f"say where it is: --package {name}=PATH"
-        return error("package-missing", f'the package "{name}" is not found', span, help, related)
-    if kind == "argument":
-        message, help = f'the argument "{name}" has no value', f"give it one: {name}:=VALUE"
-    else:
-        message = f'the environment variable "{name}" is not set'
-        help = f"set it: export {name}=VALUE; or write $(optenv {name} VALUE), which has a default"
-    return error("xacro-error", f"xacro cannot expand the file: {message}", span, help, related)
-
-
-def _in_tag(element: Element, words: Sequence[str]) -> Span | None:
-    tag = element.document.source.text[element.start : element.opened]
-    for word in words:
-        at = tag.find(word) if word else -1
-        if at >= 0:
-            return element.document.span(element.start + at, len(word))
-    return None
-
-
-def _known(answer: dict[str, Any], files: tuple[Path, ...]) -> list[str]:
-    known = dict.fromkeys(answer.get("arguments", ()))
-    for file in files:
-        try:
-            known |= dict.fromkeys(_ARGUMENT.findall(read_source(file).text))
-        except MarkupError:
-            continue
-    return sorted(known)
-
-
-def _source(name: str, document: Document, path: Path) -> Document:
-    if os.path.abspath(name) != os.path.abspath(path):
-        try:
-            return Document(read_source(Path(os.path.normpath(name))))
-        except MarkupError:
-            pass
-    return document
-
-
-def _innermost_file(answer: dict[str, Any], document: Document, path: Path) -> tuple[Document, tuple[Related, ...]]:
-    stack = [name for name in answer.get("stack", ()) if name] or [str(path)]
-    macros = dict.fromkeys(reversed(answer.get("macros", ())))
-    related = [Related(f'when expanding the macro "{name}"', None) for name in macros]
-    inner = _source(stack[-1], document, path)
-    for name in reversed(stack[:-1]):
-        related.append(Related("included from", _source(name, document, path).span(0)))
-    return inner, tuple(related[:12])
-
-
-def _find(document: Document, words: list[str]) -> Span | None:
-    text = _COMMENT.sub(lambda match: re.sub(r"\S", " ", match[0]), document.source.text)
-    for word in words:
-        if word and text.count(word) == 1:
-            return document.span(text.index(word), len(word))
-    return None
-
-
-def _not_markup(answer: dict[str, Any], document: Document, path: Path, sources: Sources) -> Diagnostic:
-    name = answer["markup"]
-    inner, related = _innermost_file(answer, document, path)
-    place: Place | None = answer.get("at")
-    element = sources.element(place) if place else None
-    at = _in_tag(element, [Path(name).name]) or element.span if element else None
-    span = _find(inner, [Path(name).name]) or at or inner.span(0)
+def _digests() -> set[str]:
+    base = Path(os.environ.get("XDG_CONFIG_HOME", ""))
+    folder = base if base.is_absolute() else Path("~/.config").expanduser()
     try:
-        parse(read_source(Path(os.path.normpath(name)), span))
-    except MarkupError as problem:
-        return replace(problem.diagnostic, related=(*problem.diagnostic.related, *related))
-    return error("xml-syntax", answer["message"], span, "", related)
+        lines = (folder / _TRUSTED_FILES).read_text("utf-8").splitlines()
+    except (OSError, ValueError):
+        return set()
+    return {line.split()[0].lower() for line in lines if line.strip() and not line.startswith("#")}
 
 
-def _failure(answer: dict[str, Any], document: Document, path: Path, sources: Sources) -> Diagnostic:
-    inner, related = _innermost_file(answer, document, path)
-    what = _once(" ".join(re.sub(r"<class '[^']*'>:", "", answer["error"]).split()))
-    words = [f"${{{match[1]}}}" for match in _EXPRESSION.finditer(what)]
-    words += [match[1] for match in _EXPRESSION.finditer(what)]
-    words += [f"<{name}" for name in re.findall(r"unknown macro name: (\S+)", what)]
-    words += re.findall(r"'([^']+)'", what)
-    place: Place | None = answer.get("at")
-    element = sources.element(place) if place else None
-    span = None
-    if place is not None and element is not None:
-        calls = sources.via(place)
-        related = (*calls, *(one for one in related if not one.message.startswith("when expanding") or not calls))
-        span = _in_tag(element, words)
-    span = span or _find(inner, words)
-    for name in answer.get("files", ()):  # properties are evaluated late, where they are used
-        span = span or _find(_source(name, document, path), words[:1])
-    if span is None and element is not None:
-        span = element.span
-    if span is None and answer.get("line"):
-        span = Span(inner.source, answer["line"], 1)
-    message, help = f"xacro cannot expand the file: {what}"[:600], answer.get("help", "")
-    return error("xacro-error", message, span or inner.span(0), help, related)
-
-
-def _once(text: str) -> str:
-    half = len(text) // 2
-    return text[:half] if len(text) % 2 and text[:half] == text[half + 1 :] else text
-
-
-# Places.
-
-
-class Sources:
-    """The files that xacro has read, by their number, and the calls of macros."""
-
-    def __init__(self, files: Mapping[int, Document], calls: Sequence[Place]) -> None:
-        self.files = files
-        self.calls = calls
-        self._elements: dict[int, dict[int, Element]] = {}
-
-    def element(self, place: Place) -> Element | None:
-        """Return the element that a place names; None if its file cannot be read any more."""
-        file, start, _ = place
-        if file not in self.files:
-            return None
-        if file not in self._elements:
-            self._elements[file] = {element.start: element for element in self.files[file].root.iter()}
-        return self._elements[file].get(start)
-
-    def via(self, place: Place) -> tuple[Related, ...]:
-        """Return the calls of macros that made an element, innermost first."""
-        found: list[Related] = []
-        call = place[2]
-        while call >= 0 and len(found) < _MOST:
-            element = self.element(self.calls[call])
-            if element is not None:
-                name = element.tag.removeprefix("xacro:")
-                found.append(Related(f'when expanding the macro "{name}"', element.span))
-            call = self.calls[call][2]
-        return tuple(found)
-
-
-_MOST = 12
-
-
-class Origins:
-    """Finds where a piece of an expanded document stood; called with an offset and a length."""
-
-    def __init__(self, made: Document, places: Sequence[Place | None], sources: Sources, otherwise: Span) -> None:
-        self._made = list(made.root.iter())
-        self._starts = [element.start for element in self._made]
-        self._places = places
-        self._sources = sources
-        self._otherwise = otherwise
-
-    def __call__(self, start: int, length: int) -> Span:
-        """Return the place; ``otherwise`` if it is not known."""
-        index = max(0, bisect_right(self._starts, start) - 1)
-        element = self._made[index]
-        inside = start >= element.opened
-        while start >= element.end and element.parent is not None:
-            element = element.parent
-            inside = True
-        if inside:
-            index = bisect_right(self._starts, element.start) - 1
-        place = self._places[index] if index < len(self._places) else None
-        origin = None if place is None else self._sources.element(place)
-        if place is None or origin is None:
-            return self._otherwise
-        span = origin.span if inside else _within(element, origin, start, length)
-        made = MadeSpan(*span)
-        made.text = element.document.source.text[start : start + length]
-        made.via = self._sources.via(place)
-        return made
-
-
-def _within(element: Element, origin: Element, start: int, length: int) -> Span:
-    for name, attribute in element.attributes.items():
-        written = origin.attributes.get(name)
-        if written is None or not attribute.name_start <= start <= attribute.start + len(attribute.raw):
-            continue
-        if start < attribute.start:
-            return written.name_span
-        if written.raw == attribute.raw:
-            return origin.document.span(written.start + start - attribute.start, length)
-        return written.span
-    return origin.span
+def _digest(file: Path) -> str:
+    try:
+        return hashlib.sha256(file.read_bytes()).hexdigest()
+    except OSError:
+        return ""

@@ -6,6 +6,7 @@ editors.
 
 from __future__ import annotations
 
+import glob
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
@@ -21,12 +22,11 @@ from rosorin_compile.language.expand.placing import is_vector
 from rosorin_compile.language.expression.functions import FUNCTIONS, kind_of
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, Suggestion, error, listed, quoted
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.units import ANGLE, LENGTH
 from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read_source
 
-RULES = (Rule("unknown-macro", "A xacro file defines no such macro.", "Correct the name.", READING),)
+from .child import CALL
 
 # The default of each parameter; None if it is required. The names of blocks begin with one or two asterisks.
 Parameters = Mapping[str, "str | None"]
@@ -38,7 +38,7 @@ _POSES = ("*origin", "*pose")
 _DIMENSIONS = {"xyz": LENGTH, "rpy": ANGLE}
 # As ``xacro.parse_macro_arg``; "^" takes a property of the caller.
 _PARAMETER = re.compile(
-    r"""\s*([^\s:=]+)(?:\s*:?=\s*((?:\^\|?)?(?:\$\{.*?\}|\$\(.*?\)|(?:'.*?'|".*?"|[^\s'"]+)+|)))?""", re.DOTALL
+    r"""\s*([^\s:=]+)(?:\s*:?=\s*((?:\^\|?)?(?:\$\{.*?\}|\$\(.*?\)|(?:'.*?'|".*?"|[^\s'"]+)+|))(?=\s|$))?""", re.DOTALL
 )
 _PACKAGE = re.compile(r"package://([^/\s]+)")
 _FIND = re.compile(r"\$\(find\s+([^\s)]+)\s*\)")
@@ -54,16 +54,23 @@ class Call(NamedTuple):
 
 
 def macros_of(document: Document, path: Path, packages: Packages) -> dict[str, Parameters]:
-    """Return the macros of a xacro file, and of the files that it includes by names without expressions."""
+    """Return the macros of a xacro file, and of the files that it includes by names without expressions.
+
+    A macro with several definitions, each under a condition, has the parameters of all of them, none required.
+    """
     found: dict[str, Parameters] = {}
     waiting, visited = [(document, path)], {os.path.abspath(path)}
     for opened, file in waiting:
         for element in opened.root.iter():
-            name = element.get("name").removeprefix("xacro:")
-            if element.tag == "xacro:macro" and name:
-                found.setdefault(name, dict(_parameters(element.get("params"))))
-            is_read = element.tag == "xacro:include" and "ns" not in element.attributes
-            if not is_read or any(one.tag == "xacro:macro" for one in element.ancestors()):
+            if any(above.tag == "xacro:macro" for above in element.ancestors()):
+                continue
+            name, parameters = element.get("name").removeprefix("xacro:"), dict(_parameters(element.get("params")))
+            if element.tag == "xacro:macro" and name in found:
+                merged = {**found[name], **parameters}
+                found[name] = {parameter: default or "" for parameter, default in merged.items()}
+            elif element.tag == "xacro:macro" and name:
+                found[name] = parameters
+            if element.tag != "xacro:include" or "ns" in element.attributes:
                 continue
             target = _included(element.get("filename"), file, packages)
             if target and (place := os.path.abspath(target)) not in visited:
@@ -82,11 +89,12 @@ def _parameters(text: str) -> Iterator[tuple[str, str | None]]:
 def how_to_call(path: Path, macros: Mapping[str, Parameters]) -> str:
     """Return the help for a file that only defines macros: an include that calls one of them."""
     name, parameters = next(iter(macros.items()))
-    keys = _keys_for([one for one, default in parameters.items() if default is None and one not in _POSES])
+    passed = (*_POSES, *_DIMENSIONS)  # by an include without them, too
+    needed = [key for key, default in parameters.items() if default is None and key not in passed]
+    keys = _keys_for([*needed, *(key for key in _PARENTS if key in parameters)])
+    entry = ", ".join([f"file: {path.name}", f"macro: {name}", *keys])
     others = f"; its macros are {listed(macros)}" if len(macros) > 1 else ""
-    return (
-        f"call one in a description: include: [{{{', '.join((f'file: {path.name}, macro: {name}', *keys))}}}]{others}"
-    )
+    return f"call one in a description: include: [{{{entry}}}]{others}"
 
 
 def _keys_for(parameters: Iterable[str]) -> list[str]:
@@ -135,16 +143,15 @@ def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions)
             help = f"say where it is: packages: {{{package[1]}: FOLDER}}"
             problems.append(error("package-missing", f'the package "{package[1]}" is not found', span, help))
     if missing:
-        message = f'the macro "{name}" needs {quoted(one.lstrip("*") for one in missing)}'
-        problems.append(
-            error("missing-argument", message, entry.value_spans["macro"], f"write {', '.join(_keys_for(missing))}")
-        )
+        message = f'the macro "{name}" needs {quoted(parameter.lstrip("*") for parameter in missing)}'
+        help = f"write {', '.join(_keys_for(missing))}"
+        problems.append(error("missing-argument", message, entry.value_spans["macro"], help))
     if problems:
         return Call("", passed, problems)
-    file = quoteattr(_as_text(os.path.abspath(path)))
+    file = quoteattr(_as_text(glob.escape(os.path.abspath(path))))
     text = (
         f'<robot name={quoteattr(name)} xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename={file}/>'
-        f"<xacro:{name}{attributes}>{blocks}</xacro:{name}></robot>"
+        f"<{CALL}><xacro:{name}{attributes}>{blocks}</xacro:{name}></{CALL}></robot>"
     )
     return Call(text, passed, [])
 
@@ -153,13 +160,13 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
     """Return the values of parameters by name, the keys of the include among them, and what is wrong."""
     written, passed, problems = entry.get("with") or Map(entry.span), set[str](), list[Diagnostic]()
     values = {key: (value, written.value_spans[key]) for key, value in written.items() if value is not None}
-    name, keys = entry["macro"], [one.lstrip("*") for one in parameters]
+    name, keys = entry["macro"], [parameter.lstrip("*") for parameter in parameters]
     for key in written:
         if key not in keys:
             message = f'the macro "{name}" has no parameter "{key}"'
             suggestion = Suggestion(key, keys, none="it has none")
             problems.append(error("unknown-argument", message, written.key_spans[key], suggestion))
-    parent = next((one for one in _PARENTS if one in parameters), None)
+    parent = next((key for key in _PARENTS if key in parameters), None)
     if parent is not None and entry.get("parent") is not None:
         if parent in values:
             message = f'"{parent}" is passed to the macro "{name}" twice'
@@ -173,18 +180,20 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
         else:
             message = f"{key} is a list of three {'lengths' if key == 'xyz' else 'angles'}"
             problems.append(error("wrong-type", message, entry.value_spans[key]))
-    block = next((one[1:] for one in _POSES if one in parameters and one[1:] not in values), None)
+    span = entry.value_spans[pose[0] if pose else "macro"]
+    block = next((key[1:] for key in _POSES if key in parameters and key[1:] not in values), None)
     if block is not None:
-        origin = f'<origin xyz="{texts["xyz"]}" rpy="{texts["rpy"]}"/>'
-        values[block] = origin, entry.value_spans[pose[0] if pose else "macro"]
+        values[block] = f'<origin xyz="{texts["xyz"]}" rpy="{texts["rpy"]}"/>', span
         passed.update(pose)
-    elif pose and all(key in parameters and key not in values for key in pose):
-        values |= {key: (texts[key], entry.value_spans[key]) for key in pose}
-        passed.update(pose)
-    elif pose and "parent" in passed:
-        message = f'the macro "{name}" has no block "origin" to which "{pose[0]}" is passed'
-        help = f"pass the pose in with, by its parameters: {listed(keys)}"
-        problems.append(error("bad-argument", message, entry.key_spans[pose[0]], help))
+    else:
+        free = [key for key in _DIMENSIONS if key in parameters and key not in values]
+        values |= {key: (texts[key], span) for key in free if key in pose or parameters[key] is None}
+        passed.update(key for key in pose if key in free)
+    for key in pose:
+        if key not in passed and "parent" in passed:
+            message = f'the macro "{name}" has no block "origin" and no parameter "{key}" to which "{key}" is passed'
+            help = f"pass the pose in with, by its parameters: {listed(keys)}"
+            problems.append(error("bad-argument", message, entry.key_spans[key], help))
     return values, frozenset(passed), problems
 
 
@@ -196,7 +205,8 @@ def _as_text(text: str) -> str:
 def _literal(value: Any) -> str:
     """Return an expression of xacro for a value; without braces and dollars, which begin and end expressions."""
     if isinstance(value, dict):
-        return f"dict([{', '.join(f'({_literal(key)}, {_literal(inner)})' for key, inner in value.items())}])"
+        pairs = (f"({_literal(key)}, {_literal(inner)})" for key, inner in value.items())
+        return f"xacro.dotify(dict([{', '.join(pairs)}]))"  # as a mapping of xacro.load_yaml
     if isinstance(value, list):
         return f"[{', '.join(map(_literal, value))}]"
     if isinstance(value, str):

@@ -12,8 +12,7 @@ from rosorin_compile.source.tree import Map, Seq, Text
 from rosorin_compile.source.xml.elements import canonical, tree_of
 
 from ..description import _Document
-from ..words import Worded, worded
-from ..words.report import told_words
+from ..words import Worded, told_words, worded
 from ..words.taking import CONTROL, SENSORS, candidates, put, trees, without
 
 # The file of a description, the number of the element among those at its top; or the same of a part, with its name.

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, error
 from rosorin_compile.source.files import shown
-from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, Text
 from rosorin_compile.source.wording import first_of
 
@@ -38,13 +37,6 @@ if TYPE_CHECKING:
     from rosorin_compile.formats.imported import Imported
 
     from .files import Reader
-
-RULES = (
-    Rule("include-mesh-path", "Artifacts do not find meshes of an included robot.", "Write `meshes: FOLDER`.", FILES),
-    Rule("trust-ignored", "A warning: `trust` of an include has no effect.", "Use the option `--trust`.", FILES),
-    Rule("include-renamed", "A note: names in kept elements of an included robot got its prefix.", topic=FILES),
-    Rule("include-settings", "A warning: settings of an included robot are lost.", "Set them in the output.", FILES),
-)
 
 
 Tell = Callable[[Diagnostic], None]
@@ -232,10 +224,11 @@ class IncludedRobots:
         A macro may make that joint itself; then it is the one on ``foreign.mount``.
         """
         entry, via = include.entry, include.via
+        is_on_parent = foreign.mount != "" and foreign.mount == entry.get("parent")
         keys = [
             key
             for key in ("parent", "xyz", "rpy", "joint", "publisher")
-            if entry.get(key) is not None and key not in foreign.passed
+            if entry.get(key) is not None and key not in foreign.passed and not (key == "publisher" and is_on_parent)
         ]
         have = made.get("joints") or Map(made.span)
         if foreign.mount or "parent" not in keys:
@@ -246,7 +239,7 @@ class IncludedRobots:
                     message = f'an include has "{keys[0]}", but the macro attaches what it makes to "{foreign.mount}"'
                     help = "remove it"
                 self._warn("ignored-key", message, entry.key_spans[keys[0]], help, include)
-            if foreign.mount and foreign.mount == entry.get("parent"):
+            if is_on_parent:
                 made["joints"] = map_items(have, lambda joint: _as_in_include(joint, entry))
             return made
         children = {joint["child"] for joint in have.values()}
@@ -288,7 +281,7 @@ class IncludedRobots:
                 output = outputs[name] = copy(outputs[name])
                 options = copy(output["option"]) if isinstance(output.get("option"), Map) else Map(output.span)
                 for key, value in (settings.get("option") or {}).items():
-                    if (key, value) != _DEFAULT:
+                    if (key, value) != _DEFAULT or (key in options and not is_only):
                         options.setdefault_at(key, value, span)
                         lost += [] if options[key] == value else [f"{key} {value}"]
                 if options:
@@ -312,8 +305,8 @@ def _as_in_include(joint: Map, include: Map) -> Map:
     if joint["parent"] != include["parent"]:
         return joint
     made = joint.copied()
-    for key in ("parent", "xyz", "rpy"):
-        if joint.get(key) == include.get(key) is not None:
+    for key in ("parent", "xyz", "rpy", "publisher"):
+        if include.get(key) is not None and (key == "publisher" or joint.get(key) == include[key]):
             made.put(key, include[key], include.key_spans[key], include.value_spans[key])
     return made
 

@@ -18,23 +18,15 @@ from rosorin_compile.model.sections import Section
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import Root
-from rosorin_compile.source.rule_registry import FRAMES, JOINTS, POSES, Rule
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import listed
 
 from ..lowering import Lowering
-from ..records import Problem, entries_of, pose_of_entry, record_of, renamed_values, source_of, values_of
+from ..records import Problem, entries_of, pose_of_entry, record_of, renamed_values, values_of
 from ..schema import backend_of
 from ..suggestions import suggest_name
 from . import joints, links, sensors
 from .joints import node
-
-RULES = (
-    Rule("unknown-publisher", "A publisher is not in `publishers`.", "Correct the name, or add the node.", FRAMES),
-    Rule("drive-kind", "A drive has no kind of base, or several.", "Write one, such as `differential`.", JOINTS),
-    Rule("unknown-servo", "No servo group has this joint.", "Correct the name, or add it to a group.", POSES),
-    Rule("pulse-range", "A pulse is outside the range of its servo.", "Correct the pulse or the range.", POSES),
-)
 
 
 def _publishers(tree: Mapping[str, Any], lowering: Lowering) -> tuple[Publisher, ...]:
@@ -79,13 +71,12 @@ def _drive(tree: Mapping[str, Any], problem: Problem) -> Drive | None:
         problem("drive-kind", message, ("drive",), "say which kind of base it is, and its wheels")
         return None
     wheels = {role: entry[kinds[0]][role] for role in ROLES[kinds[0]] if role in entry[kinds[0]]}
-    joints = {role: (names,) if isinstance(names, str) else tuple(map(str, names)) for role, names in wheels.items()}
-    return record_of(Drive, entry, kind=kinds[0], joints=joints)
+    return record_of(Drive, {**entry, "joints": wheels}, kind=kinds[0])
 
 
 def _poses(tree: Mapping[str, Any], lowering: Lowering) -> tuple[JointPose, ...]:
     # Simulators begin at the first one, which an import keeps.
-    imported = source_of(tree.get("source")).status == "imported"
+    imported = record_of(Source, tree.get("source")).status == "imported"
     entries = tree["poses"].items() if imported else entries_of(tree, "poses")
     return tuple(_pose(name, entry, lowering) for name, entry in entries)
 
@@ -157,7 +148,7 @@ SECTIONS: tuple[Section[Any], ...] = (
     Section("poses", JointPose, lower=_poses, checks=(f"{_RULES}.positions",)),
     Section("outputs", Output, lower=_outputs, checks=(f"{_RULES}.outputs",)),
     Section("modes", lower=lambda tree, _: tuple(name for name, _ in entries_of(tree, "modes"))),
-    Section("source", Source, lower=lambda tree, _: source_of(tree["source"])),
+    Section("source", Source, lower=lambda tree, _: record_of(Source, tree["source"])),
     Section("materials", Material, lower=_materials),
     Section("root", Root, lower=_root),
     Section("disabled_contacts", lower=lambda tree, _: tuple(tuple(one["links"]) for one in tree["disabled_contacts"])),

@@ -13,7 +13,7 @@ from rosorin_compile.source.diagnostics import Help, Suggestion
 from rosorin_compile.source.tree import Path
 
 from ...lowering import Lowering
-from ...records import entries_of, record_of, vector_of
+from ...records import entries_of, record_of
 
 OF_THE_URDF = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
 _IN_TURNS = Publisher(UNPUBLISHED, about="its publishers take turns")
@@ -55,9 +55,7 @@ def _joints(tree: Mapping[str, Any], lowering: Lowering) -> None:
         lowering.place_joint(name, path, entry["child"], (*path, "child"))
         by = publishing(lowering, entry, path)
         safety = record_of(SafetyController, entry["safety_controller"]) if "safety_controller" in entry else None
-        axis = vector_of(entry.get("axis"), (1.0, 0.0, 0.0))
-        joint = record_of(Joint, entry, name=name, publisher=by.always, axis=axis, safety=safety)
-        add_joint(lowering, joint, by)
+        add_joint(lowering, record_of(Joint, entry, name=name, publisher=by.always, safety=safety), by)
 
 
 def add_joint(lowering: Lowering, joint: Joint, publishing: Publishing) -> None:

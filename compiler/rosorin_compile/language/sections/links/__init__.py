@@ -14,18 +14,12 @@ from rosorin_compile.model.mass import inertial_of, together
 from rosorin_compile.model.sections import Section
 from rosorin_compile.model.shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 from rosorin_compile.model.simulation import Marked
-from rosorin_compile.source.rule_registry import NUMBERS, Rule
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import listed
 
 from ...lowering import Lowering, LoweringError
-from ...records import entries_of, record_of, source_of, vector_of
+from ...records import entries_of, record_of, vector_of
 
-RULES = (
-    Rule("shape-kind", "A shape has no kind or several; a box has no size or several.", "Write one.", NUMBERS),
-    Rule("shape-size", "A size is not above zero.", "Correct it.", NUMBERS, accept="link", imported="always"),
-    Rule("height-map-rows", "A height map has rows of several lengths, or heights below 0.", "Correct it.", NUMBERS),
-)
 _GEOMETRIES: dict[str, type[Geometry]] = {"box": Box, "cylinder": Cylinder, "capsule": Capsule, "sphere": Sphere}
 _GEOMETRIES |= {"ellipsoid": Ellipsoid, "mesh": Mesh, "height_map": HeightMap}
 _PER_MASS = ("mass", "ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -41,7 +35,7 @@ def _links(tree: Mapping[str, Any], lowering: Lowering) -> None:
 def _link(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Link:
     path: Path = ("links", name)
     lowering.place("link", name, path)
-    source = source_of(entry.get("source"))
+    source = record_of(Source, entry.get("source"))
     shapes: dict[str, tuple[Shape, ...]] = {}
     for key in ("visual", "collision"):
         make = partial(_shapes, lowering, entry, (*path, key), source)
@@ -59,7 +53,7 @@ def _link(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Link:
 def _shapes(lowering: Lowering, link: Mapping[str, Any], path: Path, source: Source) -> tuple[Shape, ...]:
     shapes = []
     for index, entry in enumerate(link.get(str(path[-1])) or ()):
-        own = source_of(entry["source"]) if "source" in entry else source
+        own = record_of(Source, entry["source"]) if "source" in entry else source
         with lowering.reporting():
             stand_in = own.note if own.status == "stand_in" else ""
             shapes.append(lower_shape(entry, (*path, index), lowering.accepts, stand_in))

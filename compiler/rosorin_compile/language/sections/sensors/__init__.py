@@ -12,18 +12,17 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.model import Joint, Link, Pose, Sensor, Transform
 from rosorin_compile.model.geometry import IDENTITY, pose_of
+from rosorin_compile.model.link import Source
 from rosorin_compile.model.sections import Section
 from rosorin_compile.source.diagnostics import Related
-from rosorin_compile.source.rule_registry import FRAMES, Rule
 from rosorin_compile.source.tree import Path
 
 from ...lowering import Lowering
-from ...records import entries_of, pose_of_entry, source_of, vector_of
+from ...records import entries_of, pose_of_entry, record_of, vector_of
 from ...suggestions import suggest_name
 from ..joints import OF_THE_URDF, Publishing, add_joint, publishing
 from .elements import Frames, gazebo_sensors, mjcf_elements
 
-RULES = (Rule("sensor-frame", "The frame of a sensor without a `parent` is no link.", "Add the `parent`.", FRAMES),)
 _OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)  # REP 103, "Suffix Frames": from a body frame to its image frame
 _OF_THE_JOINT = ("joint", "xyz", "rpy", "publisher")
 
@@ -55,7 +54,7 @@ class _Above(NamedTuple):
 def _sensor(lowering: Lowering, name: str, entry: Mapping[str, Any]) -> Sensor:
     """Return a sensor, and add its frames and the fixed joints to them that do not exist yet."""
     path: Path = ("sensors", name)
-    frame, source = entry["frame"], source_of(entry.get("source"))
+    frame, source = entry["frame"], record_of(Source, entry.get("source"))
     optical = entry.get("optical") or {}
     optical_frame = optical.get("frame", "")
     optical_pose = Pose(vector_of(optical.get("xyz")), vector_of(optical.get("rpy"), _OPTICAL_RPY))

@@ -6,10 +6,9 @@ Found by giving MuJoCo 4.0 every word of every type: what it refuses is reported
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple
 
-from rosorin_compile.language.records import Problem, actuator_of, entries_of
+from rosorin_compile.language.records import Problem, entries_of, record_of
 from rosorin_compile.model import Joint
 from rosorin_compile.model.sections import Section
 from rosorin_compile.model.simulation import Actuator, Attribute
@@ -33,12 +32,11 @@ TARGETS = {
 
 
 def _actuators(tree: Mapping[str, Any], _: Problem) -> tuple[Actuator, ...]:
-    made = ((name, entry, actuator_of(entry)) for name, entry in entries_of(tree, "actuators"))
-    return tuple(
-        replace(one, name=name, targets={word: entry[key] for key, word in TARGETS.items() if key in entry})
-        for name, entry, one in made
-        if one is not None
-    )
+    made = []
+    for name, entry in entries_of(tree, "actuators"):
+        targets = {word: entry[key] for key, word in TARGETS.items() if key in entry}
+        made.append(record_of(Actuator, entry, name=name, targets=targets))
+    return tuple(made)
 
 
 def _set(words: str) -> frozenset[str]:

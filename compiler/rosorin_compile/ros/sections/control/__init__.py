@@ -2,90 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any, TypeVar
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
 
-from rosorin_compile.language.records import Problem, entries_of, plain, record_of
+from rosorin_compile.language.records import Problem, entries_of, record_of
 from rosorin_compile.model.sections import Section
-from rosorin_compile.ros.sections.control.hardware import (
-    SENSOR_WORDS,
-    SYSTEM,
-    Block,
-    Component,
-    End,
-    Interface,
-    Transmission,
-)
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, first_of
 from rosorin_compile.source.rule_registry import Heading, rule
 from rosorin_compile.source.tree import Path
 
+from .hardware import SENSOR_WORDS, SYSTEM, Block, Interface
 from .urdf import blocks
 from .urdf_rules import check_control
-
-Made = TypeVar("Made")
 
 
 def control_of(tree: Mapping[str, Any], _: Problem) -> tuple[Block, ...]:
     """Return the hardware blocks of a description; a sensor without interfaces has those of its type."""
     types = {name: entry.get("type", "") for name, entry in (tree.get("sensors") or {}).items()}
-    return tuple(_block(name, entry, types) for name, entry in entries_of(tree, "control"))
-
-
-def _block(name: str, entry: Mapping[str, Any], types: Mapping[str, str]) -> Block:
-    def sensor(called: str, said: Mapping[str, Any]) -> Component:
-        made = _component(called, said)
-        words = SENSOR_WORDS.get(types.get(called, ""), ()) if "state" not in said else ()
-        return Component(called, made.command, tuple(map(Interface, words)), made.params) if words else made
-
-    return record_of(
-        Block,
-        entry,
-        name=name,
-        type=entry.get("type", SYSTEM),
-        params=_words(entry),
-        joints=_each(entry, "joints", _component),
-        sensors=_each(entry, "sensors", sensor),
-        gpio=_each(entry, "gpio", _component),
-        transmissions=_each(entry, "transmissions", _transmission),
-        is_async=entry.get("async"),
-    )
-
-
-def _each(entry: Mapping[str, Any], key: str, make: Callable[[str, Mapping[str, Any]], Made]) -> tuple[Made, ...]:
-    return tuple(make(name, one or {}) for name, one in (entry.get(key) or {}).items())
-
-
-def _component(name: str, entry: Mapping[str, Any]) -> Component:
-    command, state = (_interfaces(entry.get(key)) for key in ("command", "state"))
-    return record_of(Component, entry, name=name, command=command, state=state, params=_words(entry))
-
-
-def _interfaces(said: Any) -> tuple[Interface, ...]:
-    if said is None:
-        return ()
-    if isinstance(said, Mapping):
-        return tuple(_interface(name, one or {}) for name, one in said.items())
-    return tuple(Interface(str(name)) for name in ([said] if isinstance(said, str) else said))
-
-
-def _interface(name: str, entry: Mapping[str, Any]) -> Interface:
-    low, high = (float(entry[key]) if key in entry else None for key in ("min", "max"))
-    return record_of(Interface, entry, name=name, low=low, high=high, params=_words(entry))
-
-
-def _transmission(name: str, entry: Mapping[str, Any]) -> Transmission:
-    ends = {key: _each(entry, key, _end) for key in ("joints", "actuators")}
-    return record_of(Transmission, entry, name=name, **ends)
-
-
-def _end(name: str, entry: Mapping[str, Any]) -> End:
-    return record_of(End, entry, name=name)
-
-
-def _words(entry: Mapping[str, Any]) -> dict[str, str | float | bool]:
-    return {key: plain(value) for key, value in (entry.get("params") or {}).items()}
+    made = []
+    for name, entry in entries_of(tree, "control"):
+        block = record_of(Block, entry, name=name, type=entry.get("type", SYSTEM), is_async=entry.get("async"))
+        sensors = []
+        for sensor in block.sensors:
+            words = SENSOR_WORDS.get(types.get(sensor.name, ""), ())
+            is_written = "state" in (entry["sensors"][sensor.name] or {})
+            sensors.append(sensor if is_written else replace(sensor, state=tuple(map(Interface, words))))
+        made.append(replace(block, sensors=tuple(sensors)))
+    return tuple(made)
 
 
 @rule(

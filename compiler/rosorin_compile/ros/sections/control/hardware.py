@@ -32,11 +32,11 @@ Words = Mapping[str, str | float | bool]
 
 @dataclass(frozen=True)
 class Interface:
-    """An interface of a joint, a sensor or gpio; ``low``, ``high``, ``initial`` are None where nobody says them."""
+    """An interface of a joint, a sensor or gpio; ``min``, ``max``, ``initial`` are None where nobody says them."""
 
     name: str
-    low: float | None = None
-    high: float | None = None
+    min: float | None = None
+    max: float | None = None
     initial: float | None = None
     data_type: str = ""
     size: int | None = None
@@ -85,8 +85,8 @@ class Transmission:
 
     name: str
     plugin: str
-    joints: tuple[End, ...]
-    actuators: tuple[End, ...]
+    joints: tuple[End, ...] = ()
+    actuators: tuple[End, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -90,9 +90,9 @@ class _Writer:
         command, state = [], []
         for interface in one.command:  # with the limits of the joint, where it has none of its own
             low, high = joint.limits_of(interface.name) if one.limits is True else (None, None)
-            low = interface.low if interface.low is not None else low
-            high = interface.high if interface.high is not None else high
-            command.append(replace(interface, low=low, high=high))
+            low = interface.min if interface.min is not None else low
+            high = interface.max if interface.max is not None else high
+            command.append(replace(interface, min=low, max=high))
         for interface in one.state:  # at the value that the pose of the block has for the joint
             starts = interface.name == POSITION and interface.initial is None and block.pose
             initial = self.robot.position(joint, self.robot.positions(block.pose)) if starts else interface.initial
@@ -107,7 +107,7 @@ class _Writer:
                 values = {"name": interface.name}
                 values |= {"data_type": interface.data_type} if interface.data_type else {}
                 values |= {"size": str(interface.size)} if interface.size is not None else {}
-                numbers = {"min": interface.low, "max": interface.high, "initial_value": interface.initial}
+                numbers = {"min": interface.min, "max": interface.max, "initial_value": interface.initial}
                 given = {key: value for key, value in numbers.items() if value is not None}
                 lines += _tag(tag, values, self._params({**given, **interface.params}))
         return lines + self._params(one.params)

@@ -158,9 +158,9 @@ def _limits(case: Case, block: Block, joint: Joint, one: Component) -> Iterator[
                 message = f'the {interface.name} of joint "{joint.name}" is {describe(unit[1])}, but '
                 message += f"{value.text or number(value)} is {describe(value.dimension)}"
                 yield case.problem("wrong-unit", message, (*path, key), f"write it in {wanted}")
-        if interface.low is not None and interface.high is not None and interface.low > interface.high:
-            message = f'the {interface.name} of joint "{one.name}" goes from {number(interface.low)} to '
-            message += f"{number(interface.high)} in {_name(block)}"
+        if interface.min is not None and interface.max is not None and interface.min > interface.max:
+            message = f'the {interface.name} of joint "{one.name}" goes from {number(interface.min)} to '
+            message += f"{number(interface.max)} in {_name(block)}"
             yield case.problem("control-limit", message, (*path, "min"), "give the smaller one as min")
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from rosorin_compile.language.records import Problem, record_of, vector_of
 from rosorin_compile.model import DisabledCollision
 from rosorin_compile.model.sections import Section
-from rosorin_compile.ros.moveit import Ball, CollisionMatrix, CollisionSearch, EndEffector, Group, Moveit, VirtualJoint
+from rosorin_compile.ros.moveit import Ball, CollisionMatrix, CollisionSearch, Group, Moveit, VirtualJoint
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import exact
@@ -22,17 +22,13 @@ def moveit_of(tree: Mapping[str, Any], _: Problem) -> Moveit | None:
     if not entry:
         return None
     matrix = entry.get("collision_matrix")
-    return Moveit(
-        urdf=entry.get("urdf", ""),
+    return record_of(
+        Moveit,
+        entry,
         groups=tuple(_group_of(name, one) for name, one in (entry.get("groups") or {}).items()),
-        end_effectors=tuple(
-            record_of(EndEffector, one, name=name) for name, one in (entry.get("end_effectors") or {}).items()
-        ),
         virtual_joint=_virtual_joint_of(entry.get("virtual_joint", True)),
-        passive_joints=tuple(map(str, entry.get("passive_joints") or ())),
-        disabled=tuple(_disabled_of(one) for one in entry.get("disabled_collisions") or ()),
+        disabled=tuple(record_of(DisabledCollision, one) for one in entry.get("disabled_collisions") or ()),
         checked=tuple(map(_pair_of, entry.get("checked_collisions") or ())),
-        unchecked_links=tuple(map(str, entry.get("unchecked_links") or ())),
         spheres={
             link: tuple(record_of(Ball, one, xyz=vector_of(one.get("xyz"))) for one in balls)
             for link, balls in (entry.get("spheres") or {}).items()
@@ -42,7 +38,7 @@ def moveit_of(tree: Mapping[str, Any], _: Problem) -> Moveit | None:
             for joint, said in (entry.get("joint_properties") or {}).items()
         },
         search=record_of(CollisionSearch, entry.get("collisions")),
-        matrix=matrix and record_of(CollisionMatrix, matrix, pairs=tuple(map(_disabled_of, matrix["pairs"]))),
+        matrix=matrix and record_of(CollisionMatrix, matrix),
     )
 
 
@@ -61,10 +57,6 @@ def _virtual_joint_of(entry: Any) -> VirtualJoint | None:
     if entry is False:
         return None
     return record_of(VirtualJoint, {} if entry is True else entry)
-
-
-def _disabled_of(entry: Mapping[str, Any]) -> DisabledCollision:
-    return record_of(DisabledCollision, entry)
 
 
 def _pair_of(names: Sequence[str]) -> tuple[str, str]:

@@ -87,6 +87,7 @@ Values = Mapping[str, Any] | None
 Packages = Mapping[str, FilePath] | None
 Warn = Callable[[Diagnostic], None] | None
 
+
 _EXECUTED = "xacro-runs-code"  # the rule of the warning about code that was executed
 
 

@@ -163,7 +163,7 @@ def changed(folder: Path, made: Path, nodes: list[dict[str, Any]]) -> Iterator[t
     for index, one in enumerate(nodes):
         words = one["words"]
         full = f"{one['namespace'].rstrip('/')}/{one['name']}"
-        if one["role"] in ("robot_state_publisher", "controller_manager", "controller"):
+        if one["role"] in ("robot_state_publisher", "controller_manager", "controller", "filter"):
             for at in range(0, len(words), 2):
                 if one["role"] != "controller" or words[at + 1] not in of_manager:
                     yield f"{full} without {words[at + 1]}", replaced(index, words=words[:at] + words[at + 2 :])

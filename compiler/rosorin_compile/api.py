@@ -55,11 +55,11 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.project import Description, all_here, no_file
-from rosorin_compile.source.rule_registry import OF_PLUGINS, WRITING, Rule, find
+from rosorin_compile.source.rule_registry import OF_PLUGINS, find
 from rosorin_compile.source.system import pip_install
 from rosorin_compile.viewer import frames as viewer_frames
-from rosorin_compile.viewer.frame_trees import frame_trees
 from rosorin_compile.viewer.frames import Frames
+from rosorin_compile.viewer.frames_picture import frame_trees
 from rosorin_compile.viewer.picture.draw import Look, Picture, draw
 from rosorin_compile.viewer.showing import Page, write_page
 
@@ -87,14 +87,7 @@ Values = Mapping[str, Any] | None
 Packages = Mapping[str, FilePath] | None
 Warn = Callable[[Diagnostic], None] | None
 
-RULES = (
-    Rule(
-        "not-an-artifact",
-        "A note: a file in the outputs folder is no artifact; it is kept.",
-        "`rosorin-compile all --prune` removes it.",
-        WRITING,
-    ),
-)
+
 _EXECUTED = "xacro-runs-code"  # the rule of the warning about code that was executed
 
 
@@ -788,25 +781,15 @@ def verify(
         >>> result.as_described, [finding.message for finding in result.findings]  # doctest: +SKIP
     """
     try:
+        from rosorin_compile.recordings.expected import Options
         from rosorin_compile.recordings.verification import verify_recording
     except ModuleNotFoundError as problem:
         if problem.name != "numpy":
             raise
         needs = "rosorin-compile verify needs numpy, and rosbags for recordings"
         raise MissingPackages(f"{needs}: {pip_install('verify')}") from None
-    return verify_recording(
-        Request.of(robot, arguments, packages, trust=trust),
-        os.fsdecode(source),
-        modes=modes or {},
-        without=without,
-        pose=pose,
-        frames=frames,
-        since=since,
-        until=until,
-        stale=stale,
-        namespace=namespace,
-        prefix=prefix,
-    )
+    options = Options(modes or {}, frozenset(without), None, frames, since, until, namespace, prefix, stale)
+    return verify_recording(Request.of(robot, arguments, packages, trust=trust), os.fsdecode(source), options, pose)
 
 
 def sweep(

@@ -19,29 +19,13 @@ from rosorin_compile.model.kinematics import Graph, NoWay, Position, Positions, 
 from rosorin_compile.model.servos import nearest, servo_of, to_radians, within
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import holds
+from rosorin_compile.source import units
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, UnknownName, error
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import ASKING, Rule
 from rosorin_compile.source.tree import Path
-from rosorin_compile.source.units import (
-    ANGLE,
-    LENGTH,
-    NUMBER,
-    Dimension,
-    Quantity,
-    describe,
-    dimension_of,
-    unknown_unit,
-)
+from rosorin_compile.source.units import ANGLE, LENGTH, NUMBER, Dimension, Quantity, describe, dimension_of
 from rosorin_compile.source.wording import listed
-
-RULES = (
-    Rule("position-beyond-limit", "A requested position is beyond a limit: a warning.", "Change it.", ASKING),
-    Rule("transform-not-known", "The description has no numbers for a transform.", "Try `--mode NAME`.", ASKING),
-    Rule("transform-unpublished", "A note: no node publishes a transform of the chain.", "Publish it.", ASKING),
-    Rule("transform-sometimes", "A note: some modes do not publish a transform.", "Try `--mode NAME`.", ASKING),
-)
 
 NOTHING: Mapping[str, object] = MappingProxyType({})
 ROUNDING = 1e-6  # positions come from pulses and printed limits: a hair beyond is rounding
@@ -106,8 +90,7 @@ def _number(joint: Joint, text: str, expected: Dimension) -> float:
     if value is None and _NUMBER.fullmatch(text):
         value = float(text)
     elif value is None:
-        unit = unknown_unit(text)
-        if unit is not None:
+        if (unit := units.unknown_unit(text)) is not None:
             raise RequestError(f'{subject} has an unknown unit: "{unit}"')
         try:
             value = evaluate(text, dict[str, object]().__getitem__)
@@ -169,22 +152,22 @@ def states(start: Positions, sweeps: Sequence[tuple[str, tuple[float, ...]]]) ->
 def beyond_limits(case: Case, states: Iterable[Positions], severity: str) -> list[Diagnostic]:
     """Return a diagnostic for each joint and end of its limits that states exceed, also where it follows another."""
     found: dict[tuple[str, str], Diagnostic] = {}
-    for state in states:
-        for joint in case.robot.joints:
-            leader = joint
-            while leader.mimic is not None:
-                leader = case.robot.joint[leader.mimic.joint]
-            here = position_of(case.robot, joint, state) if leader.name in state else ()
-            if isinstance(here, tuple) or joint.limit is None or joint.type == "continuous":
-                continue
-            for side, sign, word in (("lower", -1, "below"), ("upper", 1, "above")):
-                end = getattr(joint.limit, side)
-                if end is not None and (here - end) * sign > ROUNDING and (joint.name, side) not in found:
-                    message = f'joint "{joint.name}" at {exact(here)} {joint.unit} is {word} its {side} limit'
-                    message += f" of {exact(end)} {joint.unit}"
-                    help, path = "the joint does not get there; with --strict this is an error", (joint, "limit", side)
-                    made = case.problem("position-beyond-limit", message, case.joint(*path), help, severity=severity)
-                    found[joint.name, side] = made
+    help = "the joint does not get there; with --strict this is an error"
+    for state, joint in product(states, case.robot.joints):
+        leader = joint
+        while leader.mimic is not None:
+            leader = case.robot.joint[leader.mimic.joint]
+        here = position_of(case.robot, joint, state) if leader.name in state else ()
+        if isinstance(here, tuple) or joint.limit is None or joint.type == "continuous":
+            continue
+        for side, sign, word in (("lower", -1, "below"), ("upper", 1, "above")):
+            end, unit, path = getattr(joint.limit, side), joint.unit, case.joint(joint, "limit", side)
+            if end is not None and (here - end) * sign > ROUNDING and (joint.name, side) not in found:
+                message = (
+                    f'joint "{joint.name}" at {exact(here)} {unit} is {word} its {side} limit of {exact(end)} {unit}'
+                )
+                made = case.problem("position-beyond-limit", message, path, help, severity=severity)
+                found[joint.name, side] = made
     return list(found.values())
 
 
@@ -229,10 +212,8 @@ def calibrations(robot: Robot) -> tuple[Servos, ...]:
     """Return the calibrations of the servo groups of a robot. Raises RequestError if it has none."""
     if not robot.servos:
         raise RequestError(f'the robot "{robot.name}" has no servos')
-    return tuple(
-        Servos(one.name, one.joints, one.rad_per_pulse, one.zero_pulse, one.flipped, one.pulse_range)
-        for one in robot.servos
-    )
+    groups = robot.servos
+    return tuple(Servos(g.name, g.joints, g.rad_per_pulse, g.zero_pulse, g.flipped, g.pulse_range) for g in groups)
 
 
 def joint_pulses(robot: Robot, values: Mapping[str, object], pose: str = "", unit: str = "") -> list[JointPulse]:
@@ -377,15 +358,15 @@ def lookup(graph: Graph, source: str, target: str, positions: Positions) -> Fram
             translation = plus(_rotate(quaternion, below[1]), translation)
             quaternion = _product(quaternion, below[0])
     rows = _rows_of(quaternion)
-    roll, pitch, yaw = angles = rpy(rows)
-    degrees = (roll * (180.0 / math.pi), pitch * (180.0 / math.pi), yaw * (180.0 / math.pi))
+    angles = rpy(rows)
+    roll, pitch, yaw = (angle * (180.0 / math.pi) for angle in angles)
     matrix = (*((*row, x) for row, x in zip(rows, translation, strict=True)), (0.0, 0.0, 0.0, 1.0))
     chain = []
     for step, up in way:
         name, kind = (None, "node") if step.joint is None else (step.joint.name, step.joint.type)
         nodes = tuple(TransformPublisher(one.name, one.kind, when or "always") for one, when in step.publishers)
         chain.append(TransformStep(step.parent, step.child, "up" if up else "down", name, kind, nodes))
-    where = (translation, quaternion, angles, degrees, matrix)
+    where = (translation, quaternion, angles, (roll, pitch, yaw), matrix)
     return FrameTransform(source, target, dict(positions), *where, tuple(chain))
 
 
@@ -412,12 +393,8 @@ def _product(a: Quaternion, b: Quaternion) -> Quaternion:
     """Return the rotation ``b``, then ``a``."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
-    return (
-        aw * bx + ax * bw + ay * bz - az * by,
-        aw * by + ay * bw + az * bx - ax * bz,
-        aw * bz + az * bw + ax * by - ay * bx,
-        aw * bw - ax * bx - ay * by - az * bz,
-    )
+    x, y = aw * bx + ax * bw + ay * bz - az * by, aw * by + ay * bw + az * bx - ax * bz
+    return x, y, aw * bz + az * bw + ax * by - ay * bx, aw * bw - ax * bx - ay * by - az * bz
 
 
 def _rotate(q: Quaternion, v: Vector) -> Vector:
@@ -434,11 +411,8 @@ def _rows_of(quaternion: Quaternion) -> Rows:
     wx, wy, wz = w * xs, w * ys, w * zs
     xx, xy, xz = x * xs, x * ys, x * zs
     yy, yz, zz = y * ys, y * zs, z * zs
-    return (
-        (1.0 - (yy + zz), xy - wz, xz + wy),
-        (xy + wz, 1.0 - (xx + zz), yz - wx),
-        (xz - wy, yz + wx, 1.0 - (xx + yy)),
-    )
+    first, second = (1.0 - (yy + zz), xy - wz, xz + wy), (xy + wz, 1.0 - (xx + zz), yz - wx)
+    return first, second, (xz - wy, yz + wx, 1.0 - (xx + yy))
 
 
 def rows_of_rpy(angles: Vector) -> Rows:

@@ -17,15 +17,14 @@ from typing import Any
 from rosorin_compile.formats import FORMATS, Format
 from rosorin_compile.language.schema import CONTROLS, Schema, as_written, draft_7, of_parts, of_types, schema
 from rosorin_compile.language.suppressions import STAYS
-from rosorin_compile.source import rule_registry as registry
-from rosorin_compile.source.rule_registry import find
+from rosorin_compile.source.rule_registry import Heading, find
 
 SECTIONS = Path(__file__).parents[2] / "compiler/rosorin_compile/language/sections/authoring.json"
 _LITERAL = ("rosorin_compile", "args", "modes", "include")  # sections that are never evaluated
 # The topics of rules that run while a robot is compiled.
 _COMPILING = (
-    *(registry.FILES, registry.ARGUMENTS, registry.SHAPE, registry.JOINTS, registry.NUMBERS, registry.POSES),
-    *(registry.FRAMES, registry.OUTPUTS, registry.FORMATS, registry.SIMULATION, registry.PHYSICS),
+    *(Heading.FILES, Heading.ARGUMENTS, Heading.SHAPE, Heading.JOINTS, Heading.NUMBERS, Heading.POSES),
+    *(Heading.FRAMES, Heading.OUTPUTS, Heading.FORMATS, Heading.SIMULATION, Heading.PHYSICS),
 )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from rosorin_compile.formats.imported import Imported, Outputs
-from rosorin_compile.importing import key_order
+from rosorin_compile.importing import description
 from rosorin_compile.importing.description import write
 from rosorin_compile.language import annotations, schema
 from rosorin_compile.language.expand.description import expand
@@ -50,7 +50,7 @@ def another_section(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def _forget() -> None:
-    for module in (schema, annotations, key_order):
+    for module in (schema, annotations, description):
         for name, one in vars(module).items():
             if hasattr(one, "cache_clear") and name != "schema":
                 one.cache_clear()

@@ -16,7 +16,7 @@ import pytest
 from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing.xacro.documents import Target
-from rosorin_compile.importing.xacro.translate import translate, translation_report
+from rosorin_compile.importing.xacro.translate import translate
 from support.paths import DATA
 
 pytest.importorskip("xacro")
@@ -35,7 +35,7 @@ def made(name: str) -> dict[str, str]:
     imported = read_robot(path, how)
     assert imported.tree is not None, imported.diagnostics
     translation = translate(path, how, imported, URDF, Target(Path("descriptions/robot")))
-    return {**translation.files, "told.txt": "".join(f"{line}\n" for line in translation_report(translation))}
+    return {**translation.files, "told.txt": "".join(f"{line}\n" for line in translation.report)}
 
 
 def expected(name: str) -> Path:

@@ -17,10 +17,10 @@ from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing.xacro import wording
 from rosorin_compile.importing.xacro.documents import Target
+from rosorin_compile.importing.xacro.entries import XmlText
 from rosorin_compile.importing.xacro.formulas import Formulas
-from rosorin_compile.importing.xacro.translate import Translation, translate, translation_report
+from rosorin_compile.importing.xacro.translate import Translation, translate
 from rosorin_compile.importing.xacro.write_yaml import Writer
-from rosorin_compile.importing.xacro.xml_text import XmlText
 from support.paths import DATA
 from support.xacro_table import Case, cases, ready
 
@@ -148,7 +148,7 @@ def rename(right: Callable[..., Any]) -> Callable[..., Any]:
             "text",
             rename,
             HARDWARE,
-            '<ros2_control name="x">: hardware/plugin: xacro has slow/Slow, the translation fast/Slow',
+            '<ros2_control name="x">: it is different',
         ),
     ],
 )
@@ -179,7 +179,7 @@ def test_an_argument_that_is_not_followed_is_none(tmp_path: Path, monkeypatch: p
     made = of(tmp_path, body)
     assert (made.arguments, made.fixed) == (("width",), (("height", "0.5"),))
     reason = "  height: with another value of it the robot is another than xacro makes"
-    assert reason in translation_report(made)
+    assert reason in made.report
 
 
 BLOCK = (
@@ -258,37 +258,6 @@ def test_a_folder_of_a_package_is_found_on_another_machine(
     assert not any(str(home) in path.read_text("utf-8") for path in Path("made").iterdir())
     assert main(["all", "made", *words("there")]) == 0
     assert f"<parameters>{home}/there/tool/a.yaml</parameters>" in Path("outputs/made/r.urdf").read_text()
-
-
-def test_a_file_that_its_package_has_is_included_from_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    robot = """<xacro:include filename="$(find acme_parts)/urdf/wheel.xacro"/><link name="base"/>
-      <xacro:wheel prefix="left_" parent="base" y="0.2"/>"""
-    wheel = """<xacro:macro name="wheel" params="prefix parent y">
-      <link name="${prefix}wheel"/>
-      <joint name="${prefix}axle" type="continuous">
-        <parent link="${parent}"/><child link="${prefix}wheel"/><origin xyz="0 ${y} 0"/><axis xyz="0 1 0"/>
-      </joint></xacro:macro>"""
-    for package, file, body in (("acme_parts", "wheel", wheel), ("acme_rover", "rover", robot)):
-        (tmp_path / package / "urdf").mkdir(parents=True)
-        (tmp_path / package / "urdf" / f"{file}.xacro").write_text(f"{HEAD}{body}</robot>", "utf-8")
-        (tmp_path / package / "package.xml").write_text(f"<package><name>{package}</name></package>", "utf-8")
-    path, folder = tmp_path / "acme_rover" / "urdf" / "rover.xacro", tmp_path / "acme_rover" / "descriptions" / "rover"
-    monkeypatch.chdir(tmp_path)
-
-    def made() -> Translation:
-        how = ReadOptions(trust=True)
-        return translate(path, how, read_robot(path, how), URDF, Target(folder))
-
-    first = made()
-    assert list(first.files) == ["robot.yaml", "wheel.yaml"]
-    there = tmp_path / "acme_parts" / "descriptions" / "parts" / "wheel.yaml"
-    there.parent.mkdir(parents=True)
-    there.write_text(first.files["wheel.yaml"], "utf-8")
-    again = made()
-    assert (list(again.files), again.kept) == (["robot.yaml"], ("wheel",))
-    assert "include: [package://acme_parts/descriptions/parts/wheel.yaml]" in again.files["robot.yaml"]
-    there.write_text(f"{first.files['wheel.yaml']}# another\n", "utf-8")
-    assert list(made().files) == ["robot.yaml", "wheel.yaml"]
 
 
 @pytest.mark.usefixtures("home")

@@ -20,7 +20,7 @@ from rosorin_compile.model import Link, Robot
 from rosorin_compile.rules.publishers import combinations, holds
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import parse_yaml
-from rosorin_compile.viewer.frame_trees import frame_trees
+from rosorin_compile.viewer.frames_picture import frame_trees
 from support import launch
 from support.launch import Context, Failed, Started, command_line, parsed, performed, run
 from support.paths import data_text

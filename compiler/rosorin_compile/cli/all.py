@@ -13,19 +13,15 @@ from .console import FINE, PROBLEMS, USAGE
 from .depfile import write_depfile
 from .run import Run, count, counted_files, for_each, refuse_stdin
 
+_ONLY = "write only this output and its meshes; repeatable"
+
 
 @cli.command("all", exits="0 written or unchanged, 1 a robot has errors or, with --dry-run, an artifact would change")
 @cli.robots_argument()
 @cli.dry_run_option
 @cli.flag("--prune", help="delete files in the output folder that are not artifacts")
 @cli.hook_option("; exit with 1 if a file was written")
-@cli.repeatable(
-    "--only OUTPUT",
-    type=cli.PATH,
-    help="write only this output and its meshes; repeatable",
-    offers="output",
-    excludes="prune dry_run",
-)
+@cli.repeatable("--only OUTPUT", type=cli.PATH, help=_ONLY, offers="output", excludes="prune dry_run")
 @cli.output_folder_option
 @cli.depfile_options("default: the first artifact, or that of the first --only")
 @cli.notes_option

@@ -43,9 +43,7 @@ _SUBMODULE = "160000"  # the mode of an entry in the index of Git
 @cli.check_options("[CHECK] [ROBOT ...]", offers=("checks", "robot", "argument"))
 @cli.hook_option()
 @cli.notes_option
-@cli.flag(
-    "--every-argument", help="compile with all combinations of arguments that have a list of values; do not compare"
-)
+@cli.flag("--every-argument", help="compile with all combinations of arguments with a list of values; do not compare")
 @cli.flag("--staged", help="compare what Git has staged for the next commit, not the files on disk")
 @cli.full_option
 @cli.page_options("write a page that shows the robots, as committed and as compiled, and the changes")
@@ -193,12 +191,9 @@ def _check_every(run: Run, description: Description) -> int:
     result = f"{len(failed):,} with errors" if failed else "all fine"
     line = f"{counted(total, 'combination')} of {names} compiled, {result}"
     if len(tried) < total:
-        line = (
-            f"{len(tried):,} of {total:,} combinations of {names} compiled, {result}; set some of them for the others"
-        )
+        line = f"{len(tried):,} of {total:,} combinations of {names} compiled, {result}; set some for the others"
     elif not varied:
-        result = "with errors" if failed else "fine"
-        line = f"no argument with a list of values is left open; compiled once, {result}"
+        line = f"no argument with a list of values is left open; compiled once, {'with errors' if failed else 'fine'}"
     run.console.say(f"{description.name}: {line}")
     return PROBLEMS if failed else FINE
 
@@ -207,16 +202,12 @@ def _with(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequenc
     """Return the arguments that cause a problem, as the end of a sentence; empty if all do."""
     if len(where) == len(tried):
         return ""
-    columns = [
-        [value for value in values if any(row[index] == value for row in where)]
-        for index, (_, values) in enumerate(varied)
-    ]
-    causes = [
-        f"{name}={' or '.join(used)}"
-        for (name, values), used in zip(varied, columns, strict=True)
-        if len(used) < len(values)
-    ]
-    if not causes or prod(map(len, columns)) != len(where):
+    causes, size = list[str](), 1
+    for index, (name, values) in enumerate(varied):
+        used = [value for value in values if any(row[index] == value for row in where)]
+        causes += [f"{name}={' or '.join(used)}"] if len(used) < len(values) else []
+        size *= len(used)
+    if not causes or size != len(where):
         causes = [f"{name}={value}" for (name, _), value in zip(varied, where[0], strict=True)]
         causes += [f"and in {counted(len(where) - 1, 'other combination')}"] if len(where) > 1 else []
     return f" (with {', '.join(causes)})"

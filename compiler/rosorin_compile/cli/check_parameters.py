@@ -26,10 +26,7 @@ _MAX_BYTES = 1_000_000  # of a file that are searched
     repeatable("--launch FILE ...", many=True, help="launch files to read remappings from"),
     repeatable("--remap NODE:FROM:=TO", type=str, help="add a remapping"),
     option("--namespace NS", default="", help="namespace of the nodes"),
-    option(
-        f"--distribution {'|'.join(DISTRIBUTION['enum'])}",
-        help="ROS 2 distribution; default: that of the outputs, else any",
-    ),
+    option(f"--distribution {'|'.join(DISTRIBUTION['enum'])}", help="ROS 2 distribution; default: that of the outputs"),
     section="Parameter files",
 )
 def run(options: Options) -> int:

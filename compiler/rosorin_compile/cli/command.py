@@ -19,22 +19,11 @@ from click.shell_completion import CompletionItem
 from rosorin_compile.source.cache import cache_refused
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError
 from rosorin_compile.source.plugins import Plugin, PluginFailed, broken
-from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.system import missed
 
 from . import complete
 from .console import FINE, PROBLEMS, Console, show_progress
 from .table import BUILT_IN, CHECK
-
-RULES = (
-    Rule(
-        "cache-not-private",
-        "A note: another user could change the folder of the cache, so the cache is not used.",
-        "`chmod go-w` of the folder that is named, or another one in `ROSORIN_COMPILE_CACHE`.",
-        WRITING,
-    ),
-    Rule("system-lacks", "A note: this system has no locks or limits of processes.", "Use trusted files.", WRITING),
-)
 
 PAGE_MEGABYTES = 40  # of the meshes of a page
 ROBOT_HELP = "name of a robot in descriptions/, or a folder or file"
@@ -129,11 +118,8 @@ class Command(click.Command):
         used = [name for name in words if ctx.get_parameter_source(name) == ParameterSource.COMMANDLINE]
         for param in self.params if not ctx.resilient_parsing else ():
             if isinstance(param, Option) and param.name in used:
-                for name in param.excludes:
-                    if name in used:
-                        raise click.UsageError(
-                            f"argument {param.opts[-1]}: not allowed with argument {words[name]}", ctx
-                        )
+                for name in (name for name in param.excludes if name in used):
+                    raise click.UsageError(f"argument {param.opts[-1]}: not allowed with argument {words[name]}", ctx)
                 if param.needs and param.needs not in used:
                     raise click.UsageError(f"{param.opts[-1]} goes with {words[param.needs]}", ctx)
         return rest
@@ -329,27 +315,21 @@ robot_options = combined(
     flag("--trust", help="do not warn about code that a xacro file can run"),
     option("--xacro-seconds S", type=click.IntRange(1), help="time limit for a xacro file in seconds; default: 60"),
     combined(
-        repeatable(
-            "-a", "--arg NAME=VALUE", help="set an argument; NAME:=VALUE without -a is the same", offers="argument="
-        ),
+        repeatable("-a", "--arg NAME=VALUE", help="set an argument; also NAME:=VALUE without -a", offers="argument="),
         repeatable("--args FILE", "args_files", help="read arguments from a YAML file; -a overrides them"),
         section="Arguments of the description or the xacro file",
     ),
 )
 robot_argument = words_argument("[ROBOT]", f"{ROBOT_HELP}; required if there are several")
-output_folder_option = option(
-    "-o",
-    "--output FOLDER",
-    help="folder of the artifacts, with a subfolder for each of several robots; default: outputs/ROBOT",
-)
+_FOLDER = "folder of the artifacts, with a subfolder for each of several robots; default: outputs/ROBOT"
+output_folder_option = option("-o", "--output FOLDER", help=_FOLDER)
 notes_option = flag("--notes", help="list notes and stand-ins instead of counting them")
 full_option = flag("--full", help="print differences of texts in full")
 force_option = flag("--force", help="replace a file that this command did not write")
 strict_option = flag("--strict", help="treat positions beyond a limit as errors")
 dry_run_option = flag("-n", "--dry-run", help="write nothing; print what would change")
-fail_on_option = option(
-    "--fail-on error|warning|never", default="error", help="exit with 1 for a message of this or a higher severity"
-)
+_FAIL_ON = "exit with 1 for a message of this or a higher severity"
+fail_on_option = option("--fail-on error|warning|never", default="error", help=_FAIL_ON)
 
 
 def robots_argument(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **settings: Any) -> Decorator:

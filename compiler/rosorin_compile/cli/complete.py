@@ -38,11 +38,8 @@ def of(*kinds: str) -> Complete:
             suffix = "=" if kind.endswith("=") else ":=" if kind == "argument" else ""
             with suppress(Exception):
                 found = {**{name + suffix: help for name, help in _names(kind.rstrip("="), ctx).items()}, **found}
-        items = [
-            CompletionItem(name, help=" ".join(help.split()) or None)
-            for name, help in found.items()
-            if name.startswith(incomplete) and name.isprintable()
-        ]
+        shown = ((name, help) for name, help in found.items() if name.startswith(incomplete) and name.isprintable())
+        items = [CompletionItem(name, help=" ".join(help.split()) or None) for name, help in shown]
         return items or ([CompletionItem(incomplete, type="file")] if {"robot", "file"} & set(kinds) else [])
 
     return offered

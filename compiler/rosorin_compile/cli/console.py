@@ -14,7 +14,7 @@ import re
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -23,16 +23,11 @@ from rosorin_compile.source.diagnostics import text as report_text
 from rosorin_compile.source.messages import gathered, worded
 from rosorin_compile.source.plugins import Plugin
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import WRITING, Rule
 from rosorin_compile.source.wording import and_more, counted, printable
 
 if TYPE_CHECKING:
     from .markdown import Block, Section
 
-RULES = (
-    Rule("wrong-usage", "The command line is invalid; the exit code is 2.", "See the help of the command.", WRITING),
-    Rule("run-stopped", "The run ended early: a file is unusable, memory ran out.", "As the message says.", WRITING),
-)
 
 FINE, PROBLEMS, USAGE = 0, 1, 2  # exit codes
 MAX_SHOWN = 200  # more than a person reads; a program gets all
@@ -69,13 +64,9 @@ def guarded() -> Iterator[None]:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # the caller has closed it
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - as long as we run
-    before = sys.stdout, sys.stderr
     guards: tuple[Any, Any] = _Guard(sys.stdout), _Guard(sys.stderr)
-    sys.stdout, sys.stderr = guards
-    try:
+    with redirect_stdout(guards[0]), redirect_stderr(guards[1]):
         yield
-    finally:
-        sys.stdout, sys.stderr = before
 
 
 def _unguarded(stream: TextIO) -> TextIO:
@@ -255,8 +246,8 @@ class Console:
             stand_ins, notes = self.unlisted[_STAND_IN], self.unlisted[NOTE]
             counts = [f"{counted(stand_ins, _STAND_IN)}: values that are not measured"] if stand_ins else []
             counts += [counted(notes, NOTE)] if notes else []
-            them = "it" if counts == ["1 note"] else "them"
-            how = f"--notes lists {them}" if self.counts_notes else "without -q they are listed"
+            how = f"--notes lists {'it' if counts == ['1 note'] else 'them'}"
+            how = how if self.counts_notes else "without -q they are listed"
             self.warn(f"{', and '.join(counts)}; {how}")
 
     def print_document(self) -> None:
@@ -278,8 +269,8 @@ def envelope(console: Console) -> dict[str, object]:
     from rosorin_compile.source.version import __version__
 
     diagnostics = [plain(one.as_object()) for one in console.diagnostics]
-    head = {"version": __version__, "command": console.command}
-    return {**head, "diagnostics": diagnostics, "result": plain(console.result)}
+    result = plain(console.result)
+    return {"version": __version__, "command": console.command, "diagnostics": diagnostics, "result": result}
 
 
 def plain(value: object) -> object:
@@ -303,7 +294,7 @@ def plain(value: object) -> object:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def table(rows: Sequence[Sequence[str]]) -> list[str]:
+def table(rows: Sequence[Sequence[str]], align: Callable[[str, int], str] = str.ljust) -> list[str]:
     """Return rows of cells as lines with aligned columns."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return ["  ".join(map(align, row, widths)).rstrip() for row in rows]

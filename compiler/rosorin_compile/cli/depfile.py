@@ -6,12 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rosorin_compile.output import OutputError, write_file
-from rosorin_compile.source.rule_registry import WRITING, Rule
 
 from .console import FINE, PROBLEMS
 from .run import Run
-
-RULES = (Rule("depfile-name", "The name of a file in the depfile has a line break.", "Rename the file.", WRITING),)
 
 _DEPFILE = re.compile(rb"\S[^\n]*:(?: \\\n  \S[^\n]*)*\n")
 

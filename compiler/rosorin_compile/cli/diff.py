@@ -51,18 +51,10 @@ def run(options: Options) -> int:
     except LoadError as problem:
         run.console.show([problem.diagnostic])
         return PROBLEMS
-    found = api.diff(
-        run.words[0],
-        run.words[1],
-        options.tolerance,
-        options.prefix,
-        arguments=values,
-        a_arguments=own[0],
-        b_arguments=own[1],
-        packages=run.packages,
-        brief=options.format == "text" and not options.full,
-        trust=options.trust,
-    )
+    brief = options.format == "text" and not options.full
+    given = {"arguments": values, "packages": run.packages, "trust": options.trust, "brief": brief}
+    given |= {"a_arguments": own[0], "b_arguments": own[1]}
+    found = api.diff(run.words[0], run.words[1], options.tolerance, options.prefix, **given)
     if refused := [one for one in found.diagnostics if one.help == NO_ARGUMENTS]:
         raise RequestError(refused[0].message)
     run.console.show(found.diagnostics)

@@ -19,17 +19,21 @@ from .table import COMMANDS
 
 
 class _Numbers(click.ParamType):  # type: ignore[type-arg] # not generic before click 8.4
-    """Numbers with or without units, separated by commas, in SI; a single one is no tuple."""
+    """Numbers with or without units, separated by commas, in SI; a single one is no tuple.
+
+    With ``repeats`` one number stands for all.
+    """
 
     name = "numbers"
 
-    def __init__(self, count: int = 1, kind: Dimension = LENGTH, positive: bool = False) -> None:
-        self.count, self.kind, self.positive = count, kind, positive
+    def __init__(self, count: int = 1, kind: Dimension = LENGTH, positive: bool = False, repeats: bool = False) -> None:
+        self.count, self.kind, self.positive, self.repeats = count, kind, positive, repeats
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not isinstance(value, str):
             return value
         parts = value.split(",") if self.count > 1 else [value]
+        parts = parts * self.count if self.repeats and len(parts) == 1 else parts
         numbers = [Scalar(part.strip() or "-").value for part in parts]
         for part, number in zip(parts, numbers, strict=True):
             valid = isinstance(number, int | float) and not isinstance(number, bool) and math.isfinite(number)
@@ -44,36 +48,25 @@ class _Scale(_Numbers):
     """The factors of a mesh along x, y and z: one for all, or three."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        text = value if "," in value else f"{value},{value},{value}"
-        factors = _Numbers(3, NUMBER).convert(text, param, ctx)
+        factors = super().convert(value, param, ctx)
         return factors if all(factors) else self.fail(f"{value} leaves nothing of a mesh", param, ctx)
 
 
 _SETTINGS: dict[str, Any] = {"within": "extract", "exits": "0 written, 1 errors"}
-_section_option = cli.option(
-    "--from auto|collision|visual",
-    "section",
-    default="auto",
-    help="use meshes of these shapes; default: collision, else visual",
-)
-_scale_option = cli.option(
-    "--scale S", type=_Scale(), default="1", help="scale factor of mesh files, such as 0.001, or X,Y,Z; default: 1"
-)
+_FROM = "use meshes of these shapes; default: collision, else visual"
+_section_option = cli.option("--from auto|collision|visual", "section", default="auto", help=_FROM)
+_SCALE = "scale factor of mesh files, such as 0.001, or X,Y,Z; default: 1"
+_scale_option = cli.option("--scale S", type=_Scale(3, NUMBER, repeats=True), default="1", help=_SCALE)
+_STEP = "round heights of boxes to multiples of this length; default: the cell"
 _grid_options = cli.combined(
     cli.option("--cell LENGTH", type=_Numbers(positive=True), help="edge length of a cell; default: 10mm"),
     cli.option("--origin X,Y", type=_Numbers(2), help="corner of the first cell; default: corner of the mesh"),
     cli.option("--cells NXxNY", help="number of cells along x and y; default: cover the mesh"),
     cli.option("--size X,Y", type=_Numbers(2), help="size of the grid, instead of --cells"),
-    # Of earlier versions, which sampled the surface; heights are exact now.
-    cli.flag("--exact", hidden=True),
-    cli.option("--spacing", hidden=True),
+    cli.combined(cli.flag("--exact", hidden=True), cli.option("--spacing", hidden=True)),  # heights are exact now
     cli.option("--below Z", type=_Numbers(), help="ignore surfaces above this height"),
     cli.option("--map-digits N", default=4, help="decimals of heights"),
-    cli.option(
-        "--step LENGTH",
-        type=_Numbers(positive=True),
-        help="round heights of boxes to multiples of this length; default: the cell",
-    ),
+    cli.option("--step LENGTH", type=_Numbers(positive=True), help=_STEP),
 )
 _output_options = cli.combined(
     cli.option("-o", "--output FILE", help="write to a file instead of standard output"), cli.force_option
@@ -107,15 +100,11 @@ def boxes(options: cli.Options) -> int:
 @cli.option("--frame", help="link whose frame the height map uses")
 @_grid_options
 @cli.flag("--bottom", help="also compute the lowest point in each cell")
-@cli.option(
-    "--xyz X,Y,Z", type=_Numbers(3), default="0,0,0", help="position of the mesh in the frame, such as 0,0,25mm"
-)
+@cli.option("--xyz X,Y,Z", type=_Numbers(3), default="0,0,0", help="position of the mesh, such as 0,0,25mm")
 @cli.option("--rpy R,P,Y", type=_Numbers(3, ANGLE), default="0,0,0", help="orientation of the mesh, such as 0,0,90deg")
 @_scale_option
 @cli.option("--into FILE", help="replace the height map in a description file, with the same grid")
-@cli.option(
-    "--status calculated|measured|factory", default="calculated", help="status of the source in the description"
-)
+@cli.option("--status calculated|measured|factory", default="calculated", help="status of the source")
 @cli.option("--note", help="note of the source in the description; default: the names of the meshes")
 @_output_options
 @cli.robot_options

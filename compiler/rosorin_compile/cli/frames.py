@@ -16,12 +16,8 @@ from .run import Run
 
 @cli.command("frames", exits="0 shown or written, 1 the robot has errors")
 @cli.robot_argument
-@cli.option(
-    "--frame FRAME", help="show only the path from the root to a frame", offers="frame", excludes="publisher output"
-)
-@cli.option(
-    "--publisher NODE", help='show only the edges of a publisher; "nobody": edges without one', excludes="output"
-)
+@cli.option("--frame FRAME", help="show only the path to a frame", offers="frame", excludes="publisher output")
+@cli.option("--publisher NODE", help='show only edges of a publisher; "nobody": those without one', excludes="output")
 @cli.mode_option("one tree each for on and off")
 @cli.option("-o", "--output FILE.svg", help="write a drawing: FILE.svg; FOLDER/: one file per tree")
 @cli.force_option

@@ -12,6 +12,9 @@ from .command import Options, combined, command, flag, option, robot_options, wo
 from .console import PROBLEMS
 from .run import Run, take_stdin
 
+_DRIVES = "servos in the MJCF for a robot without actuators; default: position for joints with limits, else velocity"
+_MESHES = "prefix of relative mesh names: a folder relative to the artifacts, or package://NAME"
+
 
 @command("import", exits="0 written, 1 the source has errors")
 @words_argument("SOURCE", f"a {', '.join(FORMATS.endings(include=True))} file", True, ("file", "argument"))
@@ -23,17 +26,10 @@ from .run import Run, take_stdin
 @flag("--no-parts", help="do not factor repeated structures into parts")
 @flag("--verbatim", help="copy the Gazebo and ros2_control elements of a URDF unchanged")
 @flag("--flat", help="import the URDF that a xacro generates, without its macros")
-@option(
-    "--drives position|velocity|none",
-    help="servos in the MJCF for a robot without actuators; default: position for joints with limits, else velocity",
-)
+@option("--drives position|velocity|none", help=_DRIVES)
 @flag("--force", help="write to a folder that is not empty")
 @flag("--ours", help="if both SOURCE and the description changed, keep the description")
-@option(
-    "--meshes FOLDER",
-    type=str,
-    help="prefix of relative mesh names: a folder relative to the artifacts, or package://NAME",
-)
+@option("--meshes FOLDER", type=str, help=_MESHES)
 @combined(*(option(f"--{one.name} FILE", help=f"also read the {one.word} of the robot") for one in companions()))
 @robot_options
 def run(options: Options) -> int:

@@ -13,16 +13,12 @@ from rosorin_compile.source.diagnostics import RequestError, error
 from .command import Options, argument, command, option
 from .console import PROBLEMS
 
+_TEMPLATE = f"one of {', '.join(TEMPLATES)}; default: prompt in a terminal, else {DEFAULT}"
+
 
 @command("init", exits="0 written, 1 the folder cannot be written")
 @argument("name", metavar="NAME", help="name of the robot: letters, digits and underscores")
-@argument(
-    "template",
-    required=False,
-    type=click.Choice([*TEMPLATES]),
-    metavar="[TEMPLATE]",
-    help=f"one of {', '.join(TEMPLATES)}; default: prompt in a terminal, else {DEFAULT}",
-)
+@argument("template", required=False, type=click.Choice([*TEMPLATES]), metavar="[TEMPLATE]", help=_TEMPLATE)
 @option("-o", "--output FOLDER", default=".", help="folder of the project")
 def run(options: Options) -> int:
     """Write a new description, and print the next step."""

@@ -186,14 +186,11 @@ def _reason(problem: BaseException) -> tuple[str, int]:
     if isinstance(problem, ModuleNotFoundError) and (package := _REQUIRED.get(problem.name or "")):
         missing = f"the package {package} is not installed, and no robot is read without it"
         return f"{missing}: pip install {package}", USAGE
-    nested = "the input is nested too deeply: includes, parts or expressions refer to each other"
-    kinds: dict[type[BaseException], str] = {
-        RecursionError: nested,
-        MemoryError: "not enough memory",
-        OverflowError: f"a number is too large: {problem}",
-    }
-    if type(problem) in kinds:
-        return kinds[type(problem)], PROBLEMS
+    if isinstance(problem, RecursionError):
+        return "the input is nested too deeply: includes, parts or expressions refer to each other", PROBLEMS
+    if type(problem) in (MemoryError, OverflowError):
+        reason = "not enough memory" if type(problem) is MemoryError else f"a number is too large: {problem}"
+        return reason, PROBLEMS
     if not isinstance(problem, OSError) or (problem.filename is None and problem.errno in _STREAM_ERRORS):
         raise problem
     if problem.errno == errno.ENAMETOOLONG:

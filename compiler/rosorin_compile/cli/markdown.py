@@ -94,7 +94,7 @@ def _codes(names: Sequence[str]) -> str:
 
 
 # How many rows of a table, diffs of a robot and lines of a diff are shown: the first that fits is used.
-_DETAILS = ((200, 20, 40), (50, 5, 10), (5, 0, 0))
+_DETAILS = ((200, 20, 40), (5, 0, 0))
 
 
 def document(sections: Sequence[Section]) -> str:
@@ -166,9 +166,8 @@ def _diagnostics(diagnostics: Sequence[Diagnostic]) -> Table:
 def _table(table: Table, limit: int) -> str:
     """Return the first rows of a table and the number of the others, without empty columns."""
     columns = [at for at in range(len(table.head)) if any(row[at] for row in table.rows)]
-    rows = [table.head, ["---"] * len(table.head), *table.rows[:limit]]
+    rows, left = [table.head, ["---"] * len(table.head), *table.rows[:limit]], len(table.rows) - limit
     lines = [f"| {' | '.join(row[at] for at in columns)} |" for row in rows]
-    left = len(table.rows) - limit
     return "\n".join([*lines, "", f"and {left:,} more {plural(table.noun, left)}"] if left > 0 else lines)
 
 

@@ -6,11 +6,10 @@ from .command import Options, combined, command, option, repeatable, robot_argum
 from .console import FINE, PROBLEMS
 from .run import Run
 
-_STARTED = {
-    "control": "the controller_manager and the controllers",
-    "moveit": "MoveIt",
-    "nav2": "Nav2 and robot_localization",
-}
+_AT_LAUNCH = "compile the description at launch, with its arguments as launch arguments"
+_STARTS = "add a launch file that starts {} with the parameters of the robot"
+_STARTED = {"control": "the controller_manager and the controllers", "moveit": "MoveIt"}
+_STARTED["nav2"] = "Nav2 and robot_localization"
 
 
 @command("package", exits="0 written or unchanged, 1 errors")
@@ -23,21 +22,8 @@ _STARTED = {
 @option("--license SPDX", help="license of the package, such as Apache-2.0")
 @option("--url URL", help="website of the package")
 @repeatable("--topic SENSOR=TOPIC", "topics", help="topic of a sensor, for the RViz configuration; repeatable")
-@option(
-    "--compile-at-launch/--no-compile-at-launch",
-    default=None,
-    help="compile the description at launch, with its arguments as launch arguments",
-)
-@combined(
-    *(
-        option(
-            f"--{name}/--no-{name}",
-            default=None,
-            help=f"add a launch file that starts {started} with the parameters of the robot",
-        )
-        for name, started in _STARTED.items()
-    )
-)
+@option("--compile-at-launch/--no-compile-at-launch", default=None, help=_AT_LAUNCH)
+@combined(*(option(f"--{name}/--no-{name}", default=None, help=_STARTS.format(it)) for name, it in _STARTED.items()))
 @robot_options
 def run(options: Options) -> int:
     """Write the package of a robot, and print the result."""

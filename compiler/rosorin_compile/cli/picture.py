@@ -16,9 +16,7 @@ from .run import Run, refuse_positions
 @cli.force_option
 @cli.position_options()
 @cli.combined(
-    cli.option(
-        "--from VIEW", "view", default="iso", help="camera: iso, front, side, top or AZIMUTH,ELEVATION (30deg,20deg)"
-    ),
+    cli.option("--from VIEW", "view", default="iso", help="camera: iso, front, side, top or angles (30deg,20deg)"),
     cli.option("--size WxH", default="1280x800", help="size in pixels"),
     cli.flag("--collision", help="show collision shapes of all links; default: of links without visuals"),
     cli.flag("--frames", "published_frames", help="show published frames with their names"),

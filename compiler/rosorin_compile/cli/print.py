@@ -4,7 +4,6 @@ Launch files and build rules call it instead of xacro: without errors nothing is
 is written beside the file that ``-o`` names.
 """
 
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,6 @@ from pathlib import Path
 from rosorin_compile import api
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.arguments import UNKNOWN
-from rosorin_compile.model import Output
 from rosorin_compile.output import OutputError, encoded, is_generated, may_replace, write_file
 from rosorin_compile.output.artifact_set import remember, remembered
 from rosorin_compile.source.diagnostics import ERROR, RequestError
@@ -47,15 +45,11 @@ def run(options: Options) -> int:
         return _list(run)
     words, console, target = run.words, run.console, options.depfile_target or options.output
     if not words:
-        outputs: Sequence[Output] = ()
+        shown = "see --list"
         with suppress(RequestError):
             description = run.find_robot()
-            outputs = api.outputs(replace(run.request(description), warn=None)).outputs or ()
-        shown = (
-            f"the outputs of {description.name}: {first_of([one.name for one in outputs], 20)}"
-            if outputs
-            else "see --list"
-        )
+            if outputs := api.outputs(replace(run.request(description), warn=None)).outputs:
+                shown = f"the outputs of {description.name}: {first_of([one.name for one in outputs], 20)}"
         raise RequestError(f"print what? {_CALL} [ROBOT] OUTPUT; {shown}")
     if "" in words:
         raise RequestError("a name is empty: a variable of the shell that is not set?")

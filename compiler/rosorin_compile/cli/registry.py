@@ -33,9 +33,8 @@ def commands(group: str = "commands") -> dict[str, Entry]:
     if any(one.group == group for one in installed()):
         more, wrong = _load(group, [*found, *ALIASES])
         _warn(wrong)
-        found |= {
-            one.name or "": Entry(one.name or "", one.group, one.help or "", one.also, one.hidden) for one in more
-        }
+        entries = [Entry(one.name or "", one.group, one.help or "", one.also, one.hidden) for one in more]
+        found |= {one.name: one for one in entries}
     groups = list(dict.fromkeys([*COMMANDS, *(one.group for one in found.values())]))
     return dict(sorted(found.items(), key=lambda item: groups.index(item[1].group)))
 
@@ -93,9 +92,8 @@ def resolve_check(check: click.Command, words: list[str]) -> tuple[str, click.Co
     The name of a built-in check comes before a robot of that name, which is reached by its path. A robot of the project
     comes before a check of a plug-in, which is reached as DISTRIBUTION:NAME.
     """
-    takes_value = {
-        name for one in check.params if isinstance(one, click.Option) and not one.is_flag for name in one.opts
-    }
+    valued = [one for one in check.params if isinstance(one, click.Option) and not one.is_flag]
+    takes_value = {name for one in valued for name in one.opts}
     end = words.index("--") if "--" in words else len(words)
     before = ["", *words]
     places = [at for at in range(end) if not words[at].startswith("-") and before[at] not in takes_value]

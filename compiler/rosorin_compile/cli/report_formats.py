@@ -60,8 +60,8 @@ def sarif(diagnostics: Sequence[Diagnostic]) -> str:
     rules: list[dict[str, object]] = []
     for id in ids:
         rule = known.get(id) or OF_PLUGINS.get(id)
-        descriptor: dict[str, object] = {"id": id}
-        descriptor["shortDescription"] = {"text": rule.what if rule else id.replace("-", " ")}
+        short = rule.what if rule else id.replace("-", " ")
+        descriptor: dict[str, object] = {"id": id, "shortDescription": {"text": short}}
         if rule and rule.help:
             descriptor["help"] = {"text": rule.help, "markdown": rule.help}
         if HOME and id in known:
@@ -79,12 +79,8 @@ def sarif(diagnostics: Sequence[Diagnostic]) -> str:
 def _result(diagnostic: Diagnostic, rule: int) -> dict[str, object]:
     """Return a diagnostic as a result of SARIF; a note without a place goes into the message."""
     remarks = [related.message for related in diagnostic.related if related.span is None]
-    result: dict[str, object] = {
-        "ruleId": diagnostic.rule,
-        "ruleIndex": rule,
-        "level": diagnostic.severity,
-        "message": {"text": "\n".join([_with_help(diagnostic), *remarks])},
-    }
+    result: dict[str, object] = {"ruleId": diagnostic.rule, "ruleIndex": rule, "level": diagnostic.severity}
+    result["message"] = {"text": "\n".join([_with_help(diagnostic), *remarks])}
     if diagnostic.span:
         result["locations"] = [_location(diagnostic.span)]
     unique = dict.fromkeys(diagnostic.related)  # as the standard requires

@@ -20,7 +20,6 @@ from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Reque
 from rosorin_compile.source.plugins import aside
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
-from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.wording import counted, listed
 
 from .command import Options, pair
@@ -30,9 +29,6 @@ if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case
     from rosorin_compile.viewer.changed import Pictures
 
-RULES = (
-    Rule("no-robot-file", "A warning: a folder of `descriptions` has no `robot.yaml`.", "Rename its file.", FILES),
-)
 
 MARK = ":="  # between name and value of an argument, as in xacro
 _MAX_STDIN = 100_000_001  # bytes; more than any reader takes

@@ -8,23 +8,16 @@ from .command import PATH, Options, command, flag, option, robot_argument, robot
 from .console import FINE, PROBLEMS
 from .run import Run
 
+_OVER = "variants: a CSV file with a row for each, a YAML list, or a folder with a file of arguments for each"
+_AS = "with a folder: argument to set to the content of each file, or to its path if it is a text"
+
 
 @command("sweep", exits="0 all variants written or unchanged, 1 a variant has errors or cannot be written")
 @robot_argument
-@option(
-    "--over LIST",
-    type=PATH,
-    required=True,
-    help="variants: a CSV file with a row for each, a YAML list, or a folder with a file of arguments for each",
-)
+@option("--over LIST", type=PATH, required=True, help=_OVER)
 @option("-o", "--output FOLDER", required=True, help="a folder per variant")
 @option("-j", "--jobs NUMBER", type=int, help="number of processes; default: one per core")
-@option(
-    "--as ARGUMENT",
-    "whole",
-    default="",
-    help="with a folder: argument to set to the content of each file, or to its path if it is a text",
-)
+@option("--as ARGUMENT", "whole", default="", help=_AS)
 @option("--dask ADDRESS", default="", help="address of a Dask scheduler, such as tcp://HOST:8786")
 @flag("--prune", help="delete variants that are no longer in the list")
 @robot_options

@@ -1,16 +1,21 @@
 """rosorin-compile tf: print the pose of one frame in another, in the format of tf2_echo."""
 
+import csv
+import io
+from typing import Any
+
 from rosorin_compile import api
 from rosorin_compile.results import FrameTransform, Transforms
 from rosorin_compile.source.diagnostics import RequestError
 
 from . import command as cli
-from .console import PROBLEMS
+from .console import PROBLEMS, table
 from .run import Run, refuse_positions
 
 _ORDERS = {"humble": "", "jazzy": " (xyzw)"}  # of the quaternion, as tf2_echo prints it
 _COLUMNS = ("x", "y", "z", "roll", "pitch", "yaw")
 _MAX_DIGITS = 17
+_SWEEP = "use COUNT positions in turn; repeatable: all combinations"
 
 
 @cli.command("tf", exits="0 printed, 1 errors, no transform or, with --strict, a position beyond a limit")
@@ -20,12 +25,7 @@ _MAX_DIGITS = 17
     offers=("robot", "frame"),
 )
 @cli.position_options(
-    cli.repeatable(
-        "--sweep JOINT=FROM:TO:COUNT",
-        "sweeps",
-        help="use COUNT positions in turn; repeatable: all combinations",
-        offers="joint=",
-    ),
+    cli.repeatable("--sweep JOINT=FROM:TO:COUNT", "sweeps", help=_SWEEP, offers="joint="),
     cli.strict_option,
     overrides="--pose and --pulse",
 )
@@ -75,19 +75,15 @@ def _echo(found: FrameTransform, digits: int, distro: str) -> list[str]:
 
     Newer distributions print the order of the quaternion.
     """
-    translation, quaternion, rpy, degrees = (
-        f"[{', '.join(f'{value:.{digits}f}' for value in values)}]"
-        for values in (found.translation, found.quaternion, found.rpy, found.rpy_degrees)
-    )
-    return [
-        "At time 0.0",
-        f"- Translation: {translation}",
-        f"- Rotation: in Quaternion{_ORDERS[distro]} {quaternion}",
-        f"- Rotation: in RPY (radian) {rpy}",
-        f"- Rotation: in RPY (degree) {degrees}",
-        "- Matrix:",
-        *("".join(f" {value:{3 + digits}.{digits}f}" for value in row) for row in found.matrix),  # std::setw(6)
-    ]
+    forms = {
+        "Translation:": found.translation,
+        f"Rotation: in Quaternion{_ORDERS[distro]}": found.quaternion,
+        "Rotation: in RPY (radian)": found.rpy,
+        "Rotation: in RPY (degree)": found.rpy_degrees,
+    }
+    lines = [f"- {form} [{', '.join(f'{one:.{digits}f}' for one in numbers)}]" for form, numbers in forms.items()]
+    matrix = ("".join(f" {value:{3 + digits}.{digits}f}" for value in row) for row in found.matrix)  # std::setw(6)
+    return ["At time 0.0", *lines, "- Matrix:", *matrix]
 
 
 def _rows(found: Transforms, digits: int | None) -> str:
@@ -96,15 +92,15 @@ def _rows(found: Transforms, digits: int | None) -> str:
     With ``digits`` as an aligned table, angles of the pose in degrees; else as CSV with numbers in full and radians.
     """
     units = {**found.swept, **dict.fromkeys(_COLUMNS[:3], "m"), **dict.fromkeys(_COLUMNS[3:], "deg")}
-    rows = [[f"{name} ({unit})" for name, unit in units.items()]]
+    rows: list[list[Any]] = [[f"{name} ({unit})" for name, unit in units.items()]]
     if digits is None:
-        heads = [*found.swept, *_COLUMNS, "qx", "qy", "qz", "qw"]
-        rows = [[f'"{head}"' if "," in head or '"' in head else head for head in heads]]
+        rows = [[*found.swept, *_COLUMNS, "qx", "qy", "qz", "qw"]]
     for one in found.transforms:
         angles = (*one.rpy, *one.quaternion) if digits is None else one.rpy_degrees
         numbers = (*(one.positions[joint] for joint in found.swept), *one.translation, *angles)
-        rows.append([repr(float(number)) if digits is None else f"{number:.{digits}f}" for number in numbers])
-    if digits is None:
-        return "\n".join(map(",".join, rows))
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join("  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
+        rows.append([float(number) if digits is None else f"{number:.{digits}f}" for number in numbers])
+    if digits is not None:
+        return "\n".join(table(rows, str.rjust))
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue().removesuffix("\n")

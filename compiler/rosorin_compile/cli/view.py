@@ -19,16 +19,8 @@ from .run import Run
 @robot_argument
 @page_options("write the page to a file instead of serving it")
 @flag("--no-open", help="do not open a browser")
-@option(
-    "--port NUMBER",
-    type=click.IntRange(0, 65535),
-    help="port of the server; default: 8642, or another one if it is in use",
-)
-@option(
-    "--host ADDRESS",
-    default=LOOPBACK,
-    help="address of the server, to make the page accessible from other machines; default: this machine only",
-)
+@option("--port NUMBER", type=click.IntRange(0, 65535), help="port of the server; default: 8642, or a free one")
+@option("--host ADDRESS", default=LOOPBACK, help="address, for access from other machines; default: this one only")
 @robot_options
 def run(options: Options) -> int:
     """Show a robot."""

@@ -11,15 +11,12 @@ from rosorin_compile.model import Robot, Shape
 from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.load import json_of
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import WRITING, Rule
 
 from .describe import Describer
 from .pairs import output_of
 from .precision import NOISE, POSE_NOISE, exact, printed, rounded
 from .walk import Shapes, compare_leaves, leaves
 
-_WHAT = "An artifact that was just compiled does not contain what the robot is."
-RULES = (Rule("artifacts-disagree", _WHAT, "That is a fault of the tool: please report it.", WRITING),)
 _HELP = "a template or a format is at fault, not the description: please report it"
 
 

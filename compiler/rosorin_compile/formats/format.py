@@ -20,7 +20,7 @@ from rosorin_compile.model.link import Source as Provenance
 from rosorin_compile.model.link import limited_fields
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, Span, error
 from rosorin_compile.source.messages import and_here
-from rosorin_compile.source.rule_registry import FORMATS, Rule
+from rosorin_compile.source.rule_registry import Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import counted, listed, masked
 from rosorin_compile.source.xml.elements import canonical, tree_of
@@ -265,9 +265,6 @@ class Format:
     def output(self, robot: Robot) -> Output | None:
         return next((output for output in robot.outputs if output.backend == self.name), None)
 
-
-_NOTE = "A note: a format cannot express keys that the description sets."
-RULES = (Rule("not-in-format", _NOTE, "Accept the rule, if no reader of these artifacts needs them.", FORMATS),)
 
 # Keys that name the formats that they are for: a reader of another one does not expect them.
 ADDRESSED = {"mjcf": ("mjcf",), "mjcf_elements": ("mjcf",), "gazebo": ("sdf", "urdf"), "urdf_elements": ("urdf",)}

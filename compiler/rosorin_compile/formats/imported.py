@@ -14,7 +14,6 @@ from rosorin_compile.language.schema import subject, unit_at
 from rosorin_compile.source.diagnostics import Diagnostic, Span
 from rosorin_compile.source.load import plain_scalar
 from rosorin_compile.source.plugins import diagnostic_of
-from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.units import Quantity
@@ -28,8 +27,6 @@ if TYPE_CHECKING:
     from rosorin_compile.language.lower import Lowered
     from rosorin_compile.model import Robot
 
-_CANNOT_CARRY = "A warning: a description cannot express something of a file."
-RULES = (Rule("import-cannot-carry", _CANNOT_CARRY, "`--strict` makes it an error.", READING),)
 
 MAX_NAME = 60
 BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"

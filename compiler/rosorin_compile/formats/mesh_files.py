@@ -27,21 +27,11 @@ from rosorin_compile.source.files import shown
 from rosorin_compile.source.messages import and_here
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import ENDINGS, ROS_PACKAGE, Resolved
-from rosorin_compile.source.rule_registry import FORMATS, Rule
+from rosorin_compile.source.rule_registry import Rule, declared
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import first_of
 
 from . import FORMATS as RECORDS
-
-_FIND = "Correct the name, put the file there, or say where the package is: `--package NAME=FOLDER`."
-_AMBIGUOUS = "Two files that differ would be one beside the artifacts. A warning if the URDF alone names them."
-_NOT_FOUND = "A mesh or texture is not found: an error or warning with an MJCF, a note if only the URDF names it."
-RULES = (
-    Rule("mesh-not-found", _NOT_FOUND, _FIND, FORMATS, accept="robot", imported="always", asked="meshes"),
-    Rule("element-file-not-found", "An element of `mjcf` names a missing file.", "Add it.", FORMATS, asked="meshes"),
-    Rule("mesh-not-a-file", "A mesh or a texture is no regular file.", "Name a file.", FORMATS, asked="meshes"),
-    Rule("mesh-ambiguous", _AMBIGUOUS, "Give one of them another name.", FORMATS, asked="meshes"),
-)
 
 MESH, TEXTURE, OF_ELEMENT, OF_MESH = "mesh", "texture", "file", "file of a mesh"
 _PLURALS = {MESH: "meshes", TEXTURE: "textures", OF_ELEMENT: "files", OF_MESH: "files of meshes"}
@@ -94,7 +84,7 @@ class Searched(NamedTuple):
 
     @property
     def acceptable(self) -> Mapping[str, Rule]:
-        return {rule.id: rule for rule in RULES if rule.accept}
+        return {"mesh-not-found": declared("mesh-not-found")}
 
     def add_to(self, robot: Robot) -> Robot:
         opened = {one.named.name: one.places[0] for one in self.found if one.places and one.places[0] in self.files}

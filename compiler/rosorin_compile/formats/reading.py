@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.language.lower import lower
-from rosorin_compile.language.sections.links import RULES as SHAPE_RULES
 from rosorin_compile.language.suppressions import settled
 from rosorin_compile.language.validate import validate
 from rosorin_compile.rules.check import acceptable, check
@@ -21,7 +20,6 @@ from rosorin_compile.source.messages import gathered, worded
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ENDINGS, stdin_of
-from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml import markup
 from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read_source
@@ -33,11 +31,6 @@ from .imported import Imported, Outputs, ReadOptions, as_tree, converted
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot
 
-RULES = (
-    Rule("file-syntax", "A file does not have the syntax of its format.", "Correct the place that is named.", READING),
-    Rule("wrong-format", "The file is of a format that is not read.", "The message says what to name.", READING),
-    Rule("wrong-root", "The root element is not that of a robot.", "The message says what to name.", READING),
-)
 
 _OTHER_FORMATS = {
     "world": ("a world of Gazebo", "name the SDF, URDF or xacro of the robot"),
@@ -245,7 +238,7 @@ def violations(tree: Map) -> list[Diagnostic]:
 def lower_artifact(tree: Map, diagnostics: Iterable[Diagnostic]) -> Robot:
     """Return the robot of a tree that was read from an artifact of ours. Raises ValueError for a damaged one."""
     links = [*(tree.get("links") or ())]
-    tree["accept"] = [{"rule": rule.id, "of": links, "reason": ""} for rule in SHAPE_RULES if rule.accept]
+    tree["accept"] = [{"rule": "shape-size", "of": links, "reason": ""}]
     wrong = [one.message for one in diagnostics if one.severity == ERROR and one.rule not in acceptable()]
     wrong += [] if "robot" in tree else ["the robot has no name"]
     lowered = None if wrong else lower(tree)

@@ -17,7 +17,6 @@ from rosorin_compile.model.joint import SEVERAL_COORDINATES
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, Suggestion, error
 from rosorin_compile.source.load import json_of
-from rosorin_compile.source.rule_registry import FORMATS, READING, Rule
 from rosorin_compile.source.wording import masked
 
 from .format import PLACES, Format, Opened
@@ -26,14 +25,6 @@ if TYPE_CHECKING:
     from .imported import Imported
     from .templating import Templates
 
-_CANNOT_SAY = "A warning: the driver's model has no room for a shape, a mimic, a planar, a floating or a ball joint."
-RULES = (
-    Rule("robot-model-cannot-say", _CANNOT_SAY, "The URDF carries it; or leave the joint out with `joints`.", FORMATS),
-    Rule("robot-model-unknown-name", "An option names an unknown joint, link or servo group.", "Correct it.", FORMATS),
-    Rule("robot-model-same-name", "`rename` gives two links one name.", "Rename one to another.", FORMATS),
-    Rule("robot-model-servos", "The driver's model has one servo group, the robot several.", "Set `servos`.", FORMATS),
-    Rule("json-syntax", "The file is not JSON.", "Correct the place that is named; numbers are finite.", READING),
-)
 _RANGE_NOTE = "the driver's model does not say which pulses exist; these are those between the limits"
 _ANY_PULSE = 10**9
 

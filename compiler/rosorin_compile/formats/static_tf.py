@@ -28,7 +28,6 @@ from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
 from rosorin_compile.source.load import json_of, python_of
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal, fixed
-from rosorin_compile.source.rule_registry import FORMATS, OUTPUTS, Rule
 from rosorin_compile.source.xml.elements import number_of
 
 from . import format
@@ -39,11 +38,6 @@ if TYPE_CHECKING:
 
     from .templating import Templates
 
-_NO_URDF = "A warning: robot_state_publisher needs a URDF, and no output is one."
-RULES = (
-    Rule("number-format", "`number_format: six` for static_transform_publisher.", "`exact`, or leave it out.", OUTPUTS),
-    Rule("static-tf-no-urdf", _NO_URDF, "Add an output `urdf`.", FORMATS),
-)
 
 # What a mode may be set to. A condition of launch reads 1 and no on; its and, or, not read on and no 1.
 STATES = ("true", "false", "True", "False")

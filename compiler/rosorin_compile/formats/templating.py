@@ -31,18 +31,8 @@ from rosorin_compile.source.cache import cache_folder
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
 from rosorin_compile.source.numbers import exact, fixed, short, six, vector
 from rosorin_compile.source.project import data_folder, homes
-from rosorin_compile.source.rule_registry import TEMPLATES, Rule
 
 from .format import Format, describe
-
-_NAMES = "[Names in a template](artifacts.md#names-in-a-template)."
-RULES = (
-    Rule("template-missing", "The folder of the description has no such template.", "Check the name.", TEMPLATES),
-    Rule("template-syntax", "A template is not legal Jinja.", "Correct the line that is shown.", TEMPLATES),
-    Rule("template-failed", "A template uses a name that does not exist, or fails otherwise.", _NAMES, TEMPLATES),
-    Rule("template-unsafe", "A template tries to leave the sandbox.", "Templates reach values, no Python.", TEMPLATES),
-    Rule("template-not-named", "An output has no `template`.", "Name a file beside the description.", TEMPLATES),
-)
 
 MAX_TEMPLATE = 10_000_000  # bytes
 MAX_SECONDS = 5  # of CPU time

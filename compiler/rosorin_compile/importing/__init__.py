@@ -1,6 +1,6 @@
-"""Importer: a robot that exists becomes a description, written as a person would have written it.
+"""Import the robots of others as descriptions that read as if a person had written them.
 
-To be read in this order: ``command``, ``description`` (which file holds what, and which values get a name), ``repeats``
-(what is there several times is written once), ``layout`` (how a value stands in YAML, and where comments go),
-``round_trip`` (the description means what the source means), ``report`` (what the person is told).
+``import_robot`` is the entry. ``description`` decides which file holds what, ``repeats`` writes repeated structures
+once, ``layout`` writes YAML, ``round_trip`` compares the description with the source, and ``xacro`` keeps macros and
+arguments.
 """

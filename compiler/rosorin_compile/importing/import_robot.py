@@ -31,7 +31,7 @@ from .round_trip import RoundTrip, check_round_trip, schema_beside
 from .words import Worded, told_words, worded
 from .xacro.documents import Target
 from .xacro.sharing import Sharing
-from .xacro.translate import Translation, translate, translation_report
+from .xacro.translate import Translation, translate
 
 _MJCF = "mjcf"
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
@@ -172,7 +172,7 @@ class _Import:
         if translation is not None and translation.files:  # it has words of its own: those of all combinations
             imported, lines = read._replace(tree=translation.plain or named.tree), list(translation.words)
             trip = trip._replace(files=translation.files)
-        translated = list(translation_report(translation)) if translation is not None else []
+        translated = translation.report if translation is not None else ()
         if self.package is not None:
             return self._put_into(self.package, result, imported, trip, [*lines, *translated])
         if record is not None:

@@ -17,7 +17,6 @@ from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, 
 from rosorin_compile.source.files import is_file, is_folder, read_bytes, read_text, resolve
 from rosorin_compile.source.load import LoadError, load_mapping
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 
 from .reimport import (
@@ -35,24 +34,6 @@ from .reimport import (
     text_of,
 )
 from .rewrite_launch import Line, lines_to_change
-
-RULES = (
-    Rule(
-        "import-name-taken",
-        "The package has a description of this name that was imported from another source, or with other arguments; "
-        "nothing is written.",
-        "`--name` gives this robot a name of its own. To replace the other one, remove its description and test.",
-        Heading.READING,
-    ),
-    Rule(
-        "import-no-record",
-        "The package has a different description of this name without a record of its import, so that changes cannot "
-        "be merged; nothing is written.",
-        "`--name` imports it beside that one. Or import the source as it was then with `-o`, and put the `.imported` "
-        "files that come of it beside those of the description.",
-        Heading.READING,
-    ),
-)
 
 CMAKE, PYTHON = "ament_cmake", "ament_python"
 _BUILD_TYPE = re.compile(r"<build_type[^<>]*>\s*([^<\s]+)\s*</build_type>")

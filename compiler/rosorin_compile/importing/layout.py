@@ -1,9 +1,8 @@
-"""Layout: a document of plain values as YAML that reads as if a person had written it.
+"""Write a document of plain values as YAML that reads as if a person had written it.
 
-Small things stand on one line, in brackets; larger ones in a block; what is too long for a line is wrapped where that
-helps. The result is the same for the same document, whatever the machine.
-
-A number stands as in the source, always so that it reads back as the same double. Comments go with their entries.
+Small values are on one line, in brackets, larger ones in a block; what is too long for a line is wrapped. The result is
+the same for the same document on every machine. A number has the digits of the source, if these read back as the same
+double. Comments are written with their entries.
 """
 
 from __future__ import annotations
@@ -25,23 +24,23 @@ from rosorin_compile.source.yaml_text import Scalar
 WIDTH = 120
 # An implicit key has to end within 1,024 characters (https://yaml.org/spec/1.2.2/#example-single-pair-explicit-entry).
 MAX_KEY = 1_000
-_MAX_ALIGN = 60  # a list that is wrapped hangs below its bracket; further right it stands in a block
+_MAX_ALIGN = 60  # a list that is wrapped is aligned with its bracket; further right it is written as a block
 _FIRST_ROW = "izz"  # an inertia that needs two lines has its moments on the first, its products on the second
 _WORDS = ("for", "if")  # begin a loop or a condition; as the value of an expression they are names
 _MAX_NAMED = 4  # named values of a part that may share a line
-_SPACED = 2  # depth to which entries of several lines stand apart: sections and their entries
+_SPACED = 2  # depth to which entries of several lines are set apart: sections and their entries
 _NEVER_SHORT = ("links",)  # whose entries are easier to read in a block, however small
 _OFTEN_SHORT = ("use", "params", "let")  # whose entries are rows of a table
 
 
 class Verbatim(str):
-    """A scalar that is written as it stands: a number, a quantity."""
+    """A scalar that is written unchanged: a number, a quantity."""
 
     __slots__ = ()
 
 
 class Expression(str):
-    """A text with ``${...}`` that the expansion is to evaluate."""
+    """A text with ``${...}`` that the expansion evaluates."""
 
     __slots__ = ()
 
@@ -49,8 +48,8 @@ class Expression(str):
 class Remarks(NamedTuple):
     """Comments, as lines by the path of the entry that they belong to; every path is one of the document.
 
-    ``before`` stand above the entry, ``beside`` behind it if it is short enough, else above it; ``inside`` after the
-    last thing that it holds. Those of the empty path begin and end the file.
+    ``before`` are written above the entry, ``beside`` after it if it is short enough, else above it; ``inside`` at the
+    end of its block. Those of the empty path begin and end the file.
     """
 
     before: Mapping[Path, Sequence[str]] = {}
@@ -62,9 +61,7 @@ _NONE = Remarks()
 
 
 def escaped(text: str) -> str:
-    """Return text that the expansion turns back into this one: ``${`` would begin an expression.
-
-    So would ``$(`` for xacro: the expansion refuses it but in elements of XML.
+    """Escape a text, in which ``${`` would begin an expression, and ``$(`` is refused outside of elements of XML.
 
     >>> escaped("${HOME}/meshes"), escaped("$(arg folder)/meshes")
     ('$${HOME}/meshes', "${'$'}(arg folder)/meshes")
@@ -85,7 +82,7 @@ def layout(document: Mapping[str, Any], remarks: Remarks = _NONE) -> str:
 
 
 def flow(value: Any) -> str | None:
-    """Return a value on one line, None if it cannot stand so: text of several lines, a very long key."""
+    """Return a value on one line, or None for text of several lines and very long keys."""
     if isinstance(value, Mapping):
         pairs = [(_key(key, True), flow(item)) for key, item in value.items()]
         if any(len(key) > MAX_KEY or item is None for key, item in pairs):
@@ -120,7 +117,7 @@ def _key(name: str, in_flow: bool) -> str:
 
 
 def within_part(path: Path) -> Path:
-    """Return a path as seen from the part that it leads into, such as ("links", "wheel")."""
+    """Return a path relative to the part that it leads into, such as ("links", "wheel")."""
     return path[2:] if path[:1] == ("parts",) and len(path) > 2 else path
 
 
@@ -145,7 +142,7 @@ class _Layout:
         return self.comment(self.written.before.get(path, ()), pad)
 
     def commented(self, entry: list[str], pad: str, path: Path) -> tuple[list[str], list[str]]:
-        """Return the comments above an entry, and the entry with those that stand beside it or inside."""
+        """Return the comments above an entry, and the entry with those after it or inside."""
         above = list(self.above(path, pad))
         inside = self.comment(self.written.inside.get(path, ()), f"{pad}  ")
         beside = self.written.beside.get(path, ())
@@ -194,7 +191,7 @@ class _Layout:
         return [head, *self.sequence(item, indent + 2, path)]
 
     def may_be_short(self, item: Mapping[str, Any] | list[Any], path: Path) -> bool:
-        """Say whether a value that would fit on a line may stand there."""
+        """Return True if a value that fits on a line may be written there."""
         if isinstance(item, list):
             return not _has_mapping(item)
         path = within_part(path)
@@ -213,7 +210,7 @@ class _Layout:
             here = (*path, index)
             above, made = self.commented(self.value(f"{pad}-", item, indent, here), pad, here)
             lines += above
-            if made[0] == f"{pad}-":  # what stands below a dash begins on its line; comments go before it
+            if made[0] == f"{pad}-":  # the first line below a dash is written on its line, after comments
                 below = made[1:]
                 count = next(number for number, line in enumerate(below) if not line.lstrip().startswith("#"))
                 lines += [pad + line.lstrip() for line in below[:count]]
@@ -223,7 +220,7 @@ class _Layout:
 
 
 def _text(head: str, value: Any, indent: int) -> list[str]:
-    """Return a scalar after ``head``: on its line, or text of several lines below it, as it stands."""
+    """Return a scalar after ``head``: on its line, or text of several lines below it."""
     if isinstance(value, (Verbatim, bool)) or value is None:
         return [f"{head} {_scalar(value, False)}"]
     text = value if isinstance(value, Expression) else escaped(value)
@@ -239,14 +236,14 @@ def _text(head: str, value: Any, indent: int) -> list[str]:
 
 
 def _can_stand_below(text: str) -> bool:
-    """Say whether a text of several lines can stand in a literal block, which begins with its first letter."""
+    """Return True if a text of several lines can be a literal block, which begins with its first letter."""
     lines = text.removesuffix("\n").split("\n")
     begins, ends = lines[0][:1] not in ("", " ", "\t"), bool(lines[-1].strip())
     return "\n" in text and begins and ends and all(Scalar(line.replace("\t", " ")).is_raw for line in lines)
 
 
 def _can_be_folded(text: str) -> bool:
-    """Say whether the spaces of a text can become line ends and come back as spaces."""
+    """Return True if the spaces of a text can be line ends that are read as spaces."""
     return Scalar(text).is_raw and "  " not in text and text == text.strip(" ")
 
 
@@ -261,13 +258,13 @@ def _wrapped(text: str, width: int) -> list[str]:
 
 
 def _is_flat(value: Mapping[str, Any] | list[Any]) -> bool:
-    """Say whether a value holds nothing but scalars, or in a mapping also lists of them."""
+    """Return True if a value contains nothing but scalars, or in a mapping also lists of them."""
     items = value.values() if isinstance(value, Mapping) else value
     return not any(isinstance(item, (Mapping, list)) for item in items)
 
 
 def _filled(head: str, value: Mapping[str, Any] | list[Any]) -> list[str]:
-    """Return a list or mapping in brackets on several lines that hang below the bracket; nothing if that is no use."""
+    """Return a list or mapping in brackets on several aligned lines, or nothing if that is not better."""
     opening, closing = "{}" if isinstance(value, Mapping) else "[]"
     if isinstance(value, Mapping):
         tokens = [f"{_key(key, True)}: {flow(item)}" for key, item in value.items()]
@@ -304,9 +301,9 @@ _DECIMALS = (0, 1, 2)  # of degrees that a person would write
 _MAX_DEGREES = 1e6
 _DIGITS = 15  # of every decimal number that a double tells from all others
 
-# Units of a value of a joint: where it turns, and where it slides; and the degrees in which a person says the first.
+# Units of a value of a joint that rotates and of one that slides, with the unit in degrees of the first.
 _OF_JOINT = {("rad", "m"): "deg", ("rad/s", "m/s"): "deg/s"}
-_VERBATIM = "mjcf"  # words of another program, whose numbers stand as it has them
+_VERBATIM = "mjcf"  # keys of another program, whose numbers have no units
 _OF_SENSOR: tuple[Path, ...] = (("with", "fov"), ("with", "vertical_fov"), ("with", "hfov"))
 
 
@@ -336,7 +333,7 @@ def in_degrees(value: float, unit: str) -> str:
 
 
 def _digits(value: float, span: Span | None) -> str:
-    """Return the digits that stand at a place of the source, empty unless they say this very number."""
+    """Return the digits at a place of the source, empty unless they are this very number."""
     if span is None:
         return ""
     token = span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length]
@@ -351,7 +348,7 @@ def _digits(value: float, span: Span | None) -> str:
 
 
 def _significant(token: str) -> int:
-    """Return how many digits a number is written with, zeros before the first other one left out."""
+    """Return how many significant digits a number is written with."""
     mantissa = token.lower().partition("e")[0]
     return len("".join(filter(str.isdigit, mantissa)).lstrip("0"))
 
@@ -399,8 +396,8 @@ _OF_ROBOT = ("robot", "source")
 def placed(comments: Iterable[Comment], document: Mapping[str, Any], head: Sequence[str], root: bool) -> Remarks:
     """Return the comments of one file. ``head`` are lines that begin it.
 
-    A comment belongs to the file that has its section. What belongs to no section, or to the name of the robot, is for
-    the ``root`` file: at its beginning, or at its end if it stood there.
+    A comment belongs to the file that has its section. What belongs to no section, or to the name of the robot, is in
+    the ``root`` file: at its beginning, or at its end if it was there.
     """
     before: dict[Path, list[str]] = {(): list(head)}
     beside: dict[Path, list[str]] = {}
@@ -425,7 +422,7 @@ def placed(comments: Iterable[Comment], document: Mapping[str, Any], head: Seque
 
 
 def _is_repeated(said: list[str], lines: list[str]) -> bool:
-    """Say whether a comment of several lines stands there already: a file that is expanded twice says all twice."""
+    """Return True if a comment of several lines is there already: a file that is included twice has all twice."""
     return len(lines) > 1 and said[-len(lines) :] == lines
 
 
@@ -436,7 +433,7 @@ def cleaned(text: str) -> list[str]:
     (['the arm'], ['# the arm'])
     """
     first, *others = (line.expandtabs(4).rstrip() for line in _LINE_END.split(text))
-    # The first line stands behind the opening of the comment, so its indentation says nothing of the others.
+    # The first line follows the opening of the comment, so its indentation is not that of the others.
     body = textwrap.dedent("\n".join(others)).split("\n") if others else []
     found = _unmarked([printable(line) for line in [first.strip(), *body]])
     while found and not found[0]:
@@ -455,7 +452,7 @@ def _unmarked(lines: list[str]) -> list[str]:
 
 
 def _existing(document: Mapping[str, Any], path: Sequence[str | int]) -> Path:
-    """Return the longest prefix of a path that leads to an entry of a document where a comment can stand."""
+    """Return the longest prefix of a path that leads to an entry of a document that can have a comment."""
     node: Any = document
     found: list[str | int] = []
     for step in path:
@@ -474,7 +471,7 @@ def _is_block(value: list[Any]) -> bool:
 
 
 def _holds(document: Mapping[str, Any], path: Path) -> bool:
-    """Say whether a value stands in a block, so that a comment can stand after the last thing in it."""
+    """Return True if a value is a block, so that a comment can be written at its end."""
     node: Any = document
     for step in path:
         node = node[step]

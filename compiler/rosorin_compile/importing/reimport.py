@@ -33,31 +33,6 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.files import is_file, read_bytes
 from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.rule_registry import Heading, Rule
-
-RULES = (
-    Rule(
-        "import-conflict",
-        "A source is imported again, and it changed lines that were edited in the description. The file has both "
-        "versions between conflict marks.",
-        "Edit the file: choose a version at each `<<<<<<<`, and remove the marks.",
-        Heading.READING,
-    ),
-    Rule(
-        "import-file-left",
-        "A warning: a source is imported again, and it removes a file that was edited in the description, or changes "
-        "one that was deleted there. The edited file stays; the changed one is written as `NAME.new`.",
-        "Remove the file that you do not need.",
-        Heading.READING,
-    ),
-    Rule(
-        "import-no-git",
-        "A source is imported again, and `git`, which merges its changes with those of the description, is missing or "
-        "fails. The description stays as it is, and the new files are written as `NAME.new`.",
-        "Install git and import again.",
-        Heading.READING,
-    ),
-)
 
 ENDING = ".imported"
 _NEW = ".new"

@@ -1,9 +1,8 @@
-"""Report: what became of a source, in a few lines for the person who imports it.
+"""Rename the meshes of an imported robot, and report what was imported in a few lines.
 
-``renamed`` makes the names of meshes and textures such that they are found from where the description stands. The
-``source`` of the description says where: in which ``folder`` relative names are looked for, and the ``packages``
-that are found from the source, but not from the description. A relative name that leads out of the folder of the source
-is made one from a folder above it, so that artifacts have their files beside them wherever they are.
+The ``source`` of a description has the ``folder`` in which relative names are looked for, and the ``packages`` that are
+found from the source, but not from the description. A relative name that leads out of the folder of the source becomes
+one from a folder above it, so that artifacts have their files beside them wherever they are.
 """
 
 from __future__ import annotations
@@ -24,20 +23,9 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, counte
 from rosorin_compile.source.files import is_file, resolve
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map, Seq
 
 from .layout import within_part
-
-RULES = (
-    Rule(
-        "import-mesh-path",
-        "A warning: meshes or textures are named by a path that only this machine has or, in a xacro, by one that "
-        "leads out of its folder. Or `--meshes` for a robot without relative names.",
-        "Name them as package://NAME/FILE; or `--meshes FOLDER`, as seen from the artifacts.",
-        Heading.READING,
-    ),
-)
 
 _RULE = "import-mesh-path"
 _TAG = re.compile(r"<([^\s/>!?]+)")
@@ -45,9 +33,9 @@ _FEW = 3
 
 
 class Renamed(NamedTuple):
-    """The tree of a robot with the names that its description gets, and what there is to say about them.
+    """The tree of a robot with the mesh names of its description, and diagnostics about them.
 
-    ``meshes`` is what stands before all relative names; None if nothing does.
+    ``meshes`` is the prefix of all relative names, or None.
     """
 
     tree: Map
@@ -58,45 +46,48 @@ class Renamed(NamedTuple):
 def renamed(
     tree: Map, source: Path, folder: Path, meshes: str | None, packages: Mapping[str, Path], keeps: bool = False
 ) -> Renamed:
-    """Return a robot whose description finds the files of meshes and textures that its source does.
+    """Rename meshes and textures so that the description finds the same files as the source.
 
-    ``source`` is the file that the robot was read from, ``folder`` where its description is going to stand, and
-    ``packages`` what the command line says of packages. Relative names have ``meshes`` before them if that is given;
-    with ``keeps``, where they are made by macros, the way from the artifacts to the source if they lead out of its
-    folder. What is not found is told. Nothing is lost by that: it is no ``import-cannot-carry``.
+    Args:
+        tree: The tree of the robot.
+        source: The file that it was read from.
+        folder: The folder of the description.
+        meshes: The prefix of relative names from ``--meshes``.
+        packages: The folders of packages from the command line.
+        keeps: Macros make the names, so they stay. If they are outside of the folder of the source, their prefix is the
+            path from the artifacts to the source.
+
     """
     place = tree.value_spans.get("robot", tree.span)
-    places = Places(source, source.parent, packages, os.environ)
-    searched = places.named(tree, relative=meshes is None)
-    files, told, here = searched.by_name, list(searched.diagnostics), Path(os.path.abspath(folder))
+    searched = Places(source, source.parent, packages, os.environ).named(tree, relative=meshes is None)
+    files, messages, here = searched.by_name, list(searched.diagnostics), Path(os.path.abspath(folder))
     base, relative = Path(os.path.abspath(source.parent)), relative_files(tree)
-    stay = keeps or meshes is not None or not (files or _has_one(base, relative))  # what leads nowhere stays as it is
+    stay = keeps or meshes is not None or not (files or _has_one(base, relative))  # missing files keep their names
     top, names = (base, dict(zip(relative, relative, strict=True))) if stay else _names(base, relative, files)
     known = {name: _seen(at, here) for name, at in _packages({names.get(n, n): at for n, at in files.items()}, here)}
     if meshes is not None:
-        message = f"{source.name} names no mesh or texture by a relative path: --meshes changes nothing"
-        vain = Diagnostic(_RULE, WARNING, message, place, (), "leave --meshes out")
-        told += [] if relative else [vain]
+        if not relative:
+            message = f"{source.name} names no mesh or texture by a relative path: --meshes changes nothing"
+            messages.append(Diagnostic(_RULE, WARNING, message, place, (), "leave --meshes out"))
         known |= _package_of(meshes, relative, base, here)
-        return Renamed(_saying(move_files(tree, meshes), "", known), told, meshes)
+        return Renamed(_with_places(move_files(tree, meshes), "", known), messages, meshes)
     outside = [name for name in relative if keeps and posixpath.normpath(name).startswith("../")]
     bare = [name for name in files if name not in names and not _is_of_package(name)]
     if bare:
-        told.append(_elsewhere("are named by paths of this machine, where artifacts look for them", bare, place))
+        messages.append(_elsewhere("are named by paths of this machine, where artifacts look for them", bare, place))
     if outside:
-        way = (
-            f"are out of the folder of {source.name}: artifacts name them as seen from {_artifacts(folder).as_posix()}"
-        )
-        told.append(_elsewhere(way, outside, place))
-        meshes = _seen(base, _artifacts(folder))
-        return Renamed(_saying(move_files(tree, meshes), "", known), told, meshes)
+        artifacts = _artifacts(folder)
+        how = f"are out of the folder of {source.name}: artifacts name them as seen from {artifacts.as_posix()}"
+        messages.append(_elsewhere(how, outside, place))
+        meshes = _seen(base, artifacts)
+        return Renamed(_with_places(move_files(tree, meshes), "", known), messages, meshes)
     tree = map_files(tree, lambda name: names.get(name, name))
     has_folder = any(not _is_of_package(name) for name in names.values())
-    return Renamed(_saying(tree, _seen(top, here) if has_folder else "", known), told)
+    return Renamed(_with_places(tree, _seen(top, here) if has_folder else "", known), messages)
 
 
 def _artifacts(folder: Path) -> Path:
-    """Return where the artifacts of a description stand unless somebody says so (see ``project``)."""
+    """Return the default folder of the artifacts of a description (see ``project``)."""
     base = folder.parent.parent if Path(os.path.abspath(folder)).parent.name == Description.FOLDER else Path()
     return base / Description.OUTPUTS / folder.name
 
@@ -106,19 +97,19 @@ def _is_of_package(name: str) -> bool:
 
 
 def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tuple[Path, dict[str, str]]:
-    """Return the folder that the files of a source are in, and their new names relative to it, by their names there.
+    """Return the common folder of the files of a source, and their new names relative to it, by their names.
 
     ``base`` is the folder of the source. A path of this machine that leads into another ROS package becomes an address
     in that package.
     """
-    own = next((folder for folder in (base, *base.parents) if Packages.name_of(folder)), None)
+    own = _package_above(base / "any")
     places = {name: Path(os.path.normpath(base / name)) for name in relative}
     names: dict[str, str] = {}
     for name, file in files.items():
         if not name.startswith(("/", "file://")):
             continue
         path = Path(os.path.abspath(file))
-        package = next((folder for folder in path.parents if Packages.name_of(folder)), None)
+        package = _package_above(path)
         if package is None or package == own:
             places[name] = path
         else:
@@ -127,13 +118,17 @@ def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tu
     return top, {**names, **{name: _seen(path, top) for name, path in places.items()}}
 
 
+def _package_above(path: Path) -> Path | None:
+    return next((folder for folder in path.parents if Packages.name_of(folder)), None)
+
+
 def _packages(files: Mapping[str, Path], here: Path) -> Iterator[tuple[str, Path]]:
-    """Yield the packages that files were found in, with their folders, but for those that are found from ``here``."""
-    near, seen = Packages({}, os.environ, here / Description.ROOT_FILE), set()
+    """Yield the packages of files with their folders, except those that are found from ``here``."""
+    near, visited = Packages({}, os.environ, here / Description.ROOT_FILE), set()
     for name, file in files.items():
         package, _, path = name.partition("://")[2].lstrip("/").partition("/")
-        if _is_of_package(name) and package not in seen:
-            seen.add(package)
+        if _is_of_package(name) and package not in visited:
+            visited.add(package)
             folder = Path(os.path.abspath(file)).parents[len(Path(path).parts) - 1]
             known = near.find(package)
             if known is None or resolve(known) != resolve(folder):
@@ -141,9 +136,9 @@ def _packages(files: Mapping[str, Path], here: Path) -> Iterator[tuple[str, Path
 
 
 def _package_of(meshes: str, relative: Sequence[str], base: Path, here: Path) -> dict[str, str]:
-    """Return the package that relative names get, with its folder, where it would not be found with these files.
+    """Return the package of the prefix of relative names with its folder, if it is not found with these files.
 
-    The folder of the source, ``base``, is what ``meshes`` leads to, as far as their last folders have the same names.
+    ``meshes`` leads to the folder of the source, ``base``, as far as their last folders have the same names.
     """
     package, _, path = meshes.partition("://")[2].strip("/").partition("/")
     parts = Path(path).parts
@@ -159,17 +154,17 @@ def _has_one(folder: Path, relative: Sequence[str]) -> bool:
 
 
 def seen_from(imported: Imported, folder: Path) -> Imported:
-    """Return a robot whose source says where its meshes are by whole paths, which ``folder`` is the base of."""
+    """Return a robot whose source has absolute paths of its meshes, relative to ``folder`` before."""
     source = imported.tree.get("source") if imported.tree is not None else None
     if imported.tree is None or not (isinstance(source, Map) and {"folder", "packages"} & source.keys()):
         return imported
     here = Path(os.path.abspath(folder))
     known = {name: os.path.normpath(here / at) for name, at in (source.get("packages") or {}).items()}
     own = os.path.normpath(here / source["folder"]) if "folder" in source else ""
-    return imported._replace(tree=_saying(imported.tree, own, known))
+    return imported._replace(tree=_with_places(imported.tree, own, known))
 
 
-def _saying(tree: Map, folder: str, packages: Mapping[str, str]) -> Map:
+def _with_places(tree: Map, folder: str, packages: Mapping[str, str]) -> Map:
     """Return the tree of a robot whose source says where its meshes are."""
     if not (folder or packages):
         return tree
@@ -185,12 +180,12 @@ def _saying(tree: Map, folder: str, packages: Mapping[str, str]) -> Map:
 
 
 def _seen(path: Path, folder: Path) -> str:
-    """Return a path as seen from a folder, as a description has it."""
+    """Return a path relative to a folder, as a description has it."""
     return Path(os.path.relpath(path, folder)).as_posix()
 
 
 def _elsewhere(how: str, names: Sequence[str], span: Span) -> Diagnostic:
-    """Return the warning about files that artifacts do not find wherever they are."""
+    """Return the warning about files that artifacts find in one place only."""
     help = "name them as package://NAME/FILE; or import with --meshes FOLDER, as seen from the artifacts"
     return Diagnostic(_RULE, WARNING, f"files {how}: {first_of(names, 1)}", span, (), help)
 
@@ -202,10 +197,7 @@ def sizes(tree: Map) -> str:
 
 
 def repeated(tree: Map, reordered: bool) -> list[str]:
-    """Return the lines about the parts that were made of what a robot has several times; none without any.
-
-    Who reads a vector of joint positions by the order of the file has to know that it is another one.
-    """
+    """Return the lines about parts, and about the order of joints, which readers of joint positions depend on."""
     bodies = [tree, *(tree.get("parts") or {}).values()]
     uses = Counter(use["part"] for body in bodies for use in (body.get("use") or {}).values())
     if not uses:
@@ -215,7 +207,7 @@ def repeated(tree: Map, reordered: bool) -> list[str]:
 
 
 def kept(tree: Map) -> list[str]:
-    """Return the line about elements that stand in the description as they stood in the source; none without any."""
+    """Return the line about elements that are kept unchanged, if there are any."""
     tags = Counter(_tag(text) for text in _elements(tree))
     if not tags:
         return []

@@ -15,7 +15,6 @@ from rosorin_compile.source.diagnostics import Diagnostic, Span, Suggestion, err
 from rosorin_compile.source.files import is_folder, shown
 from rosorin_compile.source.load import MAX_NODES, LoadError, load_mapping
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.rule_registry import OUTPUTS, Rule
 from rosorin_compile.source.tree import Instance, Map, Seq, Text
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.wording import first_of
@@ -29,8 +28,7 @@ from .origins import Written
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
-RULES = (Rule("unknown-output", "There is no such output.", "See `rosorin-compile print --list`.", OUTPUTS),)
-UNKNOWN = RULES[0].id
+UNKNOWN = "unknown-output"
 _MOST_NAMED = 20
 _ADDED = "taken with the defaults of its format; an entry under outputs can say more"
 

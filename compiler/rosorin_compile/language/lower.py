@@ -17,19 +17,19 @@ from rosorin_compile.model import Robot
 from rosorin_compile.model.sections import ENTRIES, ITEMS, ONE, Section, Sections, own_sections
 from rosorin_compile.source.diagnostics import Diagnostic, UnknownName
 from rosorin_compile.source.plugins import Plugin, aside, failed
+from rosorin_compile.source.rule_registry import declared
 from rosorin_compile.source.tree import Map, Path
 
 from .expand.scope import Scope
 from .lowering import Lowering
 from .records import named_records, plain, record_of
 from .schema import fragment_at, plugged, resolve, schema
-from .sections.links import RULES
 from .suppressions import accepted
 from .symbols import Symbol, SymbolTable
 
 Report = Callable[[Diagnostic, str], None]
 Place = Callable[[str, str, Path], None]
-_ACCEPTABLE = {rule.id: rule for rule in RULES if rule.accept}
+_ACCEPTABLE = {"shape-size": declared("shape-size")}
 
 
 class Lowered(NamedTuple):

@@ -14,7 +14,7 @@ from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.rule_registry import FILES, Rule
+from rosorin_compile.source.rule_registry import Rule
 from rosorin_compile.source.tree import Map, Path
 
 from .expand.provenance import problem_at
@@ -22,7 +22,6 @@ from .expand.scope import Scope
 from .suppressions import accepted, names_at
 
 T = TypeVar("T")
-RULES = (Rule("duplicate-name", "Two entries have the same name.", "Rename one, or use another `prefix`.", FILES),)
 
 
 class LoweringError(Exception):

@@ -6,14 +6,13 @@ here. Values that follow from other keys are passed to it explicitly.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache, partial
 from types import NoneType, UnionType
 from typing import Any, Protocol, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from rosorin_compile.model import Pose, Vector
-from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.simulation import Attribute, Values
 from rosorin_compile.source.diagnostics import Help
 from rosorin_compile.source.tree import Path
@@ -48,14 +47,13 @@ def record_of(kind: Callable[..., T], entry: Mapping[str, Any] | None, /, **give
         if name not in given:
             found[name] = pose_of_entry(entry)
     if has_values and "values" not in given:
-        found["values"] = other_values(entry, ("xyz", "rpy", "source", *converters))
+        found["values"] = values_of(entry, ("xyz", "rpy", "source", *converters))
     return kind(**found, **given)
 
 
 def named_records(kind: Callable[..., T], entries: Mapping[str, Any] | None) -> dict[str, T]:
     """Return the records of entries by name, each with its name if it has a field for that."""
-    is_named = is_dataclass(kind) and any(field.name == "name" for field in fields(kind))
-    names = {str(name): {"name": str(name)} if is_named else {} for name in entries or ()}
+    names = {str(name): {"name": str(name)} if "name" in _fields(kind)[0] else {} for name in entries or ()}
     return {name: record_of(kind, (entries or {})[name], **given) for name, given in names.items()}
 
 
@@ -77,8 +75,7 @@ def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
 
 def pose_of_entry(entry: Mapping[str, Any]) -> Pose:
     """Return the pose given by ``xyz`` (m) and ``rpy`` (rad) of an entry."""
-    is_given = "xyz" in entry or "rpy" in entry
-    return Pose(vector_of(entry.get("xyz")), vector_of(entry.get("rpy"))) if is_given else IDENTITY
+    return Pose(vector_of(entry.get("xyz")), vector_of(entry.get("rpy")))
 
 
 def plain(value: Any) -> Any:
@@ -92,14 +89,9 @@ def plain(value: Any) -> Any:
     return str(value) if isinstance(value, str) else value
 
 
-def values_of(entry: Mapping[str, Any] | None) -> dict[str, Attribute]:
-    """Return MJCF attributes by name."""
-    return {name: _attribute_of(value) for name, value in sorted(entry.items())} if entry else {}
-
-
-def other_values(entry: Mapping[str, Any], known: tuple[str, ...]) -> dict[str, Attribute]:
-    """Return the MJCF attributes of an entry that also has the keys ``known``."""
-    return {key: _attribute_of(value) for key, value in sorted(entry.items()) if key not in known}
+def values_of(entry: Mapping[str, Any] | None, known: Collection[str] = ()) -> dict[str, Attribute]:
+    """Return MJCF attributes by name; ``known`` are other keys of the entry."""
+    return {key: _attribute_of(value) for key, value in sorted((entry or {}).items()) if key not in known}
 
 
 def renamed_values(entry: Mapping[str, Any], words: Mapping[str, str]) -> dict[str, Attribute]:

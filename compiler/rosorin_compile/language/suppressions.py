@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Help, Suggestion, diagnostic, error
-from rosorin_compile.source.rule_registry import OF_PLUGINS, OUTPUTS, PHYSICS, SIMULATION, Rule, find
+from rosorin_compile.source.rule_registry import OF_PLUGINS, PHYSICS, SIMULATION, Rule, find
 from rosorin_compile.source.tree import Map, Path, Seq, has
 from rosorin_compile.source.wording import MAX_LISTED, and_more, quoted
 
@@ -16,11 +16,6 @@ from .annotations import Node, texts
 from .schema import sections
 from .symbols import THINGS, SymbolTable
 from .validate import not_allowed
-
-RULES = (
-    Rule("accept-unused", "A warning: `accept` names a rule that reports nothing there.", "Remove the entry.", OUTPUTS),
-    Rule("accept-refused", "`accept` names a rule that cannot be accepted.", "Remove the entry.", OUTPUTS),
-)
 
 # Rules that cannot be accepted, and why.
 STAYS = {"stand-in": "a stand-in is reported until its value is measured", "accept-unused": "it is about accept itself"}

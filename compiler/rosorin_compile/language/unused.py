@@ -10,16 +10,11 @@ from typing import Any
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Span
 from rosorin_compile.source.project import ENDINGS
-from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import difference, in_words, look, unseen
 
 from .expand.scope import Scope
 from .symbols import WORD, Symbol, SymbolTable
-
-RULES = (
-    Rule("unused", "A warning: nothing names an argument, value, part, publisher or mode.", "Remove it.", ARGUMENTS),
-)
 
 _MAX_FILES = 500
 # What the message says of an unused name of a kind, and where to use it.

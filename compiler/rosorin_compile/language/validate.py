@@ -9,7 +9,6 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.rule_registry import ARGUMENTS, SHAPE, Rule
 from rosorin_compile.source.tree import Map, Seq, at
 from rosorin_compile.source.units import Dimension, Quantity, describe, parse_unit
 from rosorin_compile.source.wording import counted, in_words, swaps, unseen
@@ -24,18 +23,6 @@ if TYPE_CHECKING:
 
     from .expand.scope import Scope
 
-RULES = (
-    Rule("bad-name", "A name has a forbidden form, such as `<`, a quote or a final space.", "Rename it.", ARGUMENTS),
-    Rule("unknown-key", "An entry has no such key.", "The message names a similar one, or all that are legal.", SHAPE),
-    Rule("missing-key", "An entry lacks a key that it needs.", "Add it.", SHAPE),
-    Rule("wrong-type", "A value is of another type: a text in the place of a number.", "See the message.", SHAPE),
-    Rule("wrong-value", "A value is not one of those that are allowed.", "Choose one of them.", SHAPE),
-    Rule("wrong-length", "A list has too many or too few items.", "Positions have three numbers, pairs two.", SHAPE),
-    Rule("empty-text", "A text is empty.", "Write it, or leave the key out.", SHAPE),
-    Rule("wrong-shape", "A value does not fit the schema in another way.", "See [the language](language.md).", SHAPE),
-    Rule("wrong-unit", "A quantity is of another kind: a mass in the place of a length.", "Correct the unit.", SHAPE),
-    Rule("not-finite", "A number is NaN, infinite or beyond 1e150.", "Write a number, or leave the key out.", SHAPE),
-)
 
 MOST = 1e150  # beyond it, a volume or moment of inertia may be beyond all floats
 

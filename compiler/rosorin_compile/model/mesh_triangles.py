@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Help, SourceError, Span, error
-from rosorin_compile.source.rule_registry import MESHES, Rule
 from rosorin_compile.source.system import pip_install
 from rosorin_compile.source.wording import counted
 
@@ -32,16 +31,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-RULES = (
-    Rule(
-        "mesh-unreadable",
-        "A mesh is missing, broken, or of a format that `extract` does not read. A warning where a robot names it.",
-        "Export it again; [which meshes](meshes.md#supported-mesh-formats).",
-        MESHES,
-        asked="physics",
-    ),
-    Rule("mesh-empty", "A mesh, or a robot, has no triangle.", "Name one that has a surface.", MESHES),
-)
 
 MAX_BYTES = 2_000_000_000
 _MAX_MATERIALS = 1_000_000  # bytes

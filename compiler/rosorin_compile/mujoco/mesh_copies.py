@@ -21,26 +21,6 @@ from rosorin_compile.model.mesh_vertices import UnreadableMesh, check_content, i
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING
 from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import FORMATS, Rule
-
-RULES = (
-    Rule(
-        "mesh-converted",
-        "A note: MuJoCo does not read the format of a mesh; the MJCF names a converted copy without colours and "
-        "textures.",
-        "Nothing needs to be done.",
-        FORMATS,
-        asked="meshes",
-    ),
-    Rule(
-        "mesh-not-read",
-        "A warning: MuJoCo cannot read a mesh or a texture, and the MJCF leaves it out; an error if an element of "
-        "`mjcf` names it.",
-        "See the message.",
-        FORMATS,
-        asked="meshes",
-    ),
-)
 
 MAX_BYTES = 500_000_000
 MAX_STL_TRIANGLES = 200_000  # of MuJoCo

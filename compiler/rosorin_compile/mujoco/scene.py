@@ -24,21 +24,12 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, error, listed
 from rosorin_compile.source.numbers import six, vector
-from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.templating import Templates
     from rosorin_compile.model.bounds import Bounds
     from rosorin_compile.model.geometry import Vector
 
-RULES = (
-    Rule(
-        "scene-without-robot",
-        "A scene needs one MJCF: the robot has none or several, or `of` names another output, or its folder differs.",
-        "Add an output `mjcf`, or name one with `of`; write both to one folder.",
-        FORMATS,
-    ),
-)
 
 MJCF = "mjcf"
 

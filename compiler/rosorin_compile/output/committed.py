@@ -20,25 +20,12 @@ from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.model import Mesh, Robot
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, error
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import WRITING, declare
 from rosorin_compile.source.wording import counted, listed, printable
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compiled import Compiled
     from rosorin_compile.rules.case import Case
 
-RULES = declare(
-    WRITING,
-    {
-        "outputs-differ": "The committed artifacts are not those of the description (in the forms for programs). Fix: "
-        "`rosorin-compile all`, if that is what you meant.",
-        "engine-refuses": "The engine that an artifact is for does not load it, or cannot find or read a mesh. `check` "
-        "asks MuJoCo, where it is installed; of one that is too old, it is a warning. Fix: As the message says; a mesh "
-        "is looked for from the folder of the artifact.",
-        "engine-missing": "A note: the engine that an artifact is for is not installed, so that the tool did not load "
-        "the artifact. Fix: Install the engine, such as `pip install mujoco`, where artifacts are checked.",
-    },
-)
 
 CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
 MAX_LINES, MAX_WIDTH = 40, 160  # of a diff

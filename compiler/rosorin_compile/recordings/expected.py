@@ -22,7 +22,7 @@ SIX_ANGLE = 4e-6
 
 @dataclass(frozen=True)
 class Options:
-    """The options of one comparison; see ``verify_recording``."""
+    """The options of one comparison; see ``rosorin_compile.verify``."""
 
     modes: Mapping[str, bool] = field(default_factory=dict)
     without: frozenset[str] = frozenset()
@@ -138,7 +138,7 @@ class Description:
     def ways(self) -> Iterator[tuple[Mapping[str, bool], list[Expected]]]:
         """Yield each possible combination of modes with the edges that should be published in it."""
         without = self.options.without
-        running = [edge for edge in self.edges if not {edge.publisher.name, edge.publisher.kind} & without]
+        running = [edge for edge in self.edges if without.isdisjoint((edge.publisher.name, edge.publisher.kind))]
         for modes in self._combinations():
             yield modes, [edge for edge in running if _holds(edge.when, modes)]
 
@@ -165,14 +165,11 @@ def _edges(robot: Robot) -> Iterator[Expected]:
         if joint.publisher.publishes and not (by_urdf and joint.is_axleless):
             yield _joint_edge(joint, joint, "", by_urdf, SIX_ANGLE if six and by_urdf else EXACT)
     for index, edge in enumerate(robot.edges):
-        if not edge.publisher.publishes:
-            continue
-        if edge.joint:
+        if edge.publisher.publishes and edge.joint:
             yield _joint_edge(robot.joint[edge.joint], edge, edge.when, False, EXACT)
-        else:
-            value = edge.pose.transform() if edge.pose is not None else None
-            place = ("edges", index)
-            yield Expected(edge.parent, edge.child, edge.publisher, edge.moving, value, None, edge.when, place=place)
+        elif edge.publisher.publishes:
+            ends, value = (edge.parent, edge.child), edge.pose.transform() if edge.pose is not None else None
+            yield Expected(*ends, edge.publisher, edge.moving, value, None, edge.when, place=("edges", index))
 
 
 def _joint_edge(joint: Joint, edge: Any, when: str, by_urdf: bool, radians: float) -> Expected:

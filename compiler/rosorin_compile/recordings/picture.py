@@ -35,32 +35,25 @@ def as_svg(recording: Recording) -> str:
     slices = min(SLICES, int(-(-span // width)))
     height, total = _TOP + _ROW * len(rows) + 40, _LABEL + _PLOT + _RIGHT
     title = f"{recording.description.robot.name}: {recording.messages:,} messages in {span / SECOND:.1f} s"
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{total}" height="{height}" viewBox="0 0 {total} {height}" '
-        f'role="img" aria-label="{_escaped(title)}">',
-        f"<style>{_STYLE}</style>",
-        _text(8, 20, title, "t"),
-        _text(_LABEL, 38, "messages a second; red: none for much longer than usual", "m"),
-        _text(_LABEL + _PLOT + 10, 38, "rate, largest gap", "m"),
-    ]
+    size, label = f'width="{total}" height="{height}" viewBox="0 0 {total} {height}"', _escaped(title)
+    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" {size} role="img" aria-label="{label}">']
+    parts += [f"<style>{_STYLE}</style>", _text(8, 20, title, "t")]
+    parts += [_text(_LABEL, 38, "messages a second; red: none for much longer than usual", "m")]
+    parts += [_text(_LABEL + _PLOT + 10, 38, "rate, largest gap", "m")]
     for number, (label, pace, moves) in enumerate(rows):
         base = _TOP + _ROW * (number + 1) - 5
         shown = label if len(label) <= _LETTERS else f"{label[: _LETTERS - 3]}..."
         note = f"{rate_text(pace.rate)}, {seconds(pace.gap.seconds)}"
         counts = np.bincount(pace.slices(width), minlength=SLICES)[:slices]
-        parts += [
-            _text(8, base - 3, shown),
-            f'<rect class="rest" x="{_LABEL}" y="{base}" width="{_PLOT}" height="1"/>',
-            _bars(counts, base),
-            *(_gaps(counts, pace, width, base) if moves else []),
-            _text(_LABEL + _PLOT + 10, base - 3, note if moves and pace.count > 1 else f"{pace.count} in all", "m"),
-        ]
+        parts += [_text(8, base - 3, shown), f'<rect class="rest" x="{_LABEL}" y="{base}" width="{_PLOT}" height="1"/>']
+        parts += [_bars(counts, base), *(_gaps(counts, pace, width, base) if moves else [])]
+        note = note if moves and pace.count > 1 else f"{pace.count} in all"
+        parts.append(_text(_LABEL + _PLOT + 10, base - 3, note, "m"))
     bottom = _TOP + _ROW * len(rows) + 4
     parts.append(f'<path class="axis" d="M{_LABEL} {bottom}h{_PLOT}"/>')
     for part in range(5):
-        x = _LABEL + _PLOT * part // 4
-        parts.append(f'<path class="axis" d="M{x} {bottom}v5"/>')
-        parts.append(_text(x - 14, bottom + 20, f"{span / SECOND * part / 4:.1f} s", "m"))
+        x, tick = _LABEL + _PLOT * part // 4, f"{span / SECOND * part / 4:.1f} s"
+        parts += [f'<path class="axis" d="M{x} {bottom}v5"/>', _text(x - 14, bottom + 20, tick, "m")]
     return "\n".join([*parts, "</svg>", ""])
 
 

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -36,53 +35,38 @@ from .series import Series
 
 _Record = TypeVar("_Record")
 _MAX_TEXT = 64 << 20
-_NO_MODES: Mapping[str, bool] = MappingProxyType({})
 
 
-def verify_recording(
-    request: Request,
-    source: str,
-    *,
-    modes: Mapping[str, bool] = _NO_MODES,
-    without: Sequence[str] = (),
-    pose: str = "",
-    frames: tuple[str, str] | None = None,
-    since: float | None = None,
-    until: float | None = None,
-    namespace: str = "",
-    prefix: str = "",
-    stale: float = 1.0,
-    standard_input: Callable[[], bytes] = lambda: sys.stdin.buffer.read(),
-) -> Verified:
-    """Compare a recording with a robot; the options are those of ``rosorin_compile.verify``.
+def verify_recording(request: Request, source: str, options: Options, pose: str = "") -> Verified:
+    """Compare a recording with a robot whose joints are in a named pose, if any.
 
     Raises RequestError for a mode, node or pose that the robot does not have, and for invalid times.
     """
     name, understood = request.description.name, request.understand()
-    case, path = understood.case, request.description.path
-    if case is None:
-        return Verified(name, source, diagnostics=tuple(d for d in understood.diagnostics if d.severity == "error"))
-    compiled = emit_published(understood, path) if request.is_foreign else emit(understood, path)
-    if has_errors(compiled.diagnostics):
-        return Verified(name, source, diagnostics=tuple(d for d in compiled.diagnostics if d.severity == "error"))
-    for option, value in (("since", since), ("until", until), ("stale", stale)):
+    case, path, diagnostics = understood.case, request.description.path, understood.diagnostics
+    if case is not None:
+        compiled = emit_published(understood, path) if request.is_foreign else emit(understood, path)
+        diagnostics = compiled.diagnostics
+    if case is None or has_errors(diagnostics):
+        return Verified(name, source, diagnostics=tuple(d for d in diagnostics if d.severity == "error"))
+    for option in ("since", "until", "stale"):
+        value = getattr(options, option)
         if value is not None and not 0 <= value < 1e9:
             raise RequestError(f"{option}: {value:g} is no time in seconds")
-    if since is not None and until is not None and since >= until:
+    if options.since is not None and options.until is not None and options.since >= options.until:
         raise RequestError("since is not before until")
-    robot, prefix = case.robot, prefix.removeprefix("/")
+    robot = case.robot
     publishers = {joint.publisher.name for joint in robot.joints} | {edge.publisher.name for edge in robot.edges}
     poses = {one.name: one.positions for one in robot.poses}
-    for node in without:
-        if node not in publishers:
-            raise UnknownName("publisher", node, publishers - {""}, robot.name, "it has none")
+    for node in sorted(options.without - publishers):
+        raise UnknownName("publisher", node, publishers - {""}, robot.name, "it has none")
     if pose and pose not in poses:
         raise UnknownName("pose", pose, poses, robot.name, "it has none")
-    known, nodes, positions = dict(check_modes(robot, modes)), frozenset(without), poses[pose] if pose else None
-    options = Options(known, nodes, positions, frames, since, until, namespace, prefix, stale)
+    modes, prefix = dict(check_modes(robot, options.modes)), options.prefix.removeprefix("/")
+    options = replace(options, modes=modes, pose=poses.get(pose), prefix=prefix)
     progress = partial(Progress.step, "reading messages")
     try:
-        return verify(robot, compiled.artifacts, source, options, progress, standard_input, case)
+        return verify(robot, compiled.artifacts, source, options, progress, lambda: sys.stdin.buffer.read(), case)
     except Unreadable as problem:
         return Verified(name, source, diagnostics=(error("recording-unreadable", str(problem), None, problem.help),))
 
@@ -117,16 +101,13 @@ def verify(
 
 def _read_path(description: Description, path: Path, progress: Report) -> Recording:
     try:
-        if files.is_folder(path):
-            recording = Recording(description, f"rosbag2 folder {path}", complete=True, timed=True)
-            read_bags(_bags(path), recording, progress)
-            return recording
-        special = files.is_special(path)
+        is_folder, special = files.is_folder(path), files.is_special(path)
         if special and not path.is_relative_to("/dev/fd"):
             raise Unreadable(f"{path} is not a regular file", "write it to a file first, or name - for standard input")
-        if path.suffix in SUFFIXES:
-            recording = Recording(description, str(path), complete=True, timed=True)
-            read_bags([path], recording, progress)
+        if is_folder or path.suffix in SUFFIXES:
+            form = f"rosbag2 folder {path}" if is_folder else str(path)
+            recording = Recording(description, form, complete=True, timed=True)
+            read_bags(_bags(path) if is_folder else [path], recording, progress)
             return recording
         with path.open("rb") if special else files.open_binary(path) as file:  # special: a pipe of the shell, <(...)
             return _read_text(description, file.read(_MAX_TEXT + 1), str(path))
@@ -167,16 +148,15 @@ def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -
     kind = "sensor_msgs/msg/JointState"
     sensors = [_copy(RecordedSensor, states, topic="/joint_states", type=kind, frame="-", early=0, lookups=[])]
     sensors = sensors if states.count else []
-    for use in recording.uses:
-        sensors.append(_copy(RecordedSensor, use, use.pace, lookups=list(use.lookups.values())))
+    sensors += [_copy(RecordedSensor, one, one.pace, lookups=list(one.lookups.values())) for one in recording.uses]
     answers = [EchoAnswer(one.name, one.line, answer_outcome(recording, one)) for one in recording.answers]
     plain = []
     for one in findings:
         place = next((related.span for related in one.related if related.span is not None), None)
         evidence = [related.message for related in one.related if related.span is None]
         file, line = (place.source.path, place.line) if place else (None, None)
-        finding = (one.rule, one.severity, one.of[0], one.message, one.worded().help, evidence, file, line)
-        plain.append(Finding(*finding))
+        help = one.worded().help
+        plain.append(Finding(one.rule, one.severity, one.of[0], one.message, help, evidence, file, line))
     return Verified(
         robot=recording.description.robot.name,
         source=source,
@@ -216,8 +196,8 @@ def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[
             yield _copy(RecordedEdge, series, series.pace, publisher=owner, value=_value(series), oldest=oldest)
         if child in rows and child not in recording.into:
             row = rows[child]
-            value = "not described" if edge is None else "parent as described"
-            value = "wrong parent" if edge is not None and edge.parent != row.parent else value
+            as_described = edge is not None and edge.parent == row.parent
+            value = "parent as described" if as_described else "wrong parent" if edge else "not described"
             yield _copy(RecordedEdge, row, publisher=owner, value=value, count=None, mean_age=row.age)
         elif edge is not None and child not in recording.into and recording.complete:
             yield RecordedEdge(edge.parent, child, "", edge.publisher.name, "missing", 0)

@@ -14,6 +14,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot, Sensor
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, listed
 
+from . import nav2, robot_localization
 from .controllers.filled import COMMAND, drivers, filled
 from .navigation import frames_of, stated_topic
 from .parameters.files import asked
@@ -151,7 +152,8 @@ def graph_of(robot: Robot, starts: Sequence[str], topics: Mapping[str, str] | No
             made.add(port.node, ports(distribution, node=port.node), parameters.get(port.node, {}))
     for name, values in parameters.items():
         if "world_frame" in values:
-            made.add(name, ports("", node="ekf"), values)
+            moved = robot_localization.remaps(robot, first["robot_localization"]) if CONTROL in starts else []
+            made.add(name, ports("", node="ekf"), values, remaps=moved)
     if MOVEIT in starts:
         made.add("move_group", ports("", node="move_group"), {}, namespace)
     _add_drivers(made, robot, topics or {})
@@ -163,16 +165,12 @@ def _is_silent(values: Mapping[str, Any]) -> bool:
 
 
 def _parameters(robot: Robot, first: Mapping[str, Output], starts: Sequence[str]) -> dict[str, Mapping[str, Any]]:
-    from .nav2 import seen_by_slam
-    from .nav2 import view as nav2_view
-    from .robot_localization import view as filter_view
-
     found: dict[str, Mapping[str, Any]] = {}
-    for backend, view in ((NAV2, nav2_view), ("robot_localization", filter_view)):
+    for backend, view in ((NAV2, nav2.view), ("robot_localization", robot_localization.view)):
         if backend in first and NAV2 in starts:
             found |= {name.rpartition("/")[2]: one for name, one in view(robot, first[backend]).node.items()}
     if NAV2 in first and NAV2 in starts and (frames := frames_of(robot, first[NAV2])[0]) is not None:
-        found.setdefault("slam_toolbox", seen_by_slam(robot, first[NAV2], frames))  # the launch file has them
+        found.setdefault("slam_toolbox", nav2.seen_by_slam(robot, first[NAV2], frames))  # the launch file has them
     return found
 
 
@@ -278,7 +276,9 @@ def _open(robot: Robot, made: Graph, end: End, others: Sequence[End]) -> Diagnos
         if of_controllers and not heard & {one.topic for one in mine}:
             there = of_controllers[0]
             message = f"{who} {what}, and {there.node} publishes on {there.topic}: {symptom}"
-            return error("package-open", message, None, f"topic: {there.topic.removeprefix('/')}")
+            help = f"topic: {there.topic.removeprefix('/')}"
+            help += f"; or controller: {there.node}, where another node publishes {end.topic} without --control"
+            return error("package-open", message, None, help)
         return _external(who, what, symptom, "start the driver that publishes it")
     if role == JOINT_STATES and CONTROL in made.starts:
         message = f"{who} {what}, and no joint_state_broadcaster is started: {symptom}"

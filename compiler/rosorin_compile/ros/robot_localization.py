@@ -108,6 +108,11 @@ def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
         if not heard:
             yield Found(rule, f'"{name}" has no topic', path, "add topic: NAME", key=True)
         driving = drivers(robot) if kind == "odom" else []
+        controller = one.get("controller")
+        if controller is not None and controller not in [driver.name for driver in driving]:
+            message = f'"{controller}" is no controller of the drive, whose odometry "{name}" could be'
+            suggestion = Suggestion(controller, [driver.name for driver in driving])
+            yield Found(rule, message, (*path, "controller"), suggestion)
         # In a namespace a controller is known by its own name, too: that is what people write.
         names = ((own, driver) for driver in driving for own in (driver.name, driver.topic("").strip("/")))
         meant = intended_topic(heard, {own: driver.topic(driver.odometry) for own, driver in names})
@@ -129,6 +134,14 @@ def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
         for key in _COPIED:
             if key in one and (key in _MISSING.get(kind, ()) or (key == _COPIED[-1] and kind != "imu")):
                 yield Found(rule, f'"{name}" has no {key}', (*path, key), "remove it", key=True)
+
+
+def remaps(robot: Robot, output: Output) -> list[tuple[str, str]]:
+    """Return the remaps, from and to, by which the inputs of a filter come from controllers that are started."""
+    topics = {driver.name: f"/{driver.topic(driver.odometry).lstrip('/')}" for driver in drivers(robot)}
+    inputs: Mapping[str, Mapping[str, Any]] = output.options.get("inputs") or {}
+    named = [(topic(robot, name, one), topics.get(one.get("controller", ""))) for name, one in inputs.items()]
+    return [(heard, to) for heard, to in named if to is not None and f"/{heard.lstrip('/')}" != to]
 
 
 def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:

@@ -15,15 +15,13 @@ from rosorin_compile.language.suppressions import names_at
 from rosorin_compile.language.symbols import Symbol, SymbolTable
 from rosorin_compile.model import Joint, Link, Output, Robot, Shape
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Span, Suggestion, diagnostic
-from rosorin_compile.source.rule_registry import DECLARED, Rule
+from rosorin_compile.source.rule_registry import declared
 from rosorin_compile.source.tree import Map, Path, at, exists, follow
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
 
     from .magnitudes import Remarkable
-
-UNDECLARED = Rule(id="", what="")
 
 
 @dataclass(frozen=True)
@@ -126,11 +124,11 @@ class Case:
         ``within`` is for a problem within a mapping: at its key, or where it was written. Severity and help are those
         of the rule unless others are passed.
         """
-        declared = DECLARED.get(rule, UNDECLARED)
+        known = declared(rule)
         place, uses = mistake_place(self.scope, self.tree, path, rule, key, within)
         seconds = [one if isinstance(one, Related) else self.related(*one) for one in related]
         found = (*seconds, *uses, *place.stack())
-        made = diagnostic(rule, severity or declared.severity, message, place.span, help or declared.hint, found)
+        made = diagnostic(rule, severity or known.severity, message, place.span, help or known.hint, found)
         return replace(made, of=names_at(self.tree, path))
 
     def related(self, message: str, path: Path, key: bool = False) -> Related:

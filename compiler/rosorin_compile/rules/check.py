@@ -13,7 +13,6 @@ from rosorin_compile.language.expand.provenance import USED
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.language.lower import unresolved
 from rosorin_compile.language.schema import plugged as plugged_sections
-from rosorin_compile.language.sections.links import RULES as LINK_RULES
 from rosorin_compile.language.suppressions import accepted, unused
 from rosorin_compile.language.suppressions import settled as without_accepted
 from rosorin_compile.model import Robot
@@ -22,7 +21,7 @@ from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span
 from rosorin_compile.source.messages import UNNAMED, Offer, merge_by_name, offer, placed, written
 from rosorin_compile.source.plugins import Plugin, aside, broken, diagnostic_of, failed, load
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, Rule, checks_of, find
+from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, Rule, checks_of, declared, find
 from rosorin_compile.source.tree import Map, Place, Seq, exists, nearer
 from rosorin_compile.source.tree import Path as TreePath
 
@@ -104,7 +103,7 @@ def _ids(check: Check) -> list[str]:
 def acceptable() -> Mapping[str, Rule]:
     """Return the rules that a description may accept, by id; all else cannot be built, or would be built wrongly."""
     all_checks = (*checks(), *(check for _, check in (*plugged().checks, *_section_checks())))
-    rules = (*LINK_RULES, *(rule for check in all_checks for rule in check.rules))
+    rules = (declared("shape-size"), *(rule for check in all_checks for rule in check.rules))
     return {rule.id: rule for rule in sorted(rules, key=lambda rule: rule.id) if rule.accept}
 
 

@@ -22,7 +22,6 @@ from rosorin_compile.formats.gazebo_elements import with_noise
 from rosorin_compile.model import Inertial, Joint, Limit, Link, Mesh, Output, Robot, Shape
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.source.diagnostics import Diagnostic, Source
-from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.tree import Text
 from rosorin_compile.source.xml.elements import indented
 from rosorin_compile.source.xml.markup import Element, MarkupError, parse
@@ -30,9 +29,6 @@ from rosorin_compile.source.xml.markup import Element, MarkupError, parse
 if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case
 
-RULES = (
-    Rule("sdf-name", "A name that SDF reserves: `world`, `__NAME__`, or a name with `::`.", "Rename it.", FORMATS),
-)
 
 FOLLOWERS = "1.11"  # the first version with a word for mimic
 OLDEST, NEWEST = "1.9", "1.12"

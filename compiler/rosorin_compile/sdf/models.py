@@ -14,19 +14,11 @@ from pathlib import Path
 from rosorin_compile.formats.urdf.reading import NAME
 from rosorin_compile.model import Transform
 from rosorin_compile.source.diagnostics import Related, Span, Suggestion, counted, quoted
-from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.xml.elements import kept
 from rosorin_compile.source.xml.markup import Attribute, Element, named
 
 from .content import RESERVED, WORLD
 from .values import SdfValues, WrittenPose, is_true, name_span
-
-RULES = (
-    Rule("sdf-version", "An SDF of a version that is not read.", "`gz sdf -p FILE` converts old files.", READING),
-    Rule("sdf-models", "A file has no model, several, or a world.", "Name a file of one model.", READING),
-    Rule("sdf-include", "An included model is not found, or cannot be placed.", "See the message.", READING),
-    Rule("sdf-name-unknown", "A name refers to nothing, or to itself in a circle.", "Correct it.", READING),
-)
 
 LINK, FRAME, JOINT, MODEL = "link", "frame", "joint", "model"
 OWN = "__model__"

@@ -13,14 +13,11 @@ from rosorin_compile.formats.format import Placed
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.model.geometry import cross
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, Suggestion, listed, quoted
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.xml.markup import Element, named, place
 
 from .content import OF_JOINT, WORLD, keep, wrapped
 from .models import FRAME, JOINT, LINK, OWN, Node, Scope, SdfReading, relative_to
 from .values import WrittenPose, cleaned, is_true, name_span
-
-RULES = (Rule("sdf-joint", "A joint of an SDF that no description can have.", "See the message.", Heading.READING),)
 
 _NEAR = 1e-10  # m, and entries of rotations: smaller values are rounding errors
 _TYPES = ("revolute", "continuous", "prismatic", "fixed", "ball")

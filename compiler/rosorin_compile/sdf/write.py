@@ -21,16 +21,10 @@ from rosorin_compile.model.shape import ROWS
 from rosorin_compile.model.simulation import CLASSIC, Entry, GazeboSensor
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
 from rosorin_compile.source.numbers import number_format, numbers, vector
-from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.xml.elements import indented
 
 from . import content as contents
 from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, SOLIDS, WORLD, collision_elements, own_elements
-
-RULES = (
-    Rule("sdf-cannot-say", "A warning: SDF has no word for something in the description.", "See the message.", FORMATS),
-    Rule("sdf-without-mass", "A warning: SDF cannot express a moving link without mass.", "Give it one.", FORMATS),
-)
 
 MODEL = "__model__"
 _FRAME_ID = "frame_id"  # the word of 1.12 for what each Gazebo before it has its own

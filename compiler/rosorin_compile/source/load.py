@@ -22,7 +22,6 @@ from yaml import MappingEndEvent, ScalarEvent, SequenceEndEvent
 from . import files
 from .diagnostics import Help, Related, Source, SourceError, Span, Suggestion, error
 from .project import stdin_of
-from .rule_registry import FILES, Rule
 from .tree import Instance, Map, Seq, Text
 from .units import Quantity
 from .wording import in_words
@@ -31,24 +30,6 @@ from .yaml_mistakes import MAX_DEPTH, explained, quoted_tokens
 if TYPE_CHECKING:
     import ast
 
-RULES = (
-    Rule("file-unreadable", "A file does not exist or may not be read.", "Check the name and the permissions.", FILES),
-    Rule("file-too-large", "A file is larger than any description.", "Name the right file.", FILES),
-    Rule("not-utf8", "A file is not UTF-8 text.", "Save it as UTF-8.", FILES),
-    Rule("not-a-mapping", "A file is empty, or its top is a list or a text.", "Begin with `robot: NAME`.", FILES),
-    Rule("yaml-syntax", "This is not YAML.", "Indent with spaces; put text that has a `:` in quotes.", FILES),
-    Rule("yaml-documents", "A file has a second document.", "Remove the `---`.", FILES),
-    Rule("yaml-key", "A key is a list or a mapping.", "Keys are plain text.", FILES),
-    Rule("yaml-merge", "`<<` is not part of YAML 1.2.", "Repeat the keys, or name a value in `let`.", FILES),
-    Rule("yaml-tag", "A tag such as `!!int`, or a tag of a unit not before a number.", "Remove the tag.", FILES),
-    Rule("yaml-alias", "An alias has no anchor before it.", "Define the anchor, or name a value in `let`.", FILES),
-    Rule("yaml-too-deep", "Values are nested deeper than any description.", "Flatten the file.", FILES),
-    Rule("yaml-too-large", "A file, or its aliases, have too many values.", "Use fewer aliases, or a loop.", FILES),
-    Rule("yaml-directive", "`%YAML 1.1` has no effect: in YAML 1.2 `010` is 10.", "Remove the line.", FILES),
-    Rule("yaml-line-end", "U+2028, U+2029 or U+0085 outside of quotes ends a line for YAML.", "Remove it.", FILES),
-    Rule("bidi-control", "A character changes the order in which editors show the letters.", "Remove it.", FILES),
-    Rule("duplicate-key", "A key is repeated in a mapping, by a loop or in two files.", "Rename or remove one.", FILES),
-)
 
 MAX_BYTES, MAX_NODES = 20_000_000, 1_000_000
 _INT = re.compile(r"[-+]?[0-9]+\Z")

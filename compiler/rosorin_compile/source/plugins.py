@@ -12,17 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TextIO, TypeVar
 
 from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, DiagnosticError, Related, Span, error
-from .rule_registry import PLUGINS, Rule
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
     T = TypeVar("T")
 
-RULES = (
-    Rule("plugin-broken", "An installed plug-in cannot be used.", "Upgrade its package, or uninstall it.", PLUGINS),
-    Rule("plugin-clash", "A plug-in has the name of something else.", "Uninstall its package.", PLUGINS),
-)
 
 PREFIX = "rosorin_compile."
 

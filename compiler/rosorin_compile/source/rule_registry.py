@@ -1,13 +1,17 @@
-"""The registry of rules: checks of robots are functions under ``@rule``, rules of other stages are in ``RULES``."""
+"""The registry of rules: checks of robots are functions under ``@rule``; ``schemas/rules.json`` has the others."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
+
+from .project import data_folder
 
 if TYPE_CHECKING:
     from rosorin_compile.rules.case import Case
@@ -31,11 +35,9 @@ class Heading:
 
 
 # The same as plain names, for modules of the core.
-FILES, ARGUMENTS, SHAPE, JOINTS = Heading.FILES, Heading.ARGUMENTS, Heading.SHAPE, Heading.JOINTS
-NUMBERS, POSES, FRAMES, OUTPUTS = Heading.NUMBERS, Heading.POSES, Heading.FRAMES, Heading.OUTPUTS
-FORMATS, SIMULATED, SIMULATION, TEMPLATES = Heading.FORMATS, Heading.SIMULATED, Heading.SIMULATION, Heading.TEMPLATES
-WRITING, READING, MESHES, PHYSICS = Heading.WRITING, Heading.READING, Heading.MESHES, Heading.PHYSICS
-ASKING, PACKAGES, RECORDINGS, PLUGINS = Heading.ASKING, Heading.PACKAGES, Heading.RECORDINGS, Heading.PLUGINS
+ARGUMENTS, JOINTS, NUMBERS, POSES = Heading.ARGUMENTS, Heading.JOINTS, Heading.NUMBERS, Heading.POSES
+FRAMES, OUTPUTS, SIMULATED, PHYSICS = Heading.FRAMES, Heading.OUTPUTS, Heading.SIMULATED, Heading.PHYSICS
+SIMULATION, PLUGINS = Heading.SIMULATION, Heading.PLUGINS
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class Rule:
     """
 
     id: str
-    what: str
+    what: str = ""
     help: str = ""
     topic: str = ""
     accept: str = ""
@@ -75,14 +77,6 @@ class Rule:
         """The fix as the help of a diagnostic: plain text that begins with a small letter."""
         text = self.help.replace("`", "").removesuffix(".")
         return text[:1].lower() + text[1:] if text[1:2].islower() else text
-
-
-def declare(topic: str, rules: Mapping[str, str]) -> tuple[Rule, ...]:
-    """Declare rules of one topic that ``Case.problem`` reports: by id, what is wrong, then "Fix:" and what to do."""
-    texts = {id: text.partition(" Fix: ") for id, text in rules.items()}
-    declared = tuple(Rule(id, what, help, topic) for id, (what, _, help) in texts.items())
-    DECLARED.update((rule.id, rule) for rule in declared)
-    return declared
 
 
 class Check(NamedTuple):
@@ -120,17 +114,27 @@ DECLARED: dict[str, Rule] = {}
 OF_PLUGINS: dict[str, Rule] = {}
 
 
+@cache
+def of_stages() -> Mapping[str, Rule]:
+    """Return the rules that no function under ``rule`` declares, by id: ``schemas/rules.json`` has them by heading."""
+    headings = json.loads((data_folder("schemas") / "rules.json").read_text("utf-8"))
+    return {id: Rule(id, topic=topic, **texts) for topic, rules in headings.items() for id, texts in rules.items()}
+
+
+def declared(id: str) -> Rule:
+    """Return a rule of a module that is imported, or of a stage; an empty one if there is none."""
+    return DECLARED.get(id) or of_stages().get(id) or Rule("", "")
+
+
 def find(ids: Collection[str] | None = None) -> dict[str, Rule]:
     """Return the tool's own rules by id: all, or those of ``ids``; only modules that declare them are imported."""
     package = Path(__file__).parents[1]
-    found: dict[str, Rule] = {}
-    quoted = [f'"{id}"'.encode() for id in ids or ()]
+    found = {id: rule for id, rule in of_stages().items() if ids is None or id in ids}
+    quoted = [f'"{id}"'.encode() for id in ids or () if id not in found]
     for path in sorted(package.glob("**/*.py")):
         text = path.read_bytes()
-        marks = (b"Rule(", b"@rule(", b"= declare(")
-        if any(mark in text for mark in marks) and (ids is None or any(id in text for id in quoted)):
+        if b"@rule(" in text and (ids is None or any(id in text for id in quoted)):
             name = ".".join(path.relative_to(package.parent).with_suffix("").parts).removesuffix(".__init__")
-            module = import_module(name)
-            rules = (*getattr(module, "RULES", ()), *(rule for check in checks_of(module) for rule in check.rules))
+            rules = [rule for check in checks_of(import_module(name)) for rule in check.rules]
             found |= {rule.id: rule for rule in rules if ids is None or rule.id in ids}
     return found

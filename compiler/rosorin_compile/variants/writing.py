@@ -18,7 +18,6 @@ from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, and_more, counted
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.version import __version__
 
 from .compiling import Job, Result, compile_variant, entry_of, from_json, input_digest, plain, state_digest
@@ -26,15 +25,6 @@ from .folder import VariantsFolder
 from .pool import compile_in_order, connect, cores
 from .variants import Variants
 
-RULES = (
-    Rule("variants-list", "A list of variants cannot be read.", "[Its form](sweep.md#the-list).", Heading.ARGUMENTS),
-    Rule("variant-name", "A variant has no name of its own that a folder can have.", "", Heading.ARGUMENTS),
-    Rule("variant-forgotten", "A note: a variant is not in the list any more.", "Use `--prune`.", Heading.WRITING),
-    Rule("variant-outdated", "A warning: edited artifacts of a variant were replaced.", "", Heading.WRITING),
-    Rule("output-busy", "Another run writes into the folder.", "Wait until it ends.", Heading.WRITING),
-    Rule("worker-died", "The process that compiled a variant died, twice.", "Use a smaller `-j`.", Heading.WRITING),
-    Rule("cluster-failed", "A Dask cluster cannot be used, or stopped.", "As the message says.", Heading.WRITING),
-)
 MAX_FAILED = 20  # variants whose errors are reported
 _OF_VARIANT = ("output-not-ours", "output-in-the-way", "output-folder", "output-foreign", "output-name")
 

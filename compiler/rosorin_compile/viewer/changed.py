@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from rosorin_compile.output.committed import Committed
     from rosorin_compile.request import Request
 
-
 COMMITTED = "what is committed"
 
 
@@ -85,7 +84,6 @@ class Pictures:
         if not changes:
             notes += [f"{text.file}: different text" for text in comparison.texts if not text.remark]
         notes += [f"{name}: {what}" for name, what in meshes]
-        # Meshes, as the description names them, whose committed files are others.
         other = {name for name, _ in meshes if name in committed}
         used = compiled.meshes.found if compiled.meshes else ()
         before = before.with_meshes({mesh.named.name for mesh in used if other.intersection(mesh.places)})
@@ -168,13 +166,11 @@ def _colours(was: object, became: object) -> Data:
 def _frame(kind: str, name: str, robots: Iterable[Robot]) -> str:
     """Return the frame at which a change is to be seen; empty if there is none."""
     plain = name.split(" when ")[0].split(" below ")[0]  # the row of a publisher that takes turns
+    frames: list[str] = []
     for robot in robots:
-        if kind == "joint" and name in robot.joint:
-            return robot.joint[name].child
-        frames = [sensor.frame for sensor in robot.sensors if kind == "sensor" and sensor.name == name]
+        frames += [robot.joint[name].child] if kind == "joint" and name in robot.joint else []
+        frames += [sensor.frame for sensor in robot.sensors if kind == "sensor" and sensor.name == name]
         frames += [plain] if plain in robot.link else []
         joints = next((group.joints for group in robot.servos if group.name == name), ())
         frames += [robot.joint[joint].child for joint in joints[:1] if joint in robot.joint]
-        if frames:
-            return frames[0]
-    return ""
+    return next(iter(frames), "")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import unicodedata
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -13,12 +14,8 @@ from rosorin_compile.model import Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, rows, way
 from rosorin_compile.output import OutputError, may_replace, write_file, write_set
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName
-from rosorin_compile.source.rule_registry import Heading, Rule
 
-from .frame_trees import Tree, frame_trees
-from .frames_picture import svg
-
-RULES = (Rule("picture-file", "A picture cannot be written.", "The message says why.", Heading.OUTPUTS),)
+from .frames_picture import Tree, frame_trees, svg
 
 
 @dataclass(frozen=True)
@@ -105,7 +102,6 @@ def draw_frames(robot: Robot, shown: Sequence[Tree], output: str, force: bool = 
         pictures = {target / (f"frames_{tree.short}.svg" if tree.short else "frames.svg"): [tree] for tree in shown}
     for path in pictures:
         check_target(path, force)
-    found = Frames(robot.name, files=tuple(pictures), robot=robot, trees=tuple(shown))
     files = {path.name: svg(robot, drawn) for path, drawn in pictures.items()}
     try:
         if folder:
@@ -115,18 +111,16 @@ def draw_frames(robot: Robot, shown: Sequence[Tree], output: str, force: bool = 
     except OutputError as problem:
         failure = problem.diagnostic if folder else replace(problem.diagnostic, rule="picture-file")
         return Frames(robot.name, diagnostics=(failure,), robot=robot)
-    return found
+    return Frames(robot.name, files=tuple(pictures), robot=robot, trees=tuple(shown))
 
 
 def check_target(path: Path, force: bool) -> None:
     """Raise RequestError if a drawing must not be written to this file: one of other tools needs ``force``."""
-    try:
+    with suppress(OSError):  # it is reported when the file is written
         if os.path.lexists(path) and not path.is_file():
             raise RequestError(f"{path} cannot be written: it is not a regular file")
         if not force and path.is_file() and not may_replace(path):
             raise RequestError(f"{path} exists and was not written by this tool: name another file, or add --force")
-    except OSError:
-        return  # it is reported when the file is written
 
 
 _HEADS = ("frame", "published by", "topic", "joint", "")

@@ -199,11 +199,11 @@ class _Before:
         (kind, name, quantity), was = difference.address, difference.old
         link, joint = self.links.get(name), self.joints.get(name)
         if not quantity and kind in ("frame", "link") and " " not in name:
-            if was is None:
+            if was is not None:
+                self._add(name, old)
+            else:
                 self.joints.pop(name, None)
                 self.links.pop(name, None)
-            else:
-                self._add(name, old)
         elif kind == "frame" and joint is not None:
             if quantity == "parent" and was in self.links and was != name:
                 self.joints[name] = replace(joint, parent=was)
@@ -225,10 +225,8 @@ class _Before:
 
     def _add(self, name: str, old: Leaves) -> None:
         """Add a link that was removed, with the joint that placed it."""
-        if name not in self.links:
-            entry = old.get(("link", name), {})
-            shapes = {key: entry[key].shapes for key in ("collision", "visual") if key in entry}
-            self.links[name] = Link(name, **shapes)
+        entry = old.get(("link", name), {})
+        self.links.setdefault(name, Link(name, **{key: entry[key].shapes for key in PURPOSES if key in entry}))
         frame = old.get(("frame", name), {})
         if name not in self.joints and isinstance(frame.get("origin"), Pose) and frame.get("parent"):
             joint = Joint(self.names.get(name, name), "fixed", frame["parent"], name, frame["origin"])
@@ -260,14 +258,11 @@ def _shapes(now: Sequence[Shape], old: Shapes, new: Shapes) -> tuple[Shape, ...]
     solids = [_bare(solid) for solid in Shapes(tuple(now)).solids()]
     own = {at for at, _ in match(solids, added).pairs}
     own = own or {at for at, _ in match([solid.as_cylinder for solid in solids], added).pairs}
-    if not own:  # with both, they are of another frame, which has a difference of its own
-        return tuple(now) if rest.old and rest.new else (*now, *(_cut(old)[at] for at in rest.old))
-    kept = (piece for at, piece in enumerate(_cut(Shapes(tuple(now)))) if at not in own)
-    return (*kept, *(_cut(old)[at] for at in rest.old))
-
-
-def _cut(side: Shapes) -> list[Shape]:
-    return [piece for shape in side.shapes for piece in shape.solids()]
+    before_now, here = ([piece for shape in shapes for piece in shape.solids()] for shapes in (old.shapes, now))
+    back = [before_now[at] for at in rest.old]
+    if own:
+        return (*(piece for at, piece in enumerate(here) if at not in own), *back)
+    return tuple(now) if rest.old and rest.new else (*now, *back)  # with both, another frame has the difference
 
 
 def _bare(solid: Solid) -> Solid:

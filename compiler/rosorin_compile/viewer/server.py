@@ -100,16 +100,14 @@ class Page:
 
 def _address(text: str) -> Any:
     """Return an IP address, or None for another name."""
-    try:
+    with suppress(ValueError):
         return ip_address(text)
-    except ValueError:
-        return None
+    return None
 
 
 def is_loopback(host: str) -> bool:
     """Return True if an address is of this machine alone."""
-    address = _address(host)
-    return host == "localhost" if address is None else bool(address.is_loopback)
+    return host == "localhost" or bool(getattr(_address(host), "is_loopback", False))
 
 
 class Server(ThreadingHTTPServer):
@@ -149,12 +147,10 @@ class Server(ThreadingHTTPServer):
 
 def bound(page: Page, host: str, port: int | None) -> Server:
     """Return a server at a port; without one at the usual, or where that is taken at any. Raises OSError."""
-    if port is not None:
-        return Server(page, host, port)
-    try:
-        return Server(page, host, PORT)
-    except OSError:
-        return Server(page, host, 0)
+    if port is None:
+        with suppress(OSError):
+            return Server(page, host, PORT)
+    return Server(page, host, port or 0)
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -240,8 +236,7 @@ class _Handler(BaseHTTPRequestHandler):
         page, seen = self.server.page, -1
         self._head("text/event-stream", HTTPStatus.OK, Connection="close")
         page.listeners += 1
-        try:
-            # A browser requests nothing more on this connection: if it can be read, it was closed.
+        try:  # a browser requests nothing more on this connection: if it can be read, it was closed
             while not select.select([self.connection], [], [], 0)[0] or self.connection.recv(1, socket.MSG_PEEK):
                 with page.change:
                     page.change.wait_for(lambda: page.changes != seen, _BEAT)  # noqa: B023

@@ -73,13 +73,11 @@ def look(request: Request) -> Looked:
     found = {**places.meshes(case.tree, kind=TEXTURE), **places.meshes(case.tree)}
     data = robot_data(case.robot)
     for link in data["links"]:
-        path = case.places.get(("link", link["name"]))
-        if path is not None:
+        if (path := case.places.get(("link", link["name"]))) is not None:
             link["where"] = _place(case.tree.locate(path, key=True).span)
     for one in (one for one in diagnostics if one.severity == WARNING):
-        text = f"{one.message} [{one.rule}]" + (f"\n{one.help}" if one.help else "")
-        entry = {"text": printable(text, keep="\n"), **({"where": _place(one.span)} if one.span else {})}
-        data.setdefault("warnings", []).append(entry)
+        text = printable(f"{one.message} [{one.rule}]" + (f"\n{one.help}" if one.help else ""), keep="\n")
+        data.setdefault("warnings", []).append({"text": text, **({"where": _place(one.span)} if one.span else {})})
     arguments = {} if request.is_foreign else request.values()
     read = [*found.values(), *(side.file for name, file in found.items() for side in companions(file, name)[0])]
     every = (*own_files, *read, *places.awaited(case.tree, found))

@@ -8,9 +8,8 @@ import trimesh
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.importing.extract.fit_quality import FitGauge
 from rosorin_compile.importing.extract.results import shape_entry
-from rosorin_compile.importing.extract.shapes import KINDS, fit_shapes, smallest_circle
+from rosorin_compile.importing.extract.shapes import KINDS, FitGauge, fit_shapes, smallest_circle
 from rosorin_compile.importing.layout import layout
 from rosorin_compile.language.sections.links import lower_shape
 from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape

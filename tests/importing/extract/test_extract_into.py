@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.importing.extract.replace_map import changes, find_map, replaced
+from rosorin_compile.importing.extract.results import changes, find_map, replaced
 from rosorin_compile.model import HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem
 from rosorin_compile.source.diagnostics import Source

@@ -197,11 +197,16 @@ controller_server: {ros__parameters: {controller_frequency: 20.0}}
 """
 
 
-def test_navigation_is_tuned_by_nav2_and_sized_by_the_description(tmp_path: Path) -> None:
-    bringup = tmp_path / "nav2_bringup"
+def nav2_bringup(folder: Path) -> Path:
+    bringup = folder / "nav2_bringup"
     for file, text in (("launch/bringup_launch.py", NAV2), ("params/nav2_params.yaml", TUNED)):
         (bringup / file).parent.mkdir(parents=True, exist_ok=True)
         (bringup / file).write_text(text, "utf-8")
+    return bringup
+
+
+def test_navigation_is_tuned_by_nav2_and_sized_by_the_description(tmp_path: Path) -> None:
+    bringup = nav2_bringup(tmp_path)
     package = tmp_path / "burger"
     robot = ROOT / "examples/turtlebot3_burger"
     assert main(["package", str(robot), "-o", str(package), "--nav2", "--name", "burger", "-q"]) == 0
@@ -229,3 +234,12 @@ def test_navigation_is_tuned_by_nav2_and_sized_by_the_description(tmp_path: Path
     assert costmap["footprint"] == own["local_costmap"]["local_costmap"]["ros__parameters"]["footprint"]
     needs = {element.text for element in ET.parse(package / "package.xml").iter("exec_depend")}
     assert {"nav2_bringup", "robot_localization"} <= needs
+
+
+@pytest.mark.parametrize("control", [True, False])
+def test_the_filter_listens_to_the_controller_that_is_started(tmp_path: Path, control: bool) -> None:
+    package = written(tmp_path, "--nav2", *(["--control"] if control else []))
+    shares = {NAME: package, "nav2_bringup": nav2_bringup(tmp_path)}
+    ekf = read(package / "launch/navigation.launch.py", shares).nodes[0]
+    assert ekf.package == "robot_localization"
+    assert ekf.remaps == ([("odom_raw", "/mecanum_drive_controller/odometry")] if control else [])

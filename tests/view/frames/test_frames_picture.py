@@ -24,7 +24,7 @@ from rosorin_compile.model.frame_tree import Row
 from rosorin_compile.model.frame_tree import lines as tree_lines
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.viewer import frames_picture
-from rosorin_compile.viewer.frame_trees import TooMany, frame_trees
+from rosorin_compile.viewer.frames_picture import TooMany, frame_trees
 from support.paths import OUTPUTS, ROOT, data_text
 from support.pictures import NOBODY, SVG, drawn, output, robots
 from support.robots import compiled, texts

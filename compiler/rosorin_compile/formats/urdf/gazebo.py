@@ -15,7 +15,6 @@ from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.simulation import CLASSIC, GazeboSensor
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.numbers import number_format, vector
-from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.wording import plural, quoted
 from rosorin_compile.source.xml.elements import tree_of
 
@@ -27,9 +26,6 @@ if TYPE_CHECKING:
 
     from .write import Content
 
-_NO_SENSOR = "A warning: a sensor is not written for Gazebo, or is on a link that Gazebo drops, as it has no mass."
-_MASS = "Give the link an `inertial`, and keep it in `elements`; or leave the sensor out: `gazebo: []`."
-RULES = (Rule("gazebo-cannot-see", _NO_SENSOR, _MASS, FORMATS),)
 _KEEPING = ("preserveFixedJoint", "disableFixedJointLumping")
 
 

@@ -19,7 +19,6 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Publisher, Robot, Trans
 from rosorin_compile.model.link import NO_SOURCE
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Source, Span, Suggestion, has_errors
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.wording import and_more, listed, masked
@@ -28,15 +27,6 @@ from rosorin_compile.source.xml.markup import Document, Element, MarkupError, na
 from ..imported import Imported, ReadOptions, comments_of
 from ..reading import accept, lower_artifact
 from .reading import ANGLES, LENGTHS, NAME, PLAIN, Reading, lacks, numbers, put
-
-RULES = (
-    Rule("not-expanded", "A warning: a value has `${...}` or `$(...)`.", "Name the file `NAME.xacro`.", READING),
-    Rule("missing-element", "An element lacks another that the specification asks for.", "Add it.", READING),
-    Rule("import-kept", "A note: a shape of another kind is kept as it is.", topic=READING),
-    Rule("joint-type", "URDF has no such type of joint.", "Correct it.", READING),
-    Rule("zero-quaternion", "A quaternion is zero, which is no rotation.", "Correct it.", READING),
-    Rule("import-converted", "A note: the description has the same in another form.", topic=READING),
-)
 
 # Types of joints, with the units of their positions.
 TYPES = {"revolute": "rad", "continuous": "rad", "prismatic": "m", "fixed": "", "floating": "", "planar": "m"}

@@ -15,7 +15,6 @@ from rosorin_compile.rules.check import acceptable
 from rosorin_compile.rules.magnitudes import FAR, FULL_TURN
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Help, Related, Span, error
 from rosorin_compile.source.messages import gathered
-from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Path, Seq
 from rosorin_compile.source.units import ANGLE, LENGTH, Quantity
 from rosorin_compile.source.wording import and_more, counted, plural, quoted
@@ -24,15 +23,6 @@ from rosorin_compile.source.xml.markup import Element, Word, correction, named
 
 from ..format import Placed, cannot_carry
 from ..imported import ReadOptions
-
-RULES = (
-    Rule("missing-attribute", "An element lacks a required attribute, or it is empty.", "Add it.", READING),
-    Rule("duplicate-element", "An element that is taken once is there twice.", "Remove one, or `--lenient`.", READING),
-    Rule("misspelt", "An unknown word is close to a known one.", "Correct it; `--lenient` leaves it out.", READING),
-    Rule("import-ignored", "A note: something has no effect, such as the limit of a fixed joint.", topic=READING),
-    Rule("not-a-number", "A number is damaged or not finite.", "Write digits, a point, and no unit.", READING),
-    Rule("wrong-count", "An attribute has too many or too few numbers.", "The message says how many.", READING),
-)
 
 ANGLES, LENGTHS, PLAIN = "rad", "m", ""
 UNITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}  # the dimension, and the largest number without its unit

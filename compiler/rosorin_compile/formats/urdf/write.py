@@ -28,7 +28,6 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.case import number as rounded
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, error
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
-from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.wording import counted, plural, quoted
 from rosorin_compile.source.xml.elements import indented
 
@@ -37,19 +36,8 @@ from ..mesh_files import urdf_file_name
 from ..templating import Templates, attribute, attributes, comment
 from .gazebo import gazebo_blocks
 
-_WITHOUT_MASS = "A note: no URDF has the inertials: Gazebo reads it as an empty model, other simulators invent masses."
-_SECOND = "[A second URDF for simulators](artifacts.md#a-urdf-for-simulators), or `accept` it with its reason."
-_SERVO = "The damping of a servo belongs to its `actuator`, which no URDF has; else damp less, or correct the mass."
 _UNSTABLE = "A warning: damping * step > 2 * inertia at a joint: simulators with explicit steps of 1/240 s, such as "
 _UNSTABLE += "PyBullet, diverge."
-_NO_WORD = "A warning or a note: URDF cannot express a shape, a joint, or a mass that moves."
-_OTHERWISE = 'Use other shapes; `version: "1.2"` has capsules, `frames: bodies` has what moves.'
-RULES = (
-    Rule("urdf-without-mass", _WITHOUT_MASS, _SECOND, FORMATS),
-    Rule("explicit-damping-unstable", _UNSTABLE, _SERVO, FORMATS, accept="joint", imported="always"),
-    Rule("urdf-cannot-say", _NO_WORD, _OTHERWISE, FORMATS),
-    Rule("urdf-mass-sum", "Masses that move to one link of the URDF are together no number.", "Correct them.", FORMATS),
-)
 
 STEP = 1 / 240  # s, that of PyBullet if nobody sets another; Gazebo has 1/1000
 FROM_COLLISION = "from_collision"

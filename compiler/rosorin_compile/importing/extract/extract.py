@@ -20,10 +20,9 @@ from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import masked
 
-from . import factory, replace_map, results
-from .fit_quality import FitGauge
+from . import factory, results
 from .height_map import GridRequest, make_height_map, summary
-from .shapes import fit_shapes
+from .shapes import FitGauge, fit_shapes
 from .sources import AUTO, MeshSource, RobotSource, SourceProblem
 
 if TYPE_CHECKING:
@@ -49,7 +48,7 @@ class GridOptions:
     step: float | None = None
     bottom: bool = False
 
-    def request(self, existing: replace_map.MapEntry | None = None) -> GridRequest:
+    def request(self, existing: results.MapEntry | None = None) -> GridRequest:
         """Return the requested grid, by default that of an ``existing`` map. Raises RequestError, ExtractProblem."""
         for name, value in (("cell", self.cell), ("step", self.step)):
             if value is not None and not value > 0:
@@ -178,7 +177,7 @@ def extract_height_map(
         raise RequestError("--bottom excludes --into and JSON; write a file with -o, and paste it")
     try:
         TriangleMesh.needed()
-        existing = None if into_file is None else replace_map.find_map(into_file, frame)
+        existing = None if into_file is None else results.find_map(into_file, frame)
         request = grid.request(existing)
         frame = existing.link if existing else frame
         triangles, meshes, frame = _surface(source, frame, pose or Pose(), diagnostics)
@@ -186,12 +185,12 @@ def extract_height_map(
         diagnostics += messages
         note = note or f"top of {', '.join(meshes)}"
         if existing is not None and into_file is not None:
-            text = replace_map.replaced(existing, height_map, status, note)
+            text = results.replaced(existing, height_map, status, note)
             place = f"{into_file}:{existing.line}: height map of {existing.link}"
             report = [f"{place} unchanged"]
             if text != existing.source.text:
                 results.replace(into_file, text)
-                changes = replace_map.changes(existing, height_map, status)
+                changes = results.changes(existing, height_map, status)
                 report = [f"{place} replaced", *(f"  {line}" for line in changes)]
         else:
             text = _first_line(source, "heightmap") + results.height_map_yaml(frame, height_map, status, note)

@@ -16,7 +16,6 @@ from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, Trian
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, listed
 from rosorin_compile.source.files import is_file, is_folder, read_bytes
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map, Seq
 
 from ..layout import layout, number
@@ -24,8 +23,6 @@ from .height_map import GridRequest, make_height_map
 from .results import MARK, height_map_yaml, numbers
 from .shapes import enclosing_box
 from .sources import AUTO, RobotSource
-
-RULES = (Rule("factory-robot", "A package has no file of a robot, or several.", "`--robot FILE`.", Heading.MESHES),)
 
 _KEYS = (
     "type",

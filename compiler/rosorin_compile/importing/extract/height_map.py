@@ -18,7 +18,6 @@ from rosorin_compile.model.mesh_triangles import ExtractProblem
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .shapes import round_down
 
@@ -29,27 +28,6 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int64]
 
-RULES = (
-    Rule(
-        "height-map-empty",
-        "A mesh has no surface above z = 0 over the grid.",
-        "Correct `--xyz`, `--rpy`, `--scale` or `--origin`.",
-        Heading.MESHES,
-    ),
-    Rule("height-map-outside", "A warning: a mesh reaches beyond the grid.", "A larger grid.", Heading.MESHES),
-    Rule(
-        "height-map-below",
-        "A note: a mesh reaches below z = 0, where a height map begins.",
-        "Is `--xyz` right?",
-        Heading.MESHES,
-    ),
-    Rule(
-        "height-map-grid",
-        "A grid is impossible: it has no cell, or more than a million.",
-        "A larger `--cell`, or fewer `--cells`.",
-        Heading.MESHES,
-    ),
-)
 
 MAX_CELLS = 1_000_000
 CHUNK = 50_000  # triangles processed at once

@@ -17,7 +17,6 @@ from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, RequestError, Suggestion
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description, NoDescription
-from rosorin_compile.source.rule_registry import Heading, Rule
 from rosorin_compile.source.tree import Map
 
 if TYPE_CHECKING:
@@ -26,20 +25,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-RULES = (
-    Rule(
-        "mesh-missing",
-        "A warning: a robot names a mesh that is not there.",
-        "Add the file, or `--package NAME=PATH`.",
-        Heading.MESHES,
-    ),
-    Rule(
-        "mesh-looks-like-millimetres",
-        "A warning: a mesh is longer than any part of a robot.",
-        "`--scale 0.001`.",
-        Heading.MESHES,
-    ),
-)
 
 AUTO = "auto"
 _LONGEST_PART = 20.0  # m; a longer mesh was drawn in millimetres

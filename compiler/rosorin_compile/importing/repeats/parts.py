@@ -13,8 +13,7 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Map, Path, Seq
 from rosorin_compile.source.units import Quantity
 
-from ..description import free_name, lines_of
-from ..key_order import default_of_key
+from ..description import default_of_key, free_name, lines_of
 from ..layout import ROTATING, Expression, Verbatim, in_degrees, joint_unit
 from .nodes import MARKS, MOUNT, REFERENCES, Node, equal_shapes, is_pose, mirrored, nodes_of, steps, table
 from .parameters import Parameter, Parameters, differences, is_number

@@ -10,7 +10,7 @@ import ast
 import re
 from typing import Any
 
-from ..key_order import in_order
+from ..description import in_order
 from ..layout import Expression, Verbatim
 from .formulas import all_of, negated, written
 

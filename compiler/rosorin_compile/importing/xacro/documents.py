@@ -1,13 +1,18 @@
-"""The documents of a translation by file, with their comments, and what keeps a macro from being written."""
+"""The documents of a translation, the files and packages that they name, and what keeps a macro from being written."""
 
 from __future__ import annotations
 
 import ast
+import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from rosorin_compile.source import files
+from rosorin_compile.source.packages import Packages
+from rosorin_compile.source.project import Description
 
 from ..layout import cleaned
 from .ir import Call, Element, Macro, Program, Unsupported, Variable, walk
@@ -15,6 +20,7 @@ from .part_names import formulas_of
 from .values import Values
 from .wording import Spot
 
+_BYTES = 2_000_000  # of a file that is copied
 PROBE = "probe_"  # a text that an argument has in no condition
 
 
@@ -103,3 +109,51 @@ def within(values: Values, macro: Macro | None, node: Element | Call | None = No
         raise GiveUp(macro, problem) from None
     finally:
         values.macro = before
+
+
+class PackageFiles:
+    """The ``folders`` of packages that a program needs, and the names of those that the description does not find."""
+
+    def __init__(self, program: Program, folder: Path) -> None:
+        self.program = program
+        self.folders: dict[str, Path] = {}
+        self.unfound: dict[str, None] = {}
+        self._named = Packages({}, os.environ, folder / Description.ROOT_FILE)
+
+    def find(self, name: str) -> None:
+        """Record a package that is named. Raises Unsupported if it is missing."""
+        folder = self.program.answer["packages"].get(name)
+        if folder is None:
+            raise Unsupported(f'the package "{name}" is not found')
+        if not self._finds(name):
+            self.folders[name] = Path(folder)
+            self.unfound[name] = None
+
+    def _finds(self, package: str) -> bool:
+        """Return True if the description finds a package by its name."""
+        folder, own = self.program.answer["packages"].get(package), self._named.find(package)
+        if folder is None or own is None or files.resolve(own) != files.resolve(Path(folder)):
+            return False
+        self.folders[package] = Path(folder)
+        return True
+
+    def address(self, name: str) -> str:
+        """Return the name of a file that is loaded as the description has it."""
+        package, _, rest = name.removeprefix("package://").partition("/")
+        return name if not name.startswith("package://") or self._finds(package) else rest
+
+    def copied(self) -> dict[str, str]:
+        """Return the YAML files that are loaded, unless the description finds their package. Raises GiveUp."""
+        made: dict[str, str] = {}
+        for name, path in self.program.answer["loaded"].items():
+            own = self.address(name)
+            if own.startswith("package://"):
+                continue
+            if Path(own).is_absolute() or ".." in Path(own).parts:
+                raise GiveUp(None, Unsupported(f"{name} is not a file of the xacro or its packages"))
+            try:
+                if Path(path).stat().st_size <= _BYTES:
+                    made[own] = files.read_text(Path(path))
+            except (OSError, ValueError) as problem:
+                raise GiveUp(None, Unsupported(f"{Path(path).name} cannot be read: {problem}")) from None
+        return made

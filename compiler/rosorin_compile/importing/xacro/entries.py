@@ -1,26 +1,30 @@
-"""Write links, joints and what they contain as entries of a description, and macros within them as named values."""
+"""Write links, joints and what they contain as entries of a description, and macros within them as named values.
+
+Elements that the language has no word for are kept as text, with expressions in it.
+"""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
+from xml.sax.saxutils import escape
 
 from rosorin_compile.formats.urdf.read import NUMBERS as ATTRIBUTES
 from rosorin_compile.formats.urdf.read import SHAPES
 from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS
 
-from ..key_order import in_order
+from ..description import in_order
 from ..layout import Expression, Verbatim
-from .choices import conditional, merged
+from .choices import conditional, merged, node_of
 from .documents import Documents, within
 from .formulas import all_of, folded, negated, written
-from .ir import Call, Comment, Element, If, Macro, Pieces, Program, Unsupported
+from .ir import Call, Comment, Element, If, Macro, Pieces, Program, Unsupported, Words
 from .values import Values
-from .xml_text import XmlText
 
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
 _JOINT_PARTS = ("limit", "mimic", "dynamics", "calibration", "safety_controller")
+_WIDTH = 90
 _LISTS = ("visual", "collision", "urdf_elements")
 
 Item = tuple[str, Any, ast.expr | None]  # a key of an entry, its value, and its condition
@@ -267,3 +271,83 @@ def _id(pieces: Pieces) -> str:
 
 def _is_conditional(value: Any) -> bool:
     return (isinstance(value, dict) and "if" in value) or (isinstance(value, Expression) and value.startswith("${get("))
+
+
+class XmlText:
+    """Writes elements as text; ``call_node`` returns the call of a macro as an expression."""
+
+    def __init__(self, values: Values, call_node: Callable[[Call], ast.expr]) -> None:
+        self.values, self.call_node = values, call_node
+
+    def text(self, node: Element) -> Any:
+        """Return an element as a text, or an Expression."""
+        self.values.is_xml = True
+        lines = self.lines([node], "")
+        self.values.is_xml = False
+        whole = "".join(line.strip() for line in lines)
+        if len(lines) == 3 and len(whole) <= _WIDTH and "<!--" not in whole:
+            lines = [whole]
+        text = lines[0] if len(lines) == 1 else "\n".join([*lines, ""])
+        return Expression(text) if "${" in text else text
+
+    def lines(self, nodes: list[Any], pad: str) -> list[str]:
+        """Return the lines of nodes. Raises Unsupported."""
+        lines: list[str] = []
+        for at, node in enumerate(nodes):
+            if isinstance(node, Words):
+                text = str(self.values.joined(node.pieces, escape))
+                lines += [pad + line.strip() for line in text.splitlines() if line.strip()]
+            elif isinstance(node, Comment):
+                if "--" not in node.text and "${" not in node.text:
+                    lines += [f"{pad}{line.strip()}" for line in f"<!--{node.text}-->".splitlines()]
+            elif isinstance(node, If):
+                if not at or not _is_opposite(nodes[at - 1], node):
+                    lines += self._choice(node, nodes[at + 1 : at + 2], pad)
+            elif isinstance(node, Call):
+                lines.append(f"{pad}${{{written(self.call_node(node))}}}")
+            else:
+                lines += self._element(node, pad)
+        return lines
+
+    def _choice(self, node: If, following: list[Any], pad: str) -> list[str]:
+        """Return what depends on a condition; ``following`` may have what is there otherwise."""
+        condition = self.values.formulas.flag(node.test)
+        condition = condition if node.holds else negated(condition)
+        decided = folded(condition)
+        other = following[0].body if following and _is_opposite(node, following[0]) else []
+        if isinstance(decided, bool):
+            return self.lines(node.body if decided else other, pad)
+        sides: list[ast.expr] = []
+        for body in (node.body, other):
+            text = " ".join(self.lines([one for one in body if not isinstance(one, Comment)], ""))
+            made = node_of(Expression(text) if "${" in text else text) if text else ast.Constant("")
+            if made is None:
+                raise Unsupported("a condition in a kept element has expressions of its own")
+            sides.append(made)
+        if all(isinstance(one, ast.Constant) and one.value == "" for one in sides):
+            return []
+        return [f"{pad}${{{written(ast.IfExp(condition, *sides))}}}"]
+
+    def _element(self, node: Element, pad: str) -> list[str]:
+        head = node.tag
+        for name, pieces in node.attributes.items():
+            if name.startswith("xmlns"):
+                continue
+            is_name = name in ("reference", "link", "joint") or node.tag in ("link", "joint")
+            value = str(self.values.text(pieces, name=is_name))
+            if any(letter in value for letter in '&<"'):
+                value = str(self.values.joined(pieces, lambda one: escape(one, {'"': "&quot;"})))
+            head += f' {name}="{value}"'
+        inner = self.lines(node.body, f"{pad}  ")
+        if not inner:
+            return [f"{pad}<{head}/>"]
+        only = len(node.body) == 1 and isinstance(node.body[0], Words)
+        if len(inner) == 1 and (only or len(pad) + len(head) + len(inner[0].strip()) + len(node.tag) + 5 <= _WIDTH):
+            return [f"{pad}<{head}>{inner[0].strip()}</{node.tag}>"]
+        return [f"{pad}<{head}>", *inner, f"{pad}</{node.tag}>"]
+
+
+def _is_opposite(one: Any, other: Any) -> bool:
+    if not isinstance(one, If) or not isinstance(other, If):
+        return False
+    return ast.dump(one.test) == ast.dump(other.test) and one.holds != other.holds

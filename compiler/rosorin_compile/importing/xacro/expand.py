@@ -35,44 +35,13 @@ from rosorin_compile.source.diagnostics import (
 from rosorin_compile.source.files import record, shown
 from rosorin_compile.source.messages import with_calls
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import and_more, counted
 from rosorin_compile.source.xml.markup import Document, MarkupError, named, parse, read_source
 
 from .child import out_of_time
-from .expand_errors import COMMENT, ExpandErrors
+from .expand_errors import COMMENT, ExpandErrors, Origins, Sources
 from .macros import how_to_call, macro_call, macros_of
-from .places import Origins, Sources
-
-RULES = (
-    Rule(
-        "xacro-runs-code",
-        "A warning, before a xacro is expanded: it can run Python code of whoever wrote it.",
-        "Continue only if you trust the authors; `--trust` or `ROSORIN_COMPILE_TRUST=1` silences the warning.",
-        READING,
-    ),
-    Rule(
-        "import-machine-path",
-        "A warning: what is kept of an expanded xacro names a file by its folder on this machine.",
-        "Let the xacro write `package://PACKAGE/FILE` where the reader takes that.",
-        READING,
-    ),
-    Rule("xacro-says", "A note: a message that xacro printed.", topic=READING),
-    Rule("xacro-error", "xacro cannot expand the file.", "The message is that of xacro.", READING),
-    Rule(
-        "package-missing",
-        "A ROS package is not found.",
-        "`--package NAME=PATH`; in an include `packages: {NAME: FOLDER}`",
-        READING,
-    ),
-    Rule(
-        "extra-missing",
-        "What reads the format is not installed.",
-        "The command that the message has: it installs the extra of what this installation came from.",
-        READING,
-    ),
-)
 
 _TRUST = "ROSORIN_COMPILE_TRUST"  # 1: trust all files
 _TRUSTED_FILES = Path("rosorin-compile", "trusted")  # digests, in the configuration folder of the user

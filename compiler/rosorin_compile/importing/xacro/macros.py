@@ -22,14 +22,11 @@ from rosorin_compile.language.expand.placing import is_vector
 from rosorin_compile.language.expression.functions import FUNCTIONS, kind_of
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, Suggestion, error, listed, quoted
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.units import ANGLE, LENGTH
 from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read_source
 
 from .child import CALL
-
-RULES = (Rule("unknown-macro", "A xacro file defines no such macro.", "Correct the name.", READING),)
 
 # The default of each parameter; None if it is required. The names of blocks begin with one or two asterisks.
 Parameters = Mapping[str, "str | None"]

@@ -18,8 +18,7 @@ from typing import Any
 from . import child
 from .answer import answer_of
 from .child import Expansion, causes
-from .chosen_files import ChosenFiles
-from .conditions import Conditions
+from .conditions import ChosenFiles, Conditions
 from .macro_calls import COMMENTS, MARK, Calls, place_key
 from .symbols import (
     TOKEN,

@@ -44,33 +44,21 @@ class WrittenOut(NamedTuple):
 class Translation:
     """The files of a description (text by name), and what became of the macros and arguments of the source.
 
-    ``proven`` are the combinations of arguments that were compared, ``possible`` how many there are, ``refused`` those
-    that xacro cannot expand, ``late`` how many were left for lack of time. ``idle`` are macros that nothing calls,
-    ``executed`` those that only set properties, ``fixed`` arguments that have the value they have here, for the reasons
-    in ``frozen``, ``unfound`` packages that the description does not find by itself. Without files, ``reason`` says
-    why. ``words`` are the lines about elements that became words, ``plain`` is the robot without those; ``shared`` the
-    lines about files that other robots include.
+    ``fixed`` are arguments with the value that they keep, ``proven`` the combinations of arguments that were compared.
+    ``words`` are the lines about elements that became entries, ``plain`` is the robot without those. ``report`` are the
+    lines for the person who imports the robot. Without files, ``reason`` says why.
     """
 
     files: dict[str, str]
     kept: tuple[str, ...] = ()
     written_out: tuple[WrittenOut, ...] = ()
     arguments: tuple[str, ...] = ()
-    proven: tuple[Combination, ...] = ()
-    possible: int = 0
-    refused: tuple[Combination, ...] = ()
-    idle: tuple[str, ...] = ()
-    unused: tuple[str, ...] = ()
-    executed: tuple[str, ...] = ()
     fixed: tuple[tuple[str, str], ...] = ()
-    environment: tuple[str, ...] = ()
-    unfound: tuple[str, ...] = ()
-    late: int = 0
-    reason: str = ""
+    proven: tuple[Combination, ...] = ()
     words: tuple[str, ...] = ()
     plain: Map | None = None
-    shared: tuple[str, ...] = ()
-    frozen: tuple[WrittenOut, ...] = ()
+    report: tuple[str, ...] = ()
+    reason: str = ""
 
 
 def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, target: Target) -> Translation:
@@ -82,11 +70,14 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
     try:
         return _Search(path, options, imported, wanted, target).run()
     except Unsupported as problem:
-        return Translation({}, reason=problem.reason)
-    except (MarkupError, OSError) as problem:
-        return Translation({}, reason=problem.diagnostic.message if isinstance(problem, MarkupError) else str(problem))
+        reason = problem.reason
+    except MarkupError as problem:
+        reason = problem.diagnostic.message
+    except OSError as problem:
+        reason = str(problem)
     except RecursionError:
-        return Translation({}, reason="its expressions are nested too deeply")
+        reason = "its expressions are nested too deeply"
+    return Translation({}, report=(f"flat, without macros and arguments: {reason}",), reason=reason)
 
 
 def _seconds() -> float:
@@ -311,44 +302,47 @@ class _Search:
         program, plain = made.program, None
         made = self.written(program)  # the combinations may break rules that have to be accepted
         lines: tuple[str, ...] = ()
-        rows_of_users = [row for row in rows if all(text != PROBE for _, text in row)]
         if not self.target.verbatim:
+            rows_of_users = [row for row in rows if all(text != PROBE for _, text in row)]
             made, lines, plain = self.in_words(made, rows_of_users)
-        sharing = self.target.sharing
-        names = {key: (name, place) for key, name, place in program.answer["defined"]}
-        order = list(names)
+        order = [key for key, _, _ in program.answer["defined"]]
         empty = [one for one in program.macros.values() if one.key in made.empty]
         kept = [one for one in program.macros.values() if one not in empty]
         kept.sort(key=lambda one: order.index(one.definition) if one.definition in order else 0)
-        silent = set(program.answer["silent"])
         lost = [
             WrittenOut(name, reason, program.at(tuple(place[:2]) if place else None))
             for name, place, reason, key in program.answer["inlined"]
-            if name not in silent
+            if name not in program.answer["silent"]
         ]
         lost += [WrittenOut(one.name, "its materials are those of the robot", program.at(one.place)) for one in empty]
         used = [one for one in program.arguments.values() if one in made.used]
-        fixed = self.fixed
-        return Translation(
-            made.files,
-            tuple({one.definition: one.name for one in kept}.values()),
-            tuple(lost),
-            tuple(one.name for one in used),
-            tuple(rows),
-            possible,
-            tuple(refused),
-            tuple(dict.fromkeys(program.answer["uncalled"])),
-            tuple(one.name for one in program.arguments.values() if one not in used),
-            executed=tuple(name for name in program.answer["silent"]),
-            fixed=tuple((name, value[0]) for name, value in fixed.items()),
-            environment=tuple(one.name for one in used if one.environment),
-            unfound=made.unfound,
-            late=late,
-            words=lines,
-            plain=plain,
-            shared=tuple(sharing.report(made.files)) if sharing is not None else (),
-            frozen=tuple(WrittenOut(name, value[1]) for name, value in fixed.items()),
-        )
+        names = tuple({one.definition: one.name for one in kept}.values())
+        report = [*_report_macros(names, lost, program), *self.report_arguments(program, used)]
+        for package in made.unfound:
+            report.append(
+                f"it asks for the package {package}: source its workspace, or give --package {package}=FOLDER"
+            )
+        report += self.target.sharing.report(made.files) if self.target.sharing is not None else ()
+        report += _report_proof(rows, possible, refused, late)
+        fixed = tuple((name, value[0]) for name, value in self.fixed.items())
+        arguments = tuple(one.name for one in used)
+        return Translation(made.files, names, tuple(lost), arguments, fixed, tuple(rows), lines, plain, tuple(report))
+
+    def report_arguments(self, program: Program, used: Sequence[Variable]) -> Iterator[str]:
+        """Yield the lines about arguments."""
+        unused = [one.name for one in program.arguments.values() if one not in used]
+        environment = [one.name for one in used if one.environment]
+        if used:
+            yield f"arguments kept: {listed([one.name for one in used])}"
+        if unused:
+            yield f"arguments left out, because nothing uses {_them(unused)}: {listed(unused)}"
+        if environment:
+            yield f"variables of the environment that are arguments now: {listed(environment)}"
+        if self.fixed:
+            values = [f"{name} ({' '.join(text.split())})" if text else name for name, (text, _) in self.fixed.items()]
+            yield f"arguments replaced by their value: {listed(values)}"
+        for reason, names in groupby(self.fixed, lambda name: self.fixed[name][1]):
+            yield f"  {listed(list(names))}: {reason}"
 
     def in_words(self, made: WrittenFiles, rows: list[Combination]) -> tuple[WrittenFiles, tuple[str, ...], Map | None]:
         """Replace raw elements by entries of the language if the robot stays the same."""
@@ -363,49 +357,32 @@ class _Search:
         return made, tuple(wording_report({}, first)), None
 
 
-def translation_report(translation: Translation) -> Iterator[str]:
-    """Yield the lines about a translation for the person who imports the robot."""
-    if not translation.files:
-        yield f"flat, without macros and arguments: {translation.reason}"
-        return
-    kept, lost = len(translation.kept), len(translation.written_out)
+def _report_macros(kept: Sequence[str], lost: Sequence[WrittenOut], program: Program) -> Iterator[str]:
     if kept or lost:
-        line = f"{kept} of {counted(kept + lost, 'macro')} kept"
-        yield f"{line}, {lost} written out where {'it is' if lost == 1 else 'they are'} called" if lost else line
-    yield from (f"  {one.name}: {one.reason}{_at(one)}" for one in translation.written_out)
-    if translation.executed:
-        yield f"named values where they are called, because they only set properties: {listed(translation.executed)}"
-    if translation.idle:
-        yield f"left out, because nothing calls {_them(translation.idle)}: {listed(translation.idle)}"
-    if translation.arguments:
-        yield f"arguments kept: {listed(translation.arguments)}"
-    if translation.unused:
-        yield f"arguments left out, because nothing uses {_them(translation.unused)}: {listed(translation.unused)}"
-    if translation.environment:
-        yield f"variables of the environment that are arguments now: {listed(translation.environment)}"
-    if translation.fixed:
-        fixed = listed([f"{name} ({' '.join(value.split())})" if value else name for name, value in translation.fixed])
-        yield f"arguments replaced by their value: {fixed}"
-    for reason, names in groupby(translation.frozen, lambda one: f"{one.reason}{_at(one)}"):
-        yield f"  {listed([one.name for one in names])}: {reason}"
-    for package in translation.unfound:
-        yield f"it asks for the package {package}: source its workspace, or give --package {package}=FOLDER"
-    yield from translation.shared
-    proven = len(translation.proven)
-    how = "its arguments as they are" if proven == 1 else f"{proven} combinations of its arguments"
-    if translation.possible > proven + len(translation.refused):
-        how += f" (of {translation.possible}: the defaults, and each argument changed alone)"
+        line = f"{len(kept)} of {counted(len(kept) + len(lost), 'macro')} kept"
+        how = f", {len(lost)} written out where {'it is' if len(lost) == 1 else 'they are'} called"
+        yield f"{line}{how}" if lost else line
+    yield from (f"  {one.name}: {one.reason}{f' ({one.at})' if one.at else ''}" for one in lost)
+    executed, idle = program.answer["silent"], list(dict.fromkeys(program.answer["uncalled"]))
+    if executed:
+        yield f"named values where they are called, because they only set properties: {listed(executed)}"
+    if idle:
+        yield f"left out, because nothing calls {_them(idle)}: {listed(idle)}"
+
+
+def _report_proof(
+    rows: Sequence[Combination], possible: int, refused: Sequence[Combination], late: int
+) -> Iterator[str]:
+    how = "its arguments as they are" if len(rows) == 1 else f"{len(rows)} combinations of its arguments"
+    if possible > len(rows) + len(refused):
+        how += f" (of {possible}: the defaults, and each argument changed alone)"
     yield f"the same robot as xacro makes it, with {how}"
-    if translation.late:
-        yield f"not compared, because that takes too long: {counted(translation.late, 'combination')}"
-    if translation.refused:
-        first = " ".join(f"{name}:={value}" for name, value in translation.refused[0])
+    if late:
+        yield f"not compared, because that takes too long: {counted(late, 'combination')}"
+    if refused:
+        first = " ".join(f"{name}:={value}" for name, value in refused[0])
         yield f"not compared, because xacro refuses it: {first}"
 
 
 def _them(items: Sequence[Any]) -> str:
     return "it" if len(items) == 1 else "them"
-
-
-def _at(one: WrittenOut) -> str:
-    return f" ({one.at})" if one.at else ""

@@ -12,7 +12,6 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields, is_dataclass, replace
-from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -253,50 +252,17 @@ def _differing_elements(source: Robot, again: Robot) -> Iterator[str]:
         for one in (one for one in getattr(source, section) if one.name in others):
             pairs.append((f'{section[:-1]} "{one.name}": ', one.urdf_elements, others[one.name].urdf_elements))
     for where, mine, theirs in pairs:
-        left = [tree_of(text) for text in (Counter(theirs) - Counter(mine)).elements() if text[:1] == "<"]
-        for text in (Counter(mine) - Counter(theirs)).elements():
-            element = tree_of(text)
-            match = next((other for other in left if _called(other) == _called(element)), None)
-            if match is None:
-                yield f"{where}{_called(element)}: only xacro has it"
-                continue
-            left.remove(match)
-            yield f"{where}{_called(element)}: {difference(element, match)}"
-        yield from (f"{where}{_called(element)}: only the translation has it" for element in left)
-
-
-def difference(one: Element, other: Element) -> str:
-    """Return where two elements of the same name differ first, and in what.
-
-    >>> difference(tree_of("<a><b name='c'>True</b></a>"), tree_of("<a><b name='c'>true</b></a>"))
-    'b "c": xacro has True, the translation true'
-    """
-    path: list[str] = []
-    while True:
-        where = f"{'/'.join(path)}: " if path else ""
-        for name in sorted({*one.attrib, *other.attrib}):
-            if one.get(name) != other.get(name):
-                where = f"{'/'.join([*path, f'@{name}'])}: "
-                return f"{where}xacro has {_value(one.get(name))}, the translation {_value(other.get(name))}"
-        if (one.text or "").split() != (other.text or "").split():
-            return f"{where}xacro has {_value(one.text)}, the translation {_value(other.text)}"
-        pairs = zip_longest(one, other)
-        first, second = next((a, b) for a, b in pairs if a is None or b is None or canonical(a) != canonical(b))
-        if first is None or second is None or _called(first) != _called(second):
-            mine, theirs = ("nothing" if side is None else _called(side) for side in (first, second))
-            return f"{where}xacro has {mine}, the translation {theirs}"
-        path.append(f'{first.tag} "{first.get("name")}"' if first.get("name") else first.tag)
-        one, other = first, second
+        lost = {_called(tree_of(text)) for text in (Counter(mine) - Counter(theirs)).elements()}
+        new = {_called(tree_of(text)) for text in (Counter(theirs) - Counter(mine)).elements() if text[:1] == "<"}
+        yield from (f"{where}{name}: it is different" for name in sorted(lost & new))
+        yield from (f"{where}{name}: only xacro makes it" for name in sorted(lost - new))
+        yield from (f"{where}{name}: only the translation makes it" for name in sorted(new - lost))
 
 
 def _called(element: Element) -> str:
     """Return the start tag of an element with its name."""
     key = "name" if element.get("name") else "reference"
     return f'<{element.tag} {key}="{element.get(key)}">' if element.get(key) else f"<{element.tag}>"
-
-
-def _value(text: str | None) -> str:
-    return _cut(" ".join((text or "").split()), 50) or "nothing"
 
 
 def _cut(text: str, length: int) -> str:

@@ -16,12 +16,11 @@ from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.yaml_text import Scalar
 
-from ..description import _Document, _written, tree_of
-from ..key_order import sorted_sections
+from ..description import _Document, _written, sorted_sections, tree_of
 from ..layout import Expression, Remarks, Verbatim, cleaned, layout
 from .arguments import ArgumentValues, declare_dimensions
 from .choices import any_of, conditional, covers, merged
-from .documents import Documents, GiveUp, Target, WrittenFiles, within
+from .documents import Documents, GiveUp, PackageFiles, Target, WrittenFiles, within
 from .entries import Entries
 from .formulas import Formulas, all_of, folded, literal, type_of_values, written
 from .ir import (
@@ -46,7 +45,6 @@ from .ir import (
     flattened,
     usable,
 )
-from .package_files import PackageFiles
 from .part_names import PartNames
 from .values import Values, number
 from .wording import OPTIONS, Found, Spot, outputs_for
@@ -448,11 +446,10 @@ def write(
         if not sections:
             continue
         text, name = _layout(sections, documents, file, ""), file.name
-        address = writer.packages.address_of(file, text)
         if target.sharing is not None and not data:  # tables are named from the file
             name, text = target.sharing.placed(program, file, text)
-        included.append(address or name)
-        others |= {} if address else {name: text}
+        included.append(name)
+        others[name] = text
     with within(writer.values, None):
         is_text = all(isinstance(piece, str) for piece in program.name)
         name = target.name or (str(tree["robot"]) if is_text else writer.values.joined(program.name))

@@ -10,7 +10,6 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Help, Related, Suggestion, error, nearest
-from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Map, Place, Seq
 from rosorin_compile.source.units import ANGLE, DIMENSIONS, LENGTH, NUMBER, Dimension, Quantity, describe, in_si
 from rosorin_compile.source.wording import in_words, quoted, unseen
@@ -23,12 +22,6 @@ from ..suggestions import flag_meant, key_of_entry_meant, number_meant, text_tai
 from .expansion import Failed
 from .placing import AXES, is_number, is_vector
 from .scope import Scope, key_place, value_place
-
-RULES = (
-    Rule("unknown-argument", "An argument is given that does not exist.", "Correct or declare it.", ARGUMENTS),
-    Rule("missing-argument", "An argument without a default is missing.", "Use `-a NAME=VALUE`, or `with`.", ARGUMENTS),
-    Rule("bad-argument", "An argument has a value that its declaration excludes.", "Correct the value.", ARGUMENTS),
-)
 
 KEYS = ("type", "default", "one_of", "help")
 TYPES: dict[str, tuple[type, ...]] = {"any": (object,), "text": (str,), "boolean": (bool,), "integer": (int,)}

@@ -25,7 +25,6 @@ from rosorin_compile.source.project import (
     data_folder,
     python_folder,
 )
-from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Include, Instance, Map, Place, Seq
 
 from ..expression.functions import ExpressionError
@@ -38,12 +37,6 @@ from .scope import Scope, key_place, value_place
 if TYPE_CHECKING:
     from rosorin_compile.formats.compiled import RobotReader
 
-RULES = (
-    Rule("include-outside", "An included file is outside the project.", "Use `package://NAME/FILE`.", FILES),
-    Rule("include-cycle", "A file includes itself, directly or through others.", "Remove one `include`.", FILES),
-    Rule("include-too-many", "More files are included than any description has.", "Join some.", FILES),
-    Rule("included-robot", "An included file has the key `robot`.", "Only the first file names the robot.", FILES),
-)
 
 ADDRESS = "package://"
 MAX_FILES = 10_000  # files that include several others multiply

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, error
 from rosorin_compile.source.files import shown
-from rosorin_compile.source.rule_registry import FILES, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, Text
 from rosorin_compile.source.wording import first_of
 
@@ -38,13 +37,6 @@ if TYPE_CHECKING:
     from rosorin_compile.formats.imported import Imported
 
     from .files import Reader
-
-RULES = (
-    Rule("include-mesh-path", "Artifacts do not find meshes of an included robot.", "Write `meshes: FOLDER`.", FILES),
-    Rule("trust-ignored", "A warning: `trust` of an include has no effect.", "Use the option `--trust`.", FILES),
-    Rule("include-renamed", "A note: names in kept elements of an included robot got its prefix.", topic=FILES),
-    Rule("include-settings", "A warning: settings of an included robot are lost.", "Set them in the output.", FILES),
-)
 
 
 Tell = Callable[[Diagnostic], None]
@@ -289,7 +281,7 @@ class IncludedRobots:
                 output = outputs[name] = copy(outputs[name])
                 options = copy(output["option"]) if isinstance(output.get("option"), Map) else Map(output.span)
                 for key, value in (settings.get("option") or {}).items():
-                    if (key, value) != _DEFAULT:
+                    if (key, value) != _DEFAULT or (key in options and not is_only):
                         options.setdefault_at(key, value, span)
                         lost += [] if options[key] == value else [f"{key} {value}"]
                 if options:

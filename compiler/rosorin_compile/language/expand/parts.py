@@ -19,7 +19,6 @@ from typing import Any, NamedTuple
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, Suggestion, nearest
 from rosorin_compile.source.load import LoadError, load_mapping, load_own
 from rosorin_compile.source.project import data_folder
-from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Map, Place, Seq
 from rosorin_compile.source.xml.elements import found_in
 
@@ -32,13 +31,6 @@ from .expansion import Failed
 from .joining import copy, join, with_source
 from .placing import Use, placed
 from .scope import Scope, value_place
-
-RULES = (
-    Rule("unknown-part", "There is no such part or file of parts.", "See [the library](parts-library.md).", ARGUMENTS),
-    Rule("unknown-sensor-type", "There is no such sensor type.", "See [the library](parts-library.md).", ARGUMENTS),
-    Rule("mirrored-element", "MJCF with a position is in a mirrored part.", "Use keys of the language.", ARGUMENTS),
-    Rule("part-cycle", "Parts use each other without end, or too deep.", "End a recursion with an `if`.", ARGUMENTS),
-)
 
 MAX_NESTED = 40
 INSTANCE = 20  # values that an instance counts for, even if it is empty

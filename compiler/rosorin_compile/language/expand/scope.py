@@ -13,7 +13,6 @@ from typing import Any, NoReturn
 
 from rosorin_compile.source.diagnostics import Help, Related, Span, Suggestion, error
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import ARGUMENTS, Rule
 from rosorin_compile.source.tree import Instance, Kept, Map, Place, Seq
 from rosorin_compile.source.units import UNITS
 from rosorin_compile.source.wording import MAX_LISTED, counted, first_of
@@ -26,13 +25,6 @@ from ..schema import keys_of_xml
 from ..suggestions import flag_meant, number_meant, unit_meant
 from .expansion import Disabled, Expansion, Failed
 from .provenance import OF_KINDS, Origin, argument_at, argument_of, is_like_a_number
-
-RULES = (
-    Rule("expression", "An expression has no value.", "See [expressions](language.md#expressions).", ARGUMENTS),
-    Rule("cycle", "A named value needs itself.", "Give one of the circle a value of its own.", ARGUMENTS),
-    Rule("too-large", "Loops and parts make more values than any robot has.", "Use smaller loops.", ARGUMENTS),
-)
-
 
 MAX_NODES = 1_500_000
 MAX_CALLED = 30  # nested calls of a named value that takes values

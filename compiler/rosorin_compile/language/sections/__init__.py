@@ -18,7 +18,6 @@ from rosorin_compile.model.sections import Section
 from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import Root
-from rosorin_compile.source.rule_registry import FRAMES, JOINTS, POSES, Rule
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import listed
 
@@ -28,13 +27,6 @@ from ..schema import backend_of
 from ..suggestions import suggest_name
 from . import joints, links, sensors
 from .joints import node
-
-RULES = (
-    Rule("unknown-publisher", "A publisher is not in `publishers`.", "Correct the name, or add the node.", FRAMES),
-    Rule("drive-kind", "A drive has no kind of base, or several.", "Write one, such as `differential`.", JOINTS),
-    Rule("unknown-servo", "No servo group has this joint.", "Correct the name, or add it to a group.", POSES),
-    Rule("pulse-range", "A pulse is outside the range of its servo.", "Correct the pulse or the range.", POSES),
-)
 
 
 def _publishers(tree: Mapping[str, Any], lowering: Lowering) -> tuple[Publisher, ...]:

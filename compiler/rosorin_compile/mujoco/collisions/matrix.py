@@ -18,20 +18,11 @@ from rosorin_compile.output import OutputError, may_replace, write_file
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, counted, error
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import WRITING, declare
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..physics.checking import require
 from ..physics.scene import Bodies, Meshes, Pair, read_meshes
 from ..rest_pose import leader_of, range_of
-
-RULES = declare(
-    WRITING,
-    {
-        "collisions-refused": "The collision matrix cannot be computed or written: the robot has no URDF, a mesh of "
-        "its shapes cannot be read, or the file is not one that the tool has written. Fix: As the message says."
-    },
-)
 
 FILE = "collisions.yaml"
 FAR = 0.02  # m: links that stay farther apart than this are reported so, without the distance

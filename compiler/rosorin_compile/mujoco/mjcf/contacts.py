@@ -36,20 +36,9 @@ from rosorin_compile.model.joint import motion
 from rosorin_compile.model.shape import MERGED, Capsule, Cylinder, Ellipsoid, HeightMap, Shape, Sphere
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
-from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 from .bodies import HFIELD, Mask, Masks, body_name, form_of, half_sizes, has_volume, solids, weld_groups
 from .omissions import is_written, position_range
-
-RULES = (
-    Rule(
-        "not-in-mjx",
-        "A note: MJX does not collide two shapes that may touch, such as a cylinder and a box, and refuses the MJCF; "
-        "MuJoCo itself loads it.",
-        "Make one of them a capsule or a sphere, or keep them apart with `contact`.",
-        FORMATS,
-    ),
-)
 
 # Faces that lie on each other touch, whatever the rounding of their poses (m).
 NEAR = 1e-6

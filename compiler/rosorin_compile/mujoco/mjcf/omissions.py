@@ -15,43 +15,8 @@ from rosorin_compile.model.mass import Inertia, along_link
 from rosorin_compile.model.shape import MERGED
 from rosorin_compile.model.simulation import SENSOR_ELEMENT
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, and_more, first_of
-from rosorin_compile.source.rule_registry import FORMATS, Rule
 
 from .bodies import WORLD, body_name, has_volume, is_free, weld_groups
-
-RULES = (
-    Rule(
-        "mjcf-cannot-say",
-        "A warning or a note: MJCF cannot express something, or MuJoCo reads it differently.",
-        "See the message.",
-        FORMATS,
-    ),
-    Rule(
-        "mjcf-left-out",
-        "A contact pair, a sensor or a tendon names a shape that is left out of the MJCF; MuJoCo would refuse the "
-        "file.",
-        "Add the file of its mesh, or remove what names it.",
-        FORMATS,
-    ),
-    Rule(
-        "mjcf-reserved-name",
-        "A sensor has a site with the name of a link; the link already has a site with this name.",
-        "Give the element of the sensor's type another name.",
-        FORMATS,
-    ),
-    Rule(
-        "mjcf-refused-inertia",
-        "MuJoCo refuses an inertia that the description accepts.",
-        "Correct it, or remove `mjcf` from `outputs`.",
-        FORMATS,
-    ),
-    Rule(
-        "mjcf-needs-mass",
-        "MuJoCo refuses a moving body without mass.",
-        "Give it an `inertial`, or make the joint fixed.",
-        FORMATS,
-    ),
-)
 
 # What names a geom: <pair geom1>, <geom geom> of a tendon, <framepos objtype="geom" objname>.
 _GEOM = re.compile(r"""\b(?:geom[12]?|(?:obj|ref)type="geom" (?:obj|ref)name)="([^"]*)\"""")

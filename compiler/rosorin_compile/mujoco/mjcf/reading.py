@@ -21,30 +21,11 @@ from rosorin_compile.model.geometry import IDENTITY, Rows
 from rosorin_compile.model.geometry import unit as normalized
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span
 from rosorin_compile.source.messages import and_here
-from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Attribute, Element
 
 from .bodies import COLLISION, SHOWN, SHOWN_WHEEL, WHEEL
 from .source import Markup, Places
-
-RULES = (
-    Rule(
-        "import-changed",
-        "A note: something is imported in another form: with another name, or with another zero.",
-        topic=READING,
-    ),
-    Rule(
-        "import-verbatim", "A note: the language has no key for something of an MJCF; it is kept as XML.", topic=READING
-    ),
-    Rule(
-        "import-stand-in",
-        "A note: a number stands in for a limit that the source lacks and that readers of URDF require.",
-        "Enter the limit of the robot, and remove it from `stand_ins`.",
-        READING,
-    ),
-    Rule("mjcf-warning", "A warning of MuJoCo's own about the file.", "As MuJoCo says.", READING),
-)
 
 FREE, BALL, SLIDE, HINGE = range(4)
 

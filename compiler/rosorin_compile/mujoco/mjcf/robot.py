@@ -16,7 +16,6 @@ from rosorin_compile.mujoco.rest_pose import HOME
 from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.xml.markup import Element, MarkupError
@@ -42,8 +41,6 @@ from .reading import (
 )
 from .settings import SETTINGS
 from .source import Markup, Places, before, place, refusal
-
-RULES = (Rule("mjcf-no-body", "An MJCF is a scene without a robot.", "Name the file that has the robot.", READING),)
 
 _UNNAMED = "MuJoCo Model"
 _SIZES = {FREE: 7, BALL: 4}  # positions of a joint

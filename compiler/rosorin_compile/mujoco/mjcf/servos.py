@@ -12,26 +12,9 @@ from rosorin_compile.model.mass import along_link, together
 from rosorin_compile.model.simulation import GENERAL, MOTOR, POSITION, VELOCITY, Actuator
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, counted, first_of
-from rosorin_compile.source.rule_registry import FORMATS, Rule
 from rosorin_compile.source.xml.elements import found_in
 
 from .omissions import position_range
-
-RULES = (
-    Rule(
-        "drives-assumed",
-        "A note: servos of assumed strength move joints, because the description has no actuators.",
-        "Describe the actuators of the joints, and remove `drives` from the output.",
-        FORMATS,
-    ),
-    Rule(
-        "mjcf-actuators",
-        "Two actuators have one name, or an output of MJCF lists an actuator twice or an unknown one.",
-        "Name each actuator once.",
-        FORMATS,
-    ),
-)
-
 
 _STIFF = 100.0
 _LEAST_FELT = 1e-6

@@ -16,22 +16,9 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Span, error
-from rosorin_compile.source.rule_registry import READING, Rule
 from rosorin_compile.source.xml.markup import Attribute, Document, Element, MarkupError, mended, parse, read_source
 
 from .process import Answer
-
-RULES = (
-    Rule(
-        "mjcf-refused",
-        "MuJoCo does not load the file; the message is MuJoCo's.",
-        "Correct the file until MuJoCo loads it.",
-        READING,
-    ),
-    Rule(
-        "mjcf-too-large", "The replicas of an MJCF are more elements than any robot has.", "Repeat less often.", READING
-    ),
-)
 
 MAX_DEPTH = 20  # of files that include files
 MAX_ELEMENTS = 500_000

@@ -18,7 +18,6 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
 from rosorin_compile.source.diagnostics import Diagnostic, MissingPackages, has_errors
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.rule_registry import PHYSICS, declare
 from rosorin_compile.source.system import is_installed
 from rosorin_compile.source.wording import counted, listed
 
@@ -26,26 +25,6 @@ from ..mjcf.bodies import weld_groups
 from ..rest_pose import range_of
 from .overlaps import Member, check_overlaps, note
 from .scene import Meshes, MeshShape, Scene, Solid, read_meshes, solids_of
-
-RULES = declare(
-    PHYSICS,
-    {
-        "mesh-size": "A warning: a mesh is hundreds of times longer than the rest of the robot, or shorter than a "
-        "millimetre. Fix: Check the unit that it was drawn in; `scale: [0.001, 0.001, 0.001]` makes metres of "
-        "millimetres.",
-        "mesh-mass": "A warning: the mass of a link is more than its shapes could weigh if they were of osmium, or "
-        "less than air. Fix: Check the unit of the mass, and the scale of the mesh.",
-        "mesh-centre-of-mass": "A warning: the centre of mass of a link is outside the box around its shapes. Fix: "
-        "Check `xyz` of the inertial: it is relative to the frame of the link, in metres.",
-        "mesh-inertia": "A warning: the inertia of a link is larger than that of its mass at the far end of its "
-        "meshes. Fix: Inertia is about the centre of mass, in kg*m^2; `inertia: {of: collision}` computes it for "
-        "primitives.",
-        "mesh-apart": "A warning: the collision shapes of a link are not where its visuals are. Fix: Check the `xyz`, "
-        "`rpy` and `scale` of both.",
-        "mesh-not-closed": "A note: collision meshes are inside out or have holes. Simulators take their hulls. Fix: "
-        "Close the holes, or turn the faces, in the program that made them.",
-    },
-)
 
 # The packages that are imported, and their names for pip.
 _NEEDED = {"mujoco": "'mujoco>=3.12'", "numpy": "numpy", "scipy": "scipy", "trimesh": "trimesh", "collada": "pycollada"}

@@ -22,33 +22,10 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import acceptable
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import PHYSICS, declare
 from rosorin_compile.source.tree import Path
 
 from ..rest_pose import nearest_to_zero, range_of
 from .scene import Overlap, Pair, Positions, Scene, Solid
-
-RULES = declare(
-    PHYSICS,
-    {
-        "parts-overlap": "A warning: two parts are inside each other, at zero or in a named pose, and not in every "
-        "position. A simulation pushes them apart in its first step. Fix: Correct a shape, a joint or the pose; a pair "
-        "that is meant to touch goes under `disabled_contacts`.",
-        "part-inside-part": "A warning: a part is inside another one with most of its volume. Fix: Correct a shape, a "
-        "joint or the pose; a pair that is meant to touch goes under `disabled_contacts`.",
-        "hulls-overlap": "A note: the convex hulls of meshes overlap, at zero or in a named pose, though the meshes do "
-        "not touch. A simulation that takes hulls pushes the parts apart. Fix: Several convex shapes in place of the "
-        "mesh; or the pair under `disabled_contacts`.",
-        "parts-always-overlap": "A note: parts overlap in every position that was tried, or neighbours a little at "
-        "their joint, as parts do that are built into each other. Fix: Nothing, if they are; else move them.",
-        "joint-through-neighbour": "A joint drives its part into the part that it hangs on. A warning where a third of "
-        "its volume gets into the other over a quarter of the range; a note where it is a fifth of its volume, or at "
-        "the end of the range. Fix: Check the axis, its sign and the limits; a pair that is meant to touch goes under "
-        "`disabled_contacts`.",
-        "joints-meet-parts": "A note: joints, each alone, drive a part into one that is not its neighbour. Fix: Plan "
-        "around it, or narrow the limits; a pair that is meant to touch goes under `disabled_contacts`.",
-    },
-)
 
 _MOST_INSIDE = 0.9  # of its volume: no bearing and no cover holds a part like that
 _CORNER = 0.2  # of its volume: less is a corner at a joint

@@ -37,6 +37,7 @@ _RAMP, _DRIVING = 0.5, 2.0  # s until a drive is at its speed, and at speed, of 
 _SWING = 0.5  # s
 _PUSH = 0.5  # rad/s, or a tenth of it in m/s: the speed that joints swing from
 _SWEEP_SPEED, _SLIDE_SPEED = 1.0, 0.1  # rad/s and m/s at most, and half of the limit of the joint
+_TURN, _CATCH_UP = 0.1, 0.05  # rad or m that joints without a range are moved, and s in which a speed corrects an error
 _SHORTEST, _LONGEST, _AT_END = 0.25, 4.0, 0.4  # s from one end to the other, and there
 
 
@@ -406,15 +407,27 @@ def _velocity(before: Sequence[float], after: Sequence[float]) -> Twist:
 
 
 def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
-    """Return the joints that an actuator can move over a range, with the ends of it (rad or m)."""
+    """Return the joints that a servo can move, with the ends of their range, or of ``_TURN`` without one (rad or m)."""
     found, wheels = [], {*world.own, *(world.robot.drive.wheels if world.robot.drive is not None else ())}
-    for joint in world.joints:
+    home = home_of(world.robot).positions
+    for joint in (joint for joint in world.joints if joint.name not in wheels):
         servo, ends = world.servos.get((joint.name, POSITION)), range_of(joint)
-        if servo and ends and joint.limit and joint.type != "continuous" and joint.name not in wheels:
+        if servo and ends and joint.limit and joint.type != "continuous":
             lower, upper = servo.targets or ends
             ends = (max(lower, ends[0]), min(upper, ends[1]))
             found += [(joint, ends)] if ends[0] < ends[1] else []
+        elif joint.mimic is None and (servo or (joint.name, VELOCITY) in world.servos):
+            middle = world.robot.position(joint, home)
+            found.append((joint, (middle - _TURN, middle + _TURN)))
     return found
+
+
+def undriven_joints(world: World) -> tuple[str, ...]:
+    """Return the joints that nothing drives, but casters and rollers; none if it is unknown what actuators drive."""
+    drive, driven = world.robot.drive, {one.joint for one in world.actuators}
+    driven |= {name for names in drive.joints.values() for name in names} | {*drive.steering} if drive else set()
+    idle = [joint for joint in world.joints if joint.mimic is None and not (drive and joint.type == "continuous")]
+    return () if "" in driven else tuple(joint.name for joint in idle if joint.name not in driven)
 
 
 def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tuple[float, float]) -> Swept:
@@ -425,7 +438,11 @@ def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tupl
     result, at_start, here = Swept(joint.name), set(world.contacts()[0]), world.position(joint.name)
 
     def move(start: float, end: float, seconds: float, now: float) -> None:
-        world.hold(joint.name, start + (end - start) * min(1.0, now / seconds))
+        target = start + (end - start) * min(1.0, now / seconds)
+        if (joint.name, POSITION) in world.servos:
+            world.hold(joint.name, target)
+        else:
+            world.turn(joint.name, (target - world.position(joint.name)) / _CATCH_UP, world.sample)
 
     for end in ends:
         seconds = min(_LONGEST, max(_SHORTEST, abs(end - here) / speed))

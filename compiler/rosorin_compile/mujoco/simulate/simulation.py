@@ -25,7 +25,6 @@ from rosorin_compile.source.diagnostics import (
 )
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import SIMULATION, declare
 from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.tree import exists
@@ -33,33 +32,7 @@ from rosorin_compile.source.wording import counted, first_of, listed
 
 from ..mjcf.engine import reason
 from ..rest_pose import leader_of
-from .scenarios import FIXED, FREE, Driven, PoseTrial, Swept, Swung, World, quiet, run_scenarios
-
-RULES = declare(
-    SIMULATION,
-    {
-        "simulation-refused": "The robot cannot be simulated: MuJoCo does not load it, or its MJCF cannot be written. "
-        "Fix: Look at what `check` reports.",
-        "simulation-breaks": "The positions of the robot become infinite, or MuJoCo warns of values beyond what it can "
-        "compute. Fix: Look for parts that start inside each other, for masses and inertias far too small, for gains "
-        "far too large.",
-        "pose-not-held": "A warning: a joint comes to rest away from a named pose. A note where the robot touches "
-        "itself there. Fix: Correct the pose, raise `kp` of the actuator or its effort, or lower the mass that it "
-        "carries.",
-        "base-drifts": "A warning: on a floor, the robot falls over, does not stay in its place, or its height does "
-        "not come to rest. Fix: Give its wheels actuators or damping; look for shapes that start inside each other.",
-        "drive-not-followed": "A warning: driven on a floor, the robot moves at another velocity than was commanded, "
-        "or shakes. Fix: Check radius, places and axes of the wheels, `kv` against damping, and what else touches the "
-        "floor.",
-        "drive-without-actuator": "A note: a joint of the drive has no actuator; a servo of `simulate` turned it. Fix: "
-        "Give the joint an actuator: on speed where it rolls, on position where it steers.",
-        "limit-not-reached": "A warning: an actuator does not bring its joint to a limit. A note where the robot "
-        "touches itself there. Fix: Narrow the limits, or check effort, `kp` and the mass that the joint carries.",
-        "energy-not-kept": "A warning: the energy of the robot changes without damping, friction, actuators and "
-        "contacts. Fix: The time step is too long for its lightest parts: a shorter `timestep`, more mass, or "
-        "`armature`.",
-    },
-)
+from .scenarios import FIXED, FREE, Driven, PoseTrial, Swept, Swung, World, quiet, run_scenarios, undriven_joints
 
 _TIPPED = 0.2  # rad
 _SHOWN = 3  # names
@@ -110,6 +83,7 @@ class Simulated:
     poses: tuple[PoseTrial, ...] = ()
     drive: tuple[Driven, ...] = ()
     own_servos: Annotated[tuple[str, ...], "joints of the drive without an actuator, which got a servo"] = ()
+    undriven: Annotated[tuple[str, ...], "joints that no actuator drives"] = ()
     ranges: Annotated[tuple[Swept, ...], "joints that were moved over their ranges"] = ()
     energy: Swung | None = None
     timing: Annotated[Timing | None, "null with `--no-timing`"] = None
@@ -170,6 +144,7 @@ def simulate_robot(
     timestep, speed = float(world.model.opt.timestep), world.steps / world.cpu if world.cpu else 0.0
     units, files = {joint.name: joint.unit for joint in robot.joints if joint.moves}, understood.expanded.files
     result = Simulated(robot.name, mujoco.__version__, base, timestep, used, units, own_servos=world.own, inputs=files)
+    result = replace(result, undriven=undriven_joints(world))
     result = replace(result, timing=Timing(speed, speed * timestep) if timing else None, **scenarios)
     return replace(result, diagnostics=tuple(arrange(settled(case, _judge(case, result), "simulation"))))
 
@@ -212,6 +187,12 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
     if result.own_servos and result.drive:
         message = f"no actuator turns {first_of(result.own_servos, _SHOWN)}: simulate drove with its own servos"
         yield replace(case.problem("drive-without-actuator", message, ("drive",), key=True), of=result.own_servos)
+    if result.undriven:
+        message = f"no actuator drives {first_of(result.undriven, _SHOWN)}: nothing moves it here"
+        place = case.joint(robot.joint[result.undriven[0]])
+        yield replace(
+            case.problem("joint-without-actuator", message, place, key=True, severity=NOTE), of=result.undriven
+        )
     for driven in result.drive:
         if driven.broken:
             yield broken(f"driving {driven.command}", driven.broken, ("drive",))
@@ -239,13 +220,14 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
             continue
         for end, side in zip(swept.ends, ("lower", "upper"), strict=True):
             if end.error > limits["reach"]:
+                limit = f"its {side} limit of " if joint.limit and joint.type != "continuous" else ""
                 message = (
-                    f'moved to its {side} limit of {round(end.target, 4):.6g} {joint.unit}, joint "{joint.name}" ends'
+                    f'moved to {limit}{round(end.target, 4):.6g} {joint.unit}, joint "{joint.name}" ends'
                     f" {end.error:.3g} {joint.unit} before it{_touching(end.touches[0] if end.touches else None)}"
                 )
                 if end.touches and end.first_touch:
                     message += f", from {round(end.touch_position, 2):.6g} {joint.unit} on"
-                place, severity = case.joint(joint, "limit", side), NOTE if end.touches else ""
+                place, severity = case.joint(joint, *(("limit", side) if limit else ())), NOTE if end.touches else ""
                 yield case.problem("limit-not-reached", message, place, severity=severity)
     swung = result.energy
     if swung is not None and swung.broken:

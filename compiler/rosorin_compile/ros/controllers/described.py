@@ -9,7 +9,7 @@ from rosorin_compile.formats.format import described_by
 from rosorin_compile.model import Edge, Output, Robot
 from rosorin_compile.ros.sections.control.hardware import POSITION, VELOCITY
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, first_of, quoted
 from rosorin_compile.source.tree import Path, Seq, at, exists
 
 from ..parameters.checking import Finding, against_kind, unwritable
@@ -115,7 +115,7 @@ def _apart(case: Case, output: Output) -> Iterator[Diagnostic]:
     help = f'distribution: {option} here, or control: {asked(output)} in output "{name}"'
     path: Path = ("outputs", output.name, "distribution")
     place = path if exists(case.tree, path) else path[:2]
-    yield case.problem("controllers-distribution", message, place, help, severity=WARNING, within=True)
+    yield case.problem("controllers-distribution", message, place, help, within=True)
 
 
 def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
@@ -171,7 +171,7 @@ def _odometry(case: Case, one: Filled) -> Iterator[Diagnostic]:
         elif into is None:
             message = f'no edge says that controller "{controller.name}" publishes where {child} is: it does not'
             help = f"edges: [{{parent: {parent}, child: {child}, publisher: {controller.name}}}]"
-            yield case.problem("controllers-odometry", message, entry, help, severity=NOTE, key=True)
+            yield case.problem("controllers-odometry", message, entry, help, key=True)
         return
     message = f'controller "{controller.name}" publishes {parent} -> {child}'
     if not mine and into is not None:

@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, listed
 
+from .. import nav2, robot_localization
 from ..controllers.filled import COMMAND, TF, Filled, distribution_of, drivers, filled, remaps
 from ..graph import DRIVER, Graph, graph_of, open_ends
+from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
 from ..parameters.files import asked, nodes_of
 from ..parameters.tables import plugins
 from ..parameters.values import written
@@ -150,7 +152,6 @@ class Bringup:
         values: dict[str, Any] = {
             "starts": [(word, _STARTS[word].file, _STARTS[word].about) for word in self.starts],
             "places": self.places,
-            "ekf_name": self.ekf,
             "written": written,
             "control_namespace": "",
             "navigates": NAV2 in self.starts,
@@ -160,6 +161,7 @@ class Bringup:
             "teleop": None,
         }
         values |= self._localisation() if self._navigates else {}
+        values |= self._filter() if NAV2 in self.starts and _EKF in self.places else {}
         values |= self._control(main) if CONTROL in self.starts else {}
         values |= self._moveit() if MOVEIT in self.starts else {}
         return values
@@ -208,21 +210,22 @@ class Bringup:
             "why": {TF: "it publishes there what it owns", COMMAND: "Nav2 sends velocities there"},
         }
 
+    def _filter(self) -> dict[str, Any]:
+        moved = robot_localization.remaps(self.robot, self._output(_EKF)) if CONTROL in self.starts else []
+        return {"ekf_name": self.ekf, "ekf_remaps": moved}
+
     def _localisation(self) -> dict[str, Any]:
         """Return whether slam_toolbox publishes map -> odom, and not AMCL, while no mode is on.
 
         Its parameters are here where it is started by hand alone: the artifact has no section for it then.
         """
-        from ..nav2 import seen_by_slam
-        from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
-
         output = self._output(NAV2)
         frames, _ = frames_of(self.robot, output)
         if frames is None or not frames.map:
             return {"slam": "False"}
         kinds = owners_of_odom(self.robot, frames)
         has_section = any(kind_of(one) == SLAM for one in self.robot.publishers)
-        seen = {} if has_section else seen_by_slam(self.robot, output, frames)
+        seen = {} if has_section else nav2.seen_by_slam(self.robot, output, frames)
         return {"slam": str(SLAM in kinds and AMCL not in kinds), "seen_by_slam": seen}
 
     def _moveit(self) -> dict[str, Any]:

@@ -22,8 +22,7 @@ from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
 from ..rules import report
 from . import checks, reading
-from .matrix import ordered, stale_pairs, stale_text
-from .planning import Planning, planning_of
+from .planning import Planning, ordered, planning_of, stale_text
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -168,7 +167,7 @@ def _distance(pair: DisabledCollision) -> str:
 
 def _stale_meshes(planning: Planning) -> Iterator[Diagnostic]:
     """Yield a warning about pairs whose mesh files changed; ``checks`` has the rule about all else."""
-    pairs, meshes = stale_pairs(planning)
+    pairs, meshes = planning.stale_pairs()
     if meshes and pairs:
         message = f"{first_of(meshes, 3)} changed since the collision matrix was computed: {stale_text(pairs)}"
         yield report("collisions-stale", message)

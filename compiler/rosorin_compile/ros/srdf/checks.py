@@ -15,8 +15,7 @@ from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Sugges
 from rosorin_compile.source.tree import Path, at
 
 from ..sections.moveit import state_path
-from .matrix import RENEW, stale_pairs, stale_text
-from .planning import URDF, Planning, planning_of
+from .planning import URDF, Planning, planning_of, stale_text
 
 _TOP = "moveit"
 
@@ -49,7 +48,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
             why = f'follows "{joint.mimic.joint}": it is not commanded anyway'
         if why:
             message, path = f'joint "{name}" is named as passive, and {why}', (_TOP, "passive_joints", index)
-            yield case.problem("moveit-passive-joint", message, path, "remove it", severity=WARNING)
+            yield case.problem("moveit-passive-joint", message, path)
     yield from _matrix(case, planning, output)
 
 
@@ -99,7 +98,7 @@ def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
         elif group.chain is not None and _is_above(case, tip, base):
             message = f'the chain of planning group "{group.name}" goes from "{base}" up to "{tip}", on which it hangs'
             help = f"base and tip are swapped: chain: {{base: {tip}, tip: {base}}}"
-            yield case.problem("moveit-chain-swapped", message, (*path, "chain"), help, severity=WARNING, within=True)
+            yield case.problem("moveit-chain-swapped", message, (*path, "chain"), help, within=True)
         elif is_sound and not planning.joints_in(group):
             message, help = f'planning group "{group.name}" has no joint: MoveIt leaves it out', "give it a chain, "
             yield case.problem("moveit-group", message, path, f"{help}joints, links or groups", key=True)
@@ -192,13 +191,12 @@ def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnost
         if len(planning.solids) > 1:
             links, path = counted(len(planning.solids), "link"), ("outputs", output.name)
             message = f"no collision matrix: MoveIt checks all pairs of {links}, neighbours too"
-            help = "rosorin-compile collisions computes it"
-            yield case.problem("collisions-missing", message, path, help, severity=NOTE, key=True)
+            yield case.problem("collisions-missing", message, path, key=True)
     elif matrix.of != planning.digest:
-        pairs, _ = stale_pairs(planning)
+        pairs, _ = planning.stale_pairs()
         message = "shapes, joints, limits or numbers changed since the collision matrix was computed: "
         message += stale_text(pairs) if pairs else "links were added or removed"
-        yield case.problem("collisions-stale", message, (_TOP, "collision_matrix", "of"), RENEW, severity=WARNING)
+        yield case.problem("collisions-stale", message, (_TOP, "collision_matrix", "of"))
     else:  # somebody has changed what was computed; a link that was removed makes the matrix stale
         within: Path = (_TOP, "collision_matrix", "pairs")
         for index, pair in enumerate(at(case.tree, within) or ()):

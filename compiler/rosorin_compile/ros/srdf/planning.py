@@ -3,29 +3,45 @@
 As MoveIt reads it (``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``): a chain goes from its tip up to its
 base, or over the link where the ways of both meet; a link stands for the joint that leads to it; a group has the joints
 of the groups in it.
+
+Digests say whether the collision matrix was computed of this robot. Numbers go into them to nine decimals (1 nm, 1e-9
+of a turn), so that the last digit of a sine, which is not the same on every machine, does not make a matrix stale.
+Joints that carry no shape are not in them: a new frame of a sensor touches nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from functools import cached_property
-from typing import TYPE_CHECKING
+from hashlib import sha256
+from itertools import combinations
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from rosorin_compile.formats.urdf.write import joints_of, links_of, solids
-from rosorin_compile.model import DisabledCollision, Joint, Output, Robot, Shape
+from rosorin_compile.model import DisabledCollision, Joint, Mesh, Output, Robot, Shape, Transform
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.drive import SLIDING
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
-
-from . import matrix
-from .matrix import ordered
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from rosorin_compile.source.diagnostics import counted, first_of
+from rosorin_compile.source.files import read_bytes
 
 URDF = "urdf"
 ODOM, WORLD = "odom", "world"
+_DECIMALS = 9
+_SHOWN = 20  # pairs in a message
+_FORM = 1  # of the search: another one makes every matrix stale
+
+
+class Parts(NamedTuple):
+    """Digests of what decides on single pairs: the search, the shapes of each link with its meshes, and each joint."""
+
+    how: str
+    shapes: Mapping[str, str]
+    joints: Mapping[str, str]
 
 
 def urdf_of(robot: Robot) -> Output | None:
@@ -59,25 +75,93 @@ class Planning:
 
     @cached_property
     def digest(self) -> str:
-        """What tells it from any other (see ``matrix``)."""
-        return matrix.digest(self)
+        """What tells the shapes, joints and limits of the URDF, and how it is searched, from any other."""
+        said = {
+            "form": _FORM,
+            "links": {name: [_solid(one) for one in solids] for name, solids in self.solids.items() if solids},
+            "joints": [self._joint(name) for name in self._carrying()],
+            "search": vars(self.said.search),
+        }
+        return _hash(_json(said))
 
     @property
     def meshes(self) -> list[str]:
         """The names of the mesh files that collide, each once, sorted."""
-        return matrix.meshes_of(self)
+        shapes = (shape.geometry for solids in self.solids.values() for shape in solids)
+        return sorted({geometry.file for geometry in shapes if isinstance(geometry, Mesh)})
 
     def digests(self, files: Mapping[str, Path]) -> dict[str, str]:
         """Return the digests of those of its mesh files that were found and can be read, by name."""
-        return matrix.digests(self.meshes, files)
+        found = {}
+        for name in self.meshes:
+            with suppress(KeyError, OSError):
+                found[name] = _hash(read_bytes(files[name]))
+        return found
 
-    def parts(self, meshes: Mapping[str, str]) -> matrix.Parts:
+    def parts(self, meshes: Mapping[str, str]) -> Parts:
         """Return the digests of what decides on single pairs; ``meshes`` are those of mesh files, by name."""
-        return matrix.parts(self, meshes)
+        shapes = {}
+        for name, those in sorted(self.solids.items()):
+            files = [meshes.get(one.geometry.file, "") for one in those if isinstance(one.geometry, Mesh)]
+            shapes[name] = _short([[_solid(one) for one in those], files])
+        joints = {name: _short(self._joint(name)) for name in self._carrying()}
+        return Parts(_short([_FORM, vars(self.said.search)]), shapes, joints)
 
-    def same_pairs(self, now: matrix.Parts) -> dict[Pair, DisabledCollision | None]:
-        """Return the pairs of its matrix that are the same as then; None for one to be checked."""
-        return matrix.same_pairs(self, now)
+    def same_pairs(self, now: Parts) -> dict[Pair, DisabledCollision | None]:
+        """Return the pairs of its matrix that are the same as then; None for a pair that is to be checked."""
+        matrix = self.said.matrix
+        if matrix is None or matrix.how != now.how:
+            return {}
+        then = {ordered(pair.links): pair for pair in matrix.pairs}
+        shapes = [name for name, digest in now.shapes.items() if matrix.shapes.get(name) == digest]
+        joints = {name for name, digest in now.joints.items() if matrix.joints.get(name) == digest}
+        ways = {name: {joint.name for joint in self.chain(name)} for name in shapes}
+        found: dict[Pair, DisabledCollision | None] = {}
+        for first, second in combinations(sorted(shapes), 2):
+            if self._with_leaders(ways[first] ^ ways[second]) <= joints:
+                found[ordered((first, second))] = then.get(ordered((first, second)))
+        return found
+
+    def stale_pairs(self) -> tuple[list[Pair], list[str]]:
+        """Return the pairs of the matrix whose shapes, joints or meshes changed since, and the meshes that changed.
+
+        A pair that is adjacent stays so, whatever its shapes. Mesh files that were not found count as unchanged.
+        """
+        computed = self.said.matrix
+        if computed is None:
+            return [], []
+        then, now = dict(computed.meshes), self.digests(self.robot.mesh_files)
+        changed = [name for name, digest in now.items() if then.get(name) != digest]
+        if computed.of == self.digest and not changed:
+            return [], []
+        same = self.same_pairs(self.parts({**then, **now}))
+        reasons = {ordered(pair.links): pair.reason for pair in computed.pairs}
+        adjacent = {pair for pair in self.adjacent if reasons.get(pair) == DisabledCollision.ADJACENT}
+        existing = [pair for pair in reasons if self.links.issuperset(pair)]
+        return [pair for pair in existing if pair not in same and pair not in adjacent], changed
+
+    def _with_leaders(self, names: Iterable[str]) -> set[str]:
+        """Return joints and those that they follow, directly or not."""
+        found: set[str] = set()
+        waiting = list(names)
+        while waiting:
+            joint = self.joints.get(waiting.pop())
+            if joint is not None and joint.name not in found:
+                found.add(joint.name)
+                waiting += [joint.mimic.joint] if joint.mimic is not None else []
+        return found
+
+    def _carrying(self) -> list[str]:
+        """Return the joints that move shapes, sorted."""
+        return sorted(self._with_leaders(joint.name for link in self.solids for joint in self.chain(link)))
+
+    def _joint(self, name: str) -> list[Any]:
+        joint = self.joints[name]
+        limit = joint.limit
+        limits = None if limit is None or joint.type == "continuous" else _rounded((limit.lower, limit.upper))
+        mimic = joint.mimic and [joint.mimic.joint, _rounded((joint.mimic.multiplier, joint.mimic.offset))]
+        axis = None if joint.is_fixed else _rounded(joint.axis)
+        return [name, joint.type, joint.parent, joint.child, _place(joint.origin.transform()), axis, limits, mimic]
 
     @cached_property
     def root(self) -> str:
@@ -208,3 +292,42 @@ class Planning:
 
 def _is_free(joint: Joint) -> bool:
     return joint.moves and joint.mimic is None
+
+
+def ordered(pair: Pair) -> Pair:
+    """Return two names in their order."""
+    one, other = sorted(pair)
+    return (one, other)
+
+
+def stale_text(pairs: list[Pair]) -> str:
+    """Return the pairs whose result may be wrong, in a sentence."""
+    names = first_of([f"{one} and {other}" for one, other in pairs], _SHOWN)
+    return f"{counted(len(pairs), 'pair')} may collide now, though the SRDF still disables the check of {names}"
+
+
+def _json(said: Any) -> bytes:
+    return json.dumps(said, sort_keys=True, separators=(",", ":")).encode()
+
+
+def _hash(data: bytes) -> str:
+    return sha256(data).hexdigest()[:32]
+
+
+def _short(said: Any) -> str:
+    return _hash(_json(said))[:16]
+
+
+def _solid(shape: Shape) -> list[Any]:
+    sizes = [[key, _rounded(value)] for key, value in sorted(vars(shape.geometry).items())]
+    return [type(shape.geometry).__name__, sizes, _place(shape.origin().transform())]
+
+
+def _place(transform: Transform) -> list[list[float]]:
+    return [[round(value, _DECIMALS) + 0.0 for value in row] for row in (transform.xyz, *transform.rows)]
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, (tuple, list)):
+        return [_rounded(one) for one in value]
+    return round(float(value), _DECIMALS) + 0.0 if isinstance(value, (int, float)) else value

@@ -20,8 +20,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, Span, has_errors, nea
 from rosorin_compile.source.tree import Map, Text
 from rosorin_compile.source.xml.markup import Element, correction, named
 
-from .matrix import ordered
-from .planning import URDF, Planning
+from .planning import URDF, Planning, ordered
 
 Entry = dict[str, Any]
 

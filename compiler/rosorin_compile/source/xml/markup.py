@@ -15,16 +15,6 @@ from xml.parsers import expat
 from ..diagnostics import Diagnostic, Related, Source, SourceError, Span, error
 from ..files import shown
 from ..load import decoded, read_input
-from ..rule_registry import READING, Rule
-
-RULES = (
-    Rule("file-empty", "There is nothing in the file.", "Name the right file.", READING),
-    Rule("not-text", "The file is not text.", "Name a URDF, a xacro, an SDF or an MJCF.", READING),
-    Rule("xml-syntax", "This is not XML.", "Correct it; `--lenient` takes what readers of URDF ignore.", READING),
-    Rule("xml-doctype", "A document type can declare entities that grow without end.", "Remove it.", READING),
-    Rule("xml-too-deep", "Elements are nested deeper than in any robot.", "Name the right file.", READING),
-    Rule("xml-too-large", "There are more elements than in any robot.", "Name the right file.", READING),
-)
 
 RULE = "xml-syntax"
 MAX_BYTES = 100_000_000

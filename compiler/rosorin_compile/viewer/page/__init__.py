@@ -21,20 +21,9 @@ from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, counted, first_of, listed
 from rosorin_compile.source.load import json_of
 from rosorin_compile.source.project import data_folder
-from rosorin_compile.source.rule_registry import Heading, Rule
 
 from .data import robot_data
 from .images import MESHES, Data, Embedding, tables
-
-RULES = (
-    Rule(
-        "page-left-out",
-        "A warning: a mesh is not in the page, because it is not found, of a kind that no browser reads, or too large;"
-        " or an image is not, because a mesh names it outside of the project.",
-        "`meshes: false` in the output leaves all of them out; `max_megabytes` allows more.",
-        Heading.FORMATS,
-    ),
-)
 
 _SHAPES = (*MESHES, ".ply", ".msh", ".gltf")  # endings of meshes; what else is left out is an image
 MAX_MEGABYTES = 40

@@ -17,7 +17,7 @@ from rosorin_compile.model.frame_tree import Row, publishers
 from rosorin_compile.model.joint import MOVING_TYPES
 from rosorin_compile.model.looks import own_colours
 
-from ..frame_trees import TooMany, Tree, colours, frame_trees
+from ..frames_picture import TooMany, Tree, colours, frame_trees
 from .images import Data, texture_names
 
 _PURPOSES = ("visual", "collision")
@@ -28,11 +28,12 @@ _GEOMETRIES: Mapping[type, tuple[str, Callable[[Any], Data]]] = {
     model.Ellipsoid: ("ellipsoid", lambda ellipsoid: {"radii": numbers(ellipsoid.radii)}),
     model.Sphere: ("sphere", lambda sphere: {"radius": sphere.radius}),
     model.Mesh: ("mesh", lambda mesh: {"mesh": mesh.file, "scale": numbers(mesh.scale)}),
-    model.HeightMap: (
-        "height_map",
-        lambda grid: {"origin": [*grid.origin], "cell": grid.cell, "heights": [*map(numbers, grid.heights)]},
-    ),
+    model.HeightMap: ("height_map", lambda grid: {"origin": [*grid.origin], "cell": grid.cell, "heights": _rows(grid)}),
 }
+
+
+def _rows(grid: model.HeightMap) -> list[list[float]]:
+    return [numbers(row) for row in grid.heights]
 
 
 def robot_data(robot: Robot) -> Data:
@@ -76,8 +77,7 @@ def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]],
 def _link(robot: Robot, link: Link) -> Data:
     colour = "".join(f"{round(255 * part):02x}" for part in own_colours(robot)[link.name][:3])
     made: Data = {"name": link.name, "colour": f"#{colour}"}
-    inertial = link.inertial
-    if inertial is not None:
+    if (inertial := link.inertial) is not None:
         moments = {key: getattr(inertial, key) + 0.0 for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")}
         made["inertial"] = {"mass": inertial.mass, **placed(inertial.pose), **moments}
     made["visual"] = [_shape(one) | _colour(robot, one) for shape in link.visual for one in shape.drawn()]

@@ -20,8 +20,8 @@ from rosorin_compile.source.diagnostics import ERROR, Diagnostic, RequestError, 
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.units import Quantity
-from rosorin_compile.viewer.frame_trees import TooMany, frame_trees
 from rosorin_compile.viewer.frames import check_target
+from rosorin_compile.viewer.frames_picture import TooMany, frame_trees
 from rosorin_compile.viewer.page.images import mesh_names
 from rosorin_compile.viewer.showing import Shown, look
 
@@ -86,8 +86,7 @@ def draw(request: Request, target: Path, state: State, appearance: Look, force: 
     if target.suffix.lower() != ".png":
         raise RequestError(f'{target}: unsupported picture format "{target.suffix}": use .png')
     check_target(target, force)
-    failed = partial(Picture, request.description.name, target, width, height, False)
-    looked = look(request)
+    failed, looked = partial(Picture, request.description.name, target, width, height, False), look(request)
     if looked.shown is None:
         return failed(tuple(one for one in looked.diagnostics if one.severity == ERROR))
     robot = looked.shown.robot

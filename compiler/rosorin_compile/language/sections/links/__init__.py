@@ -14,18 +14,12 @@ from rosorin_compile.model.mass import inertial_of, together
 from rosorin_compile.model.sections import Section
 from rosorin_compile.model.shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 from rosorin_compile.model.simulation import Marked
-from rosorin_compile.source.rule_registry import NUMBERS, Rule
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import listed
 
 from ...lowering import Lowering, LoweringError
 from ...records import entries_of, record_of, vector_of
 
-RULES = (
-    Rule("shape-kind", "A shape has no kind or several; a box has no size or several.", "Write one.", NUMBERS),
-    Rule("shape-size", "A size is not above zero.", "Correct it.", NUMBERS, accept="link", imported="always"),
-    Rule("height-map-rows", "A height map has rows of several lengths, or heights below 0.", "Correct it.", NUMBERS),
-)
 _GEOMETRIES: dict[str, type[Geometry]] = {"box": Box, "cylinder": Cylinder, "capsule": Capsule, "sphere": Sphere}
 _GEOMETRIES |= {"ellipsoid": Ellipsoid, "mesh": Mesh, "height_map": HeightMap}
 _PER_MASS = ("mass", "ixx", "iyy", "izz", "ixy", "ixz", "iyz")

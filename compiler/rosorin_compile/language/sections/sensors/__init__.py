@@ -15,7 +15,6 @@ from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.link import Source
 from rosorin_compile.model.sections import Section
 from rosorin_compile.source.diagnostics import Related
-from rosorin_compile.source.rule_registry import FRAMES, Rule
 from rosorin_compile.source.tree import Path
 
 from ...lowering import Lowering
@@ -24,7 +23,6 @@ from ...suggestions import suggest_name
 from ..joints import OF_THE_URDF, Publishing, add_joint, publishing
 from .elements import Frames, gazebo_sensors, mjcf_elements
 
-RULES = (Rule("sensor-frame", "The frame of a sensor without a `parent` is no link.", "Add the `parent`.", FRAMES),)
 _OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)  # REP 103, "Suffix Frames": from a body frame to its image frame
 _OF_THE_JOINT = ("joint", "xyz", "rpy", "publisher")
 

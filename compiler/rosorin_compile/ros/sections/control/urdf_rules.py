@@ -45,7 +45,7 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
         message = f'output "{output.name}" asks for hardware blocks, and the description has none'
         path: Path = ("outputs", output.name, OPTION)
         help = "describe one: control: {NAME: {plugin: PLUGIN, joints: {JOINT: {command: position}}}}"
-        yield case.problem("control-ignored", message, path, help, severity=WARNING)
+        yield case.problem("control-ignored", message, path, help)
         return
     first = next((one for one in case.robot.outputs if one.backend == output.backend and asked(one)), None)
     if first is not None and first.name == output.name:
@@ -245,4 +245,4 @@ def _unread(case: Case, block: Block) -> Iterator[Diagnostic]:
                     unread.append((f'{word} of "{one.name}" {interface.name}, only of gpio', (*path, word)))
     for what, path in unread:
         message, help = f"{HUMBLE.capitalize()} does not read {what}", "leave it out, or ask for a later distribution"
-        yield case.problem("control-ignored", message, path, help, severity=WARNING, key=True)
+        yield case.problem("control-ignored", message, path, help, key=True)

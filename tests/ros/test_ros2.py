@@ -60,10 +60,7 @@ def package(folder: Path, name: str, distribution: str) -> Path:
             text = text.replace("parallel_gripper", "position_gripper")
         if "nav2.yaml, distribution" not in text:
             text = text.replace("nav2: {file: nav2.yaml,", f"nav2: {{file: nav2.yaml, distribution: {distribution},")
-        # The reference robot runs the driver of its maker; here the controller drives it.
-        file.write_text(
-            text.replace("odom0: {topic: odom_raw}", "odom0: {topic: mecanum_drive_controller/odometry}"), "utf-8"
-        )
+        file.write_text(text, "utf-8")
     words = ["package", str(source), "-o", str(folder / name), "--name", name, *(f"--{part}" for part in parts), "-q"]
     assert main(words) == 0
     return folder / name
@@ -163,7 +160,7 @@ def changed(folder: Path, made: Path, nodes: list[dict[str, Any]]) -> Iterator[t
     for index, one in enumerate(nodes):
         words = one["words"]
         full = f"{one['namespace'].rstrip('/')}/{one['name']}"
-        if one["role"] in ("robot_state_publisher", "controller_manager", "controller"):
+        if one["role"] in ("robot_state_publisher", "controller_manager", "controller", "filter"):
             for at in range(0, len(words), 2):
                 if one["role"] != "controller" or words[at + 1] not in of_manager:
                     yield f"{full} without {words[at + 1]}", replaced(index, words=words[:at] + words[at + 2 :])

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any
 
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Span
 from rosorin_compile.source.project import ENDINGS
-from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import difference, in_words, look, unseen
 
 from .expand.scope import Scope
@@ -61,7 +60,7 @@ def unused(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]:
     if isinstance(outputs, Map):  # a template may print all of them, and options name modes
         templates = any(isinstance(entry, Map) and "template" in entry for entry in outputs.values())
         hidden |= {"publisher", "mode"} if templates else set()
-        used |= {("mode", word, "") for text in _texts(outputs) for word in WORD.findall(text)}
+        used |= {("mode", word, "") for word in WORD.findall(str(outputs))}
     shared: dict[str, bool] = {}
     warnings = []
     for one in symbols.definitions():
@@ -80,13 +79,6 @@ def unused(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]:
             help = f"{way.format(one.name)}, or remove it"
             warnings.append(Diagnostic("unused", WARNING, message, place.span, place.stack(), help))
     return warnings
-
-
-def _texts(value: Any) -> Iterator[str]:
-    if isinstance(value, str):
-        yield value
-    for item in value.values() if isinstance(value, Map) else value if isinstance(value, Seq) else ():
-        yield from _texts(item)
 
 
 def _is_shared(span: Span, read: Iterable[Path]) -> bool:

@@ -9,7 +9,7 @@ from pathlib import Path
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Span
 from rosorin_compile.source.project import ENDINGS
-from rosorin_compile.source.tree import Map
+from rosorin_compile.source.tree import Map, at
 from rosorin_compile.source.wording import difference, in_words, look, unseen
 
 from .expand.scope import Scope
@@ -54,7 +54,7 @@ def check_letters(symbols: SymbolTable, scope: Scope) -> None:
 def unused(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]:
     """Return a warning for each name that is defined and never used; ``read`` are the files of the description."""
     tree, uses = symbols.tree, list(symbols.references(tuple(_UNUSED)))
-    used = {(one.kind, one.name, one.owner) for one in uses if one.path[:2] != ("parts", one.name)}
+    used = {(one.kind, one.name, one.owner) for one in uses if (one.kind, *one.path[:2]) != ("part", "parts", one.name)}
     hidden = {one.kind for one in uses if "$" in one.name}
     outputs = tree.get("outputs")
     if isinstance(outputs, Map):  # a template may print all of them, and options name modes
@@ -67,8 +67,8 @@ def unused(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]:
         kind = "value" if one.kind in _EXPRESSIONS else one.kind
         if kind not in _UNUSED or kind in hidden or "$" in one.name or (kind, one.name, one.owner) in used:
             continue
-        place = one.place or tree.locate(one.path, key=True)
-        if one.kind == "publisher" and tree["publishers"][one.name].get("stamps"):
+        place, entry = one.place or tree.locate(one.path, key=True), at(tree, one.path)
+        if one.kind == "publisher" and (isinstance(entry, str) or (entry or {}).get("stamps")):
             continue
         what, way = _UNUSED.get(one.kind, _UNUSED["value"])
         message = f'{one.owner} never uses its {one.kind} "{one.name}"' if one.owner else what.format(one.name)

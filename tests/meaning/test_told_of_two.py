@@ -10,9 +10,8 @@ from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import YAML, Difference, Side
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Box, HeightMap, Inertial, Joint, Link, Mesh, Pose, Robot, Shape
-from rosorin_compile.model.robot import JointPose, Sensor
+from rosorin_compile.model.robot import Sensor
 from rosorin_compile.model.simulation import BODY_ELEMENT, Simulated
-from rosorin_compile.ros.moveit import CollisionSearch, Moveit
 
 URDF, MJCF, DRIVER = FORMATS["urdf"], FORMATS["mjcf"], FORMATS["robot_model"]
 BALL = Inertial(1.0, Pose(), 0.1, 0.1, 0.1)
@@ -36,74 +35,8 @@ def compared(a: Robot, b: Robot, tolerance: float = 1e-9, formats: tuple[object,
     return compare_robots(Side("a", formats[0], a), Side("b", formats[1], b), tolerance)  # type: ignore[arg-type]
 
 
-def said(a: Robot, b: Robot) -> list[tuple[str, object, object]]:
-    return [(item.text, item.before, item.after) for item in compared(a, b).items]
-
-
 def shaped(*shapes: Shape) -> Robot:
     return having(ROBOT, "base", collision=shapes)
-
-
-TOLD = {
-    "modes": (
-        replace(ROBOT, modes=("fast",)),
-        replace(ROBOT, modes=("fast", "slow")),
-        [("robot modes fast -> fast slow", "fast", "fast slow")],
-    ),
-    "planning": (
-        replace(ROBOT, moveit=Moveit(urdf="r.urdf", search=CollisionSearch(trials=10))),
-        replace(ROBOT, moveit=Moveit(urdf="s.urdf", search=CollisionSearch(trials=20))),
-        [("moveit urdf r.urdf -> s.urdf", "r.urdf", "s.urdf"), ("moveit search trials 10 -> 20", 10.0, 20.0)],
-    ),
-    "a named pose more": (
-        ROBOT,
-        replace(ROBOT, poses=(JointPose("home", {"hip": 0.5}),)),
-        [("new: pose home", None, "home")],
-    ),
-    "a named pose less": (
-        replace(ROBOT, poses=(JointPose("home", {"hip": 0.5}),)),
-        ROBOT,
-        [("removed: pose home", "home", None)],
-    ),
-    "an element for the URDF": (
-        ROBOT,
-        having(ROBOT, "base", urdf_elements=("<lamp/>",)),
-        [("URDF elements of base: 1 new (<lamp/>)", None, "<lamp/>")],
-    ),
-    "no such element any more": (
-        having(ROBOT, "base", urdf_elements=("<lamp/>",)),
-        ROBOT,
-        [("URDF elements of base: 1 removed (<lamp/>)", "<lamp/>", None)],
-    ),
-    "a shape more: names of others are not those of the same": (
-        ROBOT,
-        shaped(replace(BOX, name="lid", pose=Pose((0.5, 0.0, 0.0))), BOX),
-        [("base collision: 1 -> 2 shapes", "", "box 0.2 0.2 0.2 at 0.5 0 0")],
-    ),
-    "a height map of another size": (
-        shaped(Shape(MAP)),
-        shaped(Shape(replace(MAP, heights=((0.1, 0.2, 0.2), (0.3, 0.4, 0.4))))),
-        [("base height map: 2 x 2 -> 2 x 3 cells", "2 x 2", "2 x 3")],
-    ),
-    "a shape less, of which one moved": (
-        shaped(BOX, replace(BOX, pose=Pose((1.0, 0.0, 0.0)))),
-        shaped(replace(BOX, pose=Pose((1.0, 0.0, 0.1)))),
-        [
-            (
-                "base collision: box min z -0.1 -> 0 m, max z 0.1 -> 0.2 m",
-                "box 0.2 0.2 0.2 at 1 0 0",
-                "box 0.2 0.2 0.2 at 1 0 0.1",
-            ),
-            ("base collision: 2 -> 1 shapes", "box 0.2 0.2 0.2 at 0 0 0", ""),
-        ],
-    ),
-}
-
-
-@pytest.mark.parametrize("case", TOLD)
-def test_a_difference_is_told_with_what_was_and_what_is(case: str) -> None:
-    a, b, told = TOLD[case]
-    assert said(a, b) == told
 
 
 @pytest.mark.parametrize(

@@ -141,23 +141,6 @@ def test_what_is_planted_in_a_few_robots_is_told(seed: int, way: Callable[[Robot
     way(robot_of(chance), chance)
 
 
-@pytest.mark.tier("fuzz")
-@pytest.mark.parametrize("start", range(0, 2000, 500))
-def test_many_changes_of_any_robot_are_told(start: int) -> None:
-    for seed in range(start, start + 500):
-        for way in (by_diff, by_check):
-            chance = random.Random(seed)  # noqa: S311
-            way(robot_of(chance), chance)
-
-
-@pytest.mark.tier("fuzz")
-@pytest.mark.parametrize("start", range(0, 300, 100))
-def test_many_changes_of_the_robots_of_the_repository_are_told(start: int) -> None:
-    for seed in range(start, start + 100):
-        chance = random.Random(seed)  # noqa: S311
-        by_diff(chance.choice(described()), chance)
-
-
 @pytest.mark.slow
 def test_every_number_name_and_attribute_of_a_description_is_told() -> None:
     """One of each kind that the robots of the repository have, changed alone."""

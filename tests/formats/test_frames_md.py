@@ -31,7 +31,7 @@ from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.model.link import Source
 from rosorin_compile.model.robot import JointPose
 from support.reading import leaves_of
-from support.robots import compiled, texts
+from support.robots import compiled
 
 EKF = Publisher(NODE, "ekf", "robot_localization", "publish_tf: true")
 CAMERA = Publisher(NODE, "camera_driver")
@@ -133,18 +133,6 @@ def test_numbers_that_only_a_node_knows() -> None:
     assert found[9][5].split() == ["0.015", "0", "0"]
 
 
-def test_columns_stand_below_each_other() -> None:
-    robot = compiled().robot
-    assert robot is not None
-    text = emit(robot)
-    assert not any(line != line.rstrip() for line in text.splitlines())
-    for table in (block.splitlines() for block in text.split("\n\n") if block.startswith("|")):
-        whole = [line for line in table if "nobody: " not in line and "1.57079" not in line and "3.14159" not in line]
-        places = {tuple(i for i, c in enumerate(line) if c == "|") for line in whole}
-        assert len(places) == 1
-        assert len(whole) > len(table) / 2
-
-
 def test_a_new_frame_is_a_new_line() -> None:
     """Whatever the frame is called and wherever it sits, no other row moves."""
     robot = compiled().robot
@@ -168,20 +156,6 @@ def test_stand_ins_are_listed_by_what_is_missing() -> None:
     assert "Source of the numbers, where nothing else is said: factory, 2026-01-02: the maker." in text
     assert "is a stand-in as a whole" not in text
     assert "is a stand-in as a whole" in emit(Robot("r", (Link("a"),), ()))
-
-
-def test_poses_with_angles_and_pulses() -> None:
-    lines = [line.split("|")[1:-1] for line in emit(TESTER).splitlines() if line.startswith("| tuck")]
-    assert [[cell.strip() for cell in line] for line in lines] == [
-        ["tuck", "arm_joint", "0.4 rad", "22.9183", "600"],
-        ["tuck", "slide_joint", "0.25 m", "", ""],
-    ]
-
-
-def test_nodes_with_their_package() -> None:
-    text = emit(TESTER)
-    assert "- ekf (package robot_localization): publish_tf: true\n" in text
-    assert "- camera_driver" not in text
 
 
 def test_a_robot_of_one_frame() -> None:
@@ -225,19 +199,3 @@ def test_any_name_survives_the_table(
 def test_a_damaged_list_is_a_value_error(text: str) -> None:
     with pytest.raises(ValueError):  # noqa: PT011 - the kind is the promise
         frames.read(text)
-
-
-def test_the_reference_robot() -> None:
-    text = texts(compiled())["frames.md"]
-    found = {row[1]: row for row in rows(text)}
-    assert found["laser"][2] == "tf_base_laser"
-    assert found["laser"][5].split() == ["0.048156", "7.5552e-05", "0.106748"]
-    assert found["laser"][7].split() == ["0", "0", "180"]
-    assert found["link1"][3:5] == ["moving", "/tf"]
-    assert found["rgb_camera_link"][5] == "known to deptrum alone"
-    publishers = {(row[0], row[1], row[8]): row[2] for row in rows(text)}
-    assert publishers["odom", "base_link", "always"] == "ekf"
-    assert publishers["map", "odom", "slam"] == "slam_toolbox"
-    assert publishers["map", "odom", "not slam"] == "amcl"
-    assert text.count("| tuck ") == 5
-    assert "the height map of link base_footprint" in text

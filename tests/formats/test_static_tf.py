@@ -31,7 +31,6 @@ from rosorin_compile.model.joint import NODE
 from rosorin_compile.model.link import Source
 from support.launch import command_line, run
 from support.packages import clean
-from support.robots import compiled, texts
 from support.schemas import schema
 
 SCHEMA = schema("static_tf")
@@ -70,14 +69,6 @@ def nodes_of(made: Robot) -> list[dict[str, Any]]:
     document = json.loads(static_tf.write_list(made, OUTPUT, Templates())[0])
     jsonschema.validate(document, SCHEMA)
     return list(document["static_transform_publisher"])
-
-
-def test_the_arguments_are_those_that_the_robot_runs_on() -> None:
-    laser, imu = (node["arguments"] for node in nodes_of(TWO))
-    flags = "--x --y --z --roll --pitch --yaw --frame-id --child-frame-id"
-    assert " ".join(laser[::2]) == " ".join(imu[::2]) == flags
-    assert " ".join(laser[1::2]) == "0.048156 0.0000756 0.106748 0 0 3.14159265 base_link laser"
-    assert " ".join(imu[1::2]) == "-0.027258 -0.0000564 0.048046 0 -0.0087266 1.5707 base_link imu_link"
 
 
 def test_the_launch_file_starts_what_it_says(tmp_path: Path) -> None:
@@ -307,17 +298,3 @@ def test_only_a_list_of_ours_is_said_to_be_of_a_robot(tmp_path: Path, text: str,
     """Another JSON that names the robot is not ours to take away."""
     (tmp_path / "static_tf.json").write_text(text, "utf-8")
     assert static_tf.robot_of(tmp_path / "static_tf.json") == robot
-
-
-def test_the_reference_robot(tmp_path: Path) -> None:
-    files = texts(compiled())
-    (tmp_path / "rosorin.urdf").write_text(files["rosorin.urdf"], "utf-8")
-    publisher, *nodes = run(files["static_tf.launch.py"], tmp_path / "static_tf.launch.py")
-    assert publisher.parameters["robot_description"] == files["rosorin.urdf"]
-    document = json.loads(files["static_tf.json"])
-    jsonschema.validate(document, SCHEMA)
-    assert document["robot"] == "rosorin"
-    listed = document["static_transform_publisher"]
-    assert [(n.name, n.arguments) for n in nodes] == [(n["name"], n["arguments"]) for n in listed]
-    expected = nodes_of(TWO)
-    assert [(n["name"], n["arguments"]) for n in listed] == [(n["name"], n["arguments"]) for n in expected]

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.compare.agreement import agreement
-from rosorin_compile.formats import FORMATS, Artifact, static_tf
+from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
@@ -155,24 +155,6 @@ def test_an_argument_that_is_off_by_a_digit_disagrees(pose: Pose, at: int, off: 
     arguments[2 * at + 1] = decimal(numbers[at] + off)
     assume(any(len(text.partition(".")[2]) > 8 for text in arguments[1:12:2]))
     assert agreement(robot, [replace(made, text=json.dumps(document))])
-
-
-@given(st.floats(allow_nan=False, allow_infinity=False))
-def test_a_decimal_reads_back_and_has_no_exponent(value: float) -> None:
-    text = decimal(value)
-    assert float(text) == value
-    assert set(text) <= set("-.0123456789")
-    assert text != "-0"
-    assert not text.endswith(".")
-    assert "." not in text or not text.endswith("0")
-
-
-def test_the_default_stays_as_people_write_it() -> None:
-    pose = Pose((7.5552e-05, -1e-9, 0.1), (math.pi, 0.0, 1e-7))
-    robot = chain([pose], EXACT)
-    (rounded,), (exact,) = (static_tf.static_transforms(robot, how)[0] for how in ((), robot.outputs))
-    assert rounded.arguments[1:12:2] == ("0.0000756", "0", "0.1", "3.14159265", "0", "0.0000001")
-    assert exact.arguments[1:12:2] == ("0.000075552", "-0.000000001", "0.1", "3.141592653589793", "0", "0.0000001")
 
 
 def test_a_package_follows_the_data_where_there_is_no_launch_file(tmp_path: Path) -> None:

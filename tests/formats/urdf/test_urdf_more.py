@@ -169,46 +169,6 @@ outputs: {urdf: {file: a.urdf}}
 # --- texts of elements
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["<a/>", "<a/><b/>", "<!-- x --><a>text</a>", "<x:y z:a='1'/>", "<a><![CDATA[ <b> ]]></a>", "<a>&lt;&#228;</a>"],
-)
-def test_whole_elements(text):
-    assert damage(text) == ""
-
-
-NOT_WHOLE = ["", "text", "<a>", "</a>", "<a/>tail", "<!-- -->", "<a>&b;</a>", "</robot><robot>", "<!DOCTYPE a><a/>"]
-NOT_WHOLE += ["<?xml?><a/>", "<a b=1/>", "<a a='1' a='2'/>", "<a>\x01</a>", "\ud800<a/>", "<a b='<'/>"]
-NOT_WHOLE += ["<a/></robot><b/><robot>"]
-
-
-@pytest.mark.parametrize("text", NOT_WHOLE)
-def test_what_is_no_whole_element(text):
-    assert damage(text) != ""
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("<a/>", "  <a/>"),
-        ("<a>\n  <b/>\n</a>\n", "  <a>\n    <b/>\n  </a>"),
-        ("<a>\n        <b/>\n      </a>", "  <a>\n    <b/>\n  </a>"),
-        ("<a>\r\n  <b/>\r\n</a>", "  <a>\n    <b/>\n  </a>"),
-        ("<a\n  b='1'/>", "  <a\n  b='1'/>"),
-        ("<a>\n  two\n  lines\n</a>", "  <a>\n  two\n  lines\n</a>"),
-        ("<a b='1\n  2'>\n <c/>\n</a>", "  <a b='1\n  2'>\n <c/>\n</a>"),
-        ("<a><![CDATA[\n x]]>\n <c/>\n</a>", "  <a><![CDATA[\n x]]>\n <c/>\n</a>"),
-        ("<a>\n<!-- one\n two -->\n</a>", "  <a>\n  <!-- one\n   two -->\n  </a>"),
-        ("<a>\n  <b c='\x85 \u2028'/>\n</a>", "  <a>\n    <b c='\x85 \u2028'/>\n  </a>"),
-        ("<a>\n\t<b/>\n  <c/></a>", "  <a>\n  \t<b/>\n    <c/></a>"),
-        ("<a>\n\n  <b/>\n</a>", "  <a>\n\n    <b/>\n  </a>"),
-    ],
-)
-def test_indentation(text, expected):
-    assert indented(text, "  ") == expected
-    assert indented(indented(text, "  "), "  ") == expected
-
-
 _TEXTS = st.text("ab \n<&'\"", max_size=6)
 
 
@@ -251,13 +211,3 @@ use: {left: {part: leg}}
     (tmp_path / "robot.yaml").write_text(text, "utf-8")
     told = [d.message for d in compile_robot(tmp_path / "robot.yaml").diagnostics]
     assert told == [f'part "leg" has no key "{key}"' for key in ("materials", "accept")]
-
-
-def test_the_schema_knows_the_rules_that_may_be_accepted():
-    from rosorin_compile.language.schema import schema
-    from rosorin_compile.rules.check import acceptable
-
-    ids = schema("authoring")["definitions"]["acceptance"]["properties"]["rule"]["anyOf"][0]["enum"]
-    assert set(acceptable()) < set(ids)
-    assert {"mjcf-cannot-say", "ignored-key"} < set(ids)
-    assert not {"stand-in", "two-parents", "not-an-artifact"} & set(ids)

@@ -4,7 +4,6 @@ import re
 import warnings
 from dataclasses import replace
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -45,26 +44,6 @@ def test_joints_that_move_alike_share_a_class_with_their_actuators(tmp_path: Pat
         assert model.jnt_actfrcrange[joint.id].tolist() == [-20, 20]
         assert servo.gainprm[0] == 125
         assert servo.biasprm[:3].tolist() == [0, -125, -1.5]
-
-
-UNSAID = ("autolimits=", 'type="hinge"', 'type="sphere"', 'axis="0 0 1"', ' 0 0 0"/>')
-
-
-@pytest.mark.parametrize("which", ["rosorin", "machine", "overlapping"])
-def test_nothing_is_said_twice_and_no_class_is_empty(which: str) -> None:
-    """And no class has a number for a name, nor is there one that nothing is of."""
-    own = {"machine": machine, "overlapping": overlapping}
-    text = emit(own[which]()) if which in own else (OUTPUTS / "rosorin.xml").read_text("utf-8")
-    assert not [words for words in UNSAID if words in re.sub(r"<key .*", "", text)]
-    assert not re.search(r'<(body|geom|site|camera)[^>]* pos="0 0 0"', text)
-    root = ElementTree.fromstring(text)
-    classes = [one for one in root.iter("default") if one.get("class")]
-    used = {one.get("class") for one in root.iter() if one.tag != "default"}
-    assert all(used & {inner.get("class") for inner in one.iter("default")} for one in classes)
-    assert not [one.get("class") for one in classes if len(one) == 0 or one.attrib["class"][-1].isdigit()]
-    for body in root.iter("body"):
-        solids = [one for one in body.iterfind("geom") if one.attrib["class"].endswith("shown_collision")]
-        assert not (solids and [one for one in body.iterfind("geom") if one.attrib["class"].endswith("visual")])
 
 
 def arrays(model: mujoco.MjModel) -> dict[str, np.ndarray]:

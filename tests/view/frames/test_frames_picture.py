@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import re
 import unicodedata
-from collections import Counter
 from collections.abc import Iterator
 from itertools import combinations, product
 from pathlib import Path
@@ -21,13 +20,12 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.expression import evaluate
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Limit, Link, Output, Publisher, Robot
 from rosorin_compile.model.frame_tree import Row
-from rosorin_compile.model.frame_tree import lines as tree_lines
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.viewer import frames_picture
 from rosorin_compile.viewer.frames_picture import TooMany, frame_trees
-from support.paths import OUTPUTS, ROOT, data_text
+from support.paths import ROOT, data_text
 from support.pictures import NOBODY, SVG, drawn, output, robots
-from support.robots import compiled, texts
+from support.robots import compiled
 
 LIST = Output("frames", "frames", "frames.md")
 
@@ -39,32 +37,6 @@ def test_every_frame_and_edge_as_in_the_list_of_frames(robot: Robot) -> None:
     assert text == drawn(robot, "frames.svg")
     for edge in frames.view(robot, LIST).frames:
         assert f'data-parent="{edge.parent}" data-child="{edge.child}"' in html.unescape(text)
-
-
-@settings(max_examples=40, deadline=None)
-@given(robots())
-def test_every_frame_has_one_line_of_its_own(robot: Robot) -> None:
-    for tree in frame_trees(robot, {}):
-        found = tree_lines(tree.edges, [link.name for link in robot.links])
-        assert max(Counter(line.frame for line in found if not line.again).values()) == 1
-        assert Counter(line.row for line in found if line.row) == Counter(tree.edges)
-        for line in found:
-            if line.row is not None:
-                ends = (line.row.child, line.row.parent) if line.up else (line.row.parent, line.row.child)
-                assert (found[line.on].frame, line.frame) == ends
-
-
-def test_the_reference_robot_has_a_picture_for_each_mode() -> None:
-    made = compiled()
-    assert made.robot is not None
-    for file, modes, label, owner in (
-        ("frames_slam.svg", ["slam"], "slam is on", "slam_toolbox"),
-        ("frames_amcl.svg", [], "slam is off", "amcl"),
-    ):
-        text = (OUTPUTS / file).read_text("utf-8")
-        assert text == texts(made)[file] == drawn(made.robot, file, modes)
-        assert re.findall(r'data-when="(.*?)" aria', text) == [label]
-        assert f'data-parent="map" data-child="odom" data-publisher="{owner}"' in text
 
 
 def test_a_joint_that_another_node_publishes_keeps_its_name() -> None:
@@ -256,12 +228,6 @@ def labels(whens: tuple[str, ...], modes: tuple[str, ...] = ("a", "b", "c")) -> 
     return [
         (one.label, one.short) for one in frame_trees(Robot("r", (Link("base"),), (), edges=edges, modes=modes), {})
     ]
-
-
-def test_situations_are_said_in_few_words() -> None:
-    assert labels(()) == [("", "")]
-    assert labels(("a",)) == [("a is on", "a_on"), ("a is off", "a_off")]
-    assert labels(("a and not b",)) == [("b is on, or a is off", "b_on"), ("a is on and b is off", "a_on_b_off")]
 
 
 def test_modes_whose_names_run_together_get_files_of_their_own() -> None:

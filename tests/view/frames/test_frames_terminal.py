@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.model.frame_tree import Row, lines
-from rosorin_compile.viewer.frames import Look, table, text_width, tree
+from rosorin_compile.viewer.frames import Look, text_width, tree
 from support.robots import copy_of_rosorin
 
 
@@ -66,14 +66,6 @@ def test_plain_letters_where_the_terminal_has_no_others(monkeypatch: pytest.Monk
     assert "`-- odom" in said
     assert "|.. base_footprint (above)" in said
     assert "|   `-- link2" in said
-
-
-def test_a_publisher_has_its_colour_in_a_table_too() -> None:
-    how = Look(publishers=["a", "b"])
-    rows = [Row("x", "y", "a", "", "/tf", "", "x"), Row("x", "z", "b", "", "/tf", "", "x")]
-    first, second = table(rows, how)[1:]
-    assert first.startswith("\033[34m")
-    assert second.startswith("\033[33m")
 
 
 def test_the_columns_stand_below_each_other_for_wide_letters() -> None:

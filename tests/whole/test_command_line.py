@@ -15,7 +15,6 @@ import pytest
 from rosorin_compile import __version__
 from rosorin_compile.cli.main import main
 from rosorin_compile.cli.registry import commands
-from rosorin_compile.cli.table import COMMANDS as GROUPS
 from rosorin_compile.formats import schema_names as names
 from rosorin_compile.language.schema import own_schema
 from support.commands import parse
@@ -28,18 +27,6 @@ COMMANDS = commands()
 def help_of(capsys: Shown, *words: str) -> str:
     assert main([*words, "--help"]) == 0
     return capsys.readouterr().out
-
-
-def test_help_lists_every_command_in_its_group(capsys: Shown) -> None:
-    shown = help_of(capsys)
-    first = [one for one in COMMANDS.values() if not one.hidden]
-    at = [shown.index(f"\n{title}:\n") for title in GROUPS if any(one.group == title for one in first)]
-    assert at == sorted(at)
-    for one in COMMANDS.values():
-        assert (f"\n  {one.name} " in shown) is not one.hidden
-        assert shown.count(one.help) == (0 if one.hidden else 1)
-    assert main(["help"]) == 0
-    assert capsys.readouterr().out == shown
 
 
 IMPORTED_BY = """

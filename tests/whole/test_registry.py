@@ -20,17 +20,6 @@ def test_rule_without_such_an_id(capsys):
     assert capsys.readouterr().err == 'rosorin-compile: there is no rule "axis-zer"; did you mean "axis-zero"?\n'
 
 
-def test_sarif_says_what_the_rule_means():
-    log = json.loads(FORMATS["sarif"]([Diagnostic("axis-zero", ERROR, "zero"), Diagnostic("nobodys", ERROR, "x")]))
-    known, other = log["runs"][0]["tool"]["driver"]["rules"]
-    assert known == {
-        "id": "axis-zero",
-        "shortDescription": {"text": "An axis is zero: no direction."},
-        "help": {"text": "Name one, such as `[0, 0, 1]`.", "markdown": "Name one, such as `[0, 0, 1]`."},
-    }
-    assert other == {"id": "nobodys", "shortDescription": {"text": "nobodys"}}
-
-
 def test_sarif_leads_to_where_the_project_is(monkeypatch):
     monkeypatch.setattr(report_formats, "HOME", "https://example.org/tree/")
     log = json.loads(FORMATS["sarif"]([Diagnostic("axis-zero", ERROR, "zero"), Diagnostic("nobodys", ERROR, "x")]))

@@ -44,21 +44,6 @@ def test_the_version_is_the_same_everywhere() -> None:
     assert found == dict.fromkeys(found, __version__)
 
 
-def sections() -> list[str]:
-    return re.split("^## ", CHANGELOG.read_text("utf-8"), flags=re.MULTILINE)[1:]
-
-
-def test_changelog_has_versions_with_short_notes() -> None:
-    unreleased, *released = sections()
-    assert unreleased.startswith("[Unreleased]\n")
-    assert VERSION.findall(CHANGELOG.read_text("utf-8")) == [one[1 : one.index("]")] for one in released]
-    for one in released:
-        kinds = re.findall("^### (.+)$", one, re.MULTILINE)
-        assert kinds == [
-            kind for kind in ("Added", "Changed", "Deprecated", "Removed", "Fixed", "Security") if kind in kinds
-        ]
-
-
 @pytest.fixture(scope="module")
 def sdist(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("sdist")

@@ -116,11 +116,6 @@ def test_no_text_at_all_is_alive(text: str) -> None:
     judge(text)
 
 
-@given(st.lists(st.sampled_from(EVIL), max_size=5).map(" ".join))
-def test_nor_several(text: str) -> None:
-    judge(text)
-
-
 def section(text: str) -> Section:
     span = Span(Source(text, text), 1, 2)
     told = Diagnostic("a-rule", WARNING, text, span, (Related(text, span), Related(text, None)), text)
@@ -168,15 +163,6 @@ def test_it_is_bounded_and_says_what_is_left_out(robots: int, rows: int) -> None
         assert "left out here" in told
     if rows == 3000 and robots > 1:
         assert "Too much to show here" in told or "more changes" in told
-
-
-def test_many_of_one_kind_are_gathered() -> None:
-    source = Source("robot.yaml", "")
-    many = [Diagnostic("a", WARNING, f'link "l{n}" is odd', Span(source, n, 1)) for n in range(1, 100)]
-    made = document([Section("arm", diagnostics=many)])
-    assert "### `arm`: 99 warnings" in made
-    assert made.count("| warning |") == 1
-    assert "and 98 more of this kind" in made
 
 
 def test_paths_are_seen_from_the_top_of_a_checkout(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.cli.report_formats import FORMATS
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span, text
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span
 from support.paths import data_text
 
 ROBOT = data_text("robots/report.yaml")
@@ -139,9 +139,3 @@ def test_no_letter_of_a_name_stops_a_run(tmp_path: Path, monkeypatch: pytest.Mon
         assert ran.returncode == 0
         if words[-1] == "json":
             json.loads(ran.stdout)
-
-
-def test_control_characters_do_not_reach_the_terminal() -> None:
-    source = Source("a.yaml", "x: \x1b[31m\n")
-    shown = text([Diagnostic("r", ERROR, "bad \x1b[0m", Span(source, 1, 4, 5))])
-    assert "\x1b" not in shown

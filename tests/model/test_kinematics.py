@@ -1,7 +1,6 @@
 """Kinematics of many states agrees with the model one state at a time, and with pinocchio, on any robot."""
 
 import math
-import random
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -13,8 +12,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.model import Edge, Joint, Link, Pose, Publisher, Robot, Transform
-from rosorin_compile.model.geometry import plane_axes, rotation_about, rotation_of_rpy, unit
-from rosorin_compile.model.joint import NODE, Mimic, motion
+from rosorin_compile.model.geometry import rotation_of_rpy
+from rosorin_compile.model.joint import NODE, Mimic
 from rosorin_compile.model.kinematics import Graph, Kinematics, NoWay
 from rosorin_compile.source.system import pip_install
 from support.robots import RECORDED, compiled
@@ -300,33 +299,4 @@ def test_near_a_pitch_of_90_degrees_the_rotation_stays(roll, exponent, side, up,
     assert error < 5e-12
 
 
-def test_the_angle_between_two_rotations():
-    for seed in range(200):
-        rng = random.Random(seed)  # noqa: S311
-        axis, angle = [rng.gauss(0, 1) for _ in range(3)], rng.choice([1e-9, 1e-3, rng.uniform(0, math.pi)])
-        first = Pose((1.0, 2.0, 3.0), tuple(rng.uniform(-3, 3) for _ in range(3))).transform()
-        turned = first.then(Transform(rotation_about(tuple(axis), angle), (4.0, 5.0, 6.0)))
-        assert first.angle_to(turned) == pytest.approx(angle, abs=2e-7)
-        about, by = first.turn_to(turned)
-        assert by == first.angle_to(turned)
-        assert about == pytest.approx(unit(tuple(axis)), abs=1e-5) or angle < 1e-6
-
-
-def test_what_is_not_turned_has_no_axis():
-    assert Transform().turn_to(Transform(xyz=(1.0, 0.0, 0.0))) == ((0.0, 0.0, 0.0), 0.0)
-
-
 # A motion without a direction is refused in one way, whatever the kind of joint.
-
-
-@pytest.mark.parametrize(
-    ("kind", "position"), [("revolute", 1.0), ("continuous", 1.0), ("prismatic", 1.0), ("planar", (1.0, 1.0, 1.0))]
-)
-def test_a_zero_axis_is_no_direction(kind: str, position: float | tuple[float, ...]) -> None:
-    with pytest.raises(ValueError, match="an axis that is not zero"):
-        motion(kind, (0.0, 0.0, 0.0), position)
-
-
-def test_a_plane_needs_a_normal() -> None:
-    with pytest.raises(ValueError, match="an axis that is not zero"):
-        plane_axes((0.0, 0.0, 0.0))

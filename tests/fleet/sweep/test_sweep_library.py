@@ -1,6 +1,5 @@
 """``rosorin_compile.sweep``: what a program gives, what it gets, and that it can be sent to another process."""
 
-import copy
 import pickle
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,8 +8,6 @@ from typing import Any
 import pytest
 
 import rosorin_compile
-from rosorin_compile.source.tree import Kept as KeptText
-from rosorin_compile.source.units import Quantity
 from support.commands import HANDY
 from support.paths import ROOT
 
@@ -77,10 +74,3 @@ def test_what_is_compiled_can_be_sent_to_another_process(name: str) -> None:
     assert again == compiled
     assert again.robot == compiled.robot
     assert [str(one) for one in again.diagnostics] == [str(one) for one in compiled.diagnostics]
-
-
-def test_values_of_the_language_can_be_copied() -> None:
-    length = Quantity(0.012, (1, 0, 0, 0), "12 mm")
-    for made in (copy.deepcopy(length), pickle.loads(pickle.dumps(length))):  # noqa: S301 - our own
-        assert (float(made), made.dimension, made.text) == (0.012, (1, 0, 0, 0), "12 mm")
-    assert pickle.loads(pickle.dumps(KeptText("a", None))) == "a"  # noqa: S301 - our own

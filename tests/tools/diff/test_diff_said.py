@@ -47,13 +47,6 @@ def test_a_single_shape_that_changed_says_how(tmp_path: Path, before: str, after
     assert said == [f"a visual: {line}"]
 
 
-@pytest.mark.parametrize(("before", "after", "percent"), [("0.0001", "0.1", "100"), ("0.1", "0.2", "50")])
-def test_an_inertia_says_its_share_without_an_exponent(tmp_path: Path, before: str, after: str, percent: str) -> None:
-    sides = [urdf(tmp_path, f"{value}.urdf", INERTIAL.format(value)) for value in (before, after)]
-    (said,) = told(*sides)
-    assert said.endswith(f"(by {percent} % of the largest moment)")
-
-
 def test_many_things_that_are_not_compared_are_one_line_for_people(tmp_path: Path) -> None:
     inside = INERTIAL.format(1).replace("<mass ", '<mass p="1" q="2" r="3" s="4" t="5" ')
     path = urdf(tmp_path, "a.urdf", inside)

@@ -18,9 +18,8 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.tf import _echo
 from rosorin_compile.model import Joint, Link, Pose, Robot
-from rosorin_compile.model.geometry import quaternion_of
 from rosorin_compile.model.kinematics import Graph
-from rosorin_compile.queries import FrameTransform, lookup, rows_of_rpy, rpy
+from rosorin_compile.queries import FrameTransform, lookup
 from support.paths import DATA
 from support.robots import compiled
 
@@ -149,15 +148,6 @@ def test_the_mounts_of_the_reference_robot_are_answered_as_tf2_answers_them(tf2:
             assert text(lookup(Graph(alone), *pair, {})) == said.stdout.splitlines()
 
 
-@pytest.mark.parametrize("pitch", [89.99, 89.0, -89.0, -89.99])
-@pytest.mark.parametrize("yaw", [0.0, 30.0, -170.0])
-def test_near_straight_up_and_down_the_angles_give_the_same_rotation(pitch: float, yaw: float) -> None:
-    rows = rows_of_rpy((0.3, math.radians(pitch), math.radians(yaw)))
-    again = rows_of_rpy(rpy(rows))
-    apart = max(abs(a - b) for row, other in zip(rows, again, strict=True) for a, b in zip(row, other, strict=True))
-    assert apart < 1e-11
-
-
 @pytest.mark.parametrize("yaw", [0.0, 0.4, -3.0])
 @pytest.mark.parametrize("pitch", [90.0, -90.0, 89.9999999, -89.99999])
 def test_straight_up_and_down_the_angles_are_those_of_tf2(tf2: Path, pitch: float, yaw: float) -> None:
@@ -166,19 +156,3 @@ def test_straight_up_and_down_the_angles_are_those_of_tf2(tf2: Path, pitch: floa
     robot = Robot("made", (Link("a"), Link("b")), (Joint("j", "fixed", "a", "b", pose),))
     said = subprocess.run([tf2], input=chain_of(robot, "a", "b"), capture_output=True, check=True, text=True)
     assert text(lookup(Graph(robot), "a", "b", {})) == said.stdout.splitlines()
-
-
-@pytest.mark.parametrize(
-    ("angles", "expected"),
-    [
-        ((math.pi, 0.0, 0.0), (1.0, 0.0, 0.0)),
-        ((0.0, math.pi, 0.0), (0.0, 1.0, 0.0)),
-        ((0.0, 0.0, math.pi), (0.0, 0.0, 1.0)),
-        ((0.0, 0.0, -math.pi), (0.0, 0.0, 1.0)),
-    ],
-)
-def test_half_turns_keep_the_largest_component_positive(
-    angles: tuple[float, float, float], expected: tuple[float, float, float]
-) -> None:
-    kept = quaternion_of(rows_of_rpy(angles))
-    assert kept == pytest.approx((*expected, 0.0), abs=1e-15)

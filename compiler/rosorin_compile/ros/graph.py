@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any
 
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import Output, Robot
+from rosorin_compile.model import Output, Robot, Sensor
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, listed
 
 from . import nav2, robot_localization
@@ -53,6 +53,12 @@ class End:
     type: str
     port: Port
     key: str = ""
+    reliability: str = ""
+
+    @property
+    def is_reliable(self) -> bool:
+        """Return True if messages are sent until they arrive: by the node's default, or by a parameter of its QoS."""
+        return (self.reliability or self.port.qos) != "best_effort"
 
 
 @dataclass
@@ -92,6 +98,9 @@ class Graph:
             for key, topic, message in _topics(port, values) if port.exists(values) else ():
                 full = full_topic(topic, namespace, own)
                 end = End(name, full_topic(moved.get(full, full), namespace, own), message, port, key)
+                side = "subscription" if port.direction == IN else "publisher"
+                override = values.get(f"qos_overrides.{end.topic}.{side}.reliability", "")
+                end = replace(end, reliability=str(override))
                 (self.read if port.direction == IN else self.published).append(end)
 
 
@@ -113,9 +122,15 @@ def _sources(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, 
         if key.rpartition(".")[2] == last:
             within = key.removesuffix(last)
             for name in value.split() if isinstance(value, str) else value:
-                kind = str(values.get(f"{within}{name}.data_type") or values.get(f"{within}{name}.type", ""))
-                kind = {"scan": "LaserScan", "pointcloud": "PointCloud2", "range": "Range"}.get(kind, kind)
-                yield key, str(values.get(f"{within}{name}.topic", name)), f"sensor_msgs/msg/{kind}"
+                own = {word: values.get(f"{within}{name}.{word}") for word in ("topic", "data_type", "type")}
+                yield key, str(own["topic"] or name), source_message(own)
+
+
+def source_message(values: Mapping[str, Any]) -> str:
+    """Return the type of the messages of a source of obstacles by its parameters; by default LaserScan."""
+    kind = str(values.get("data_type") or values.get("type") or "LaserScan")
+    kind = {"scan": "LaserScan", "pointcloud": "PointCloud2", "range": "Range"}.get(kind, kind)
+    return f"sensor_msgs/msg/{kind}"
 
 
 def graph_of(robot: Robot, starts: Sequence[str], topics: Mapping[str, str] | None = None) -> Graph:
@@ -141,7 +156,7 @@ def graph_of(robot: Robot, starts: Sequence[str], topics: Mapping[str, str] | No
             made.add(name, ports("", node="ekf"), values, remaps=moved)
     if MOVEIT in starts:
         made.add("move_group", ports("", node="move_group"), {}, namespace)
-    _add_drivers(made, robot, first, topics or {})
+    _add_drivers(made, robot, topics or {})
     return made
 
 
@@ -173,19 +188,38 @@ def _add_controllers(made: Graph, robot: Robot, output: Output, namespace: str, 
         made.add(name, those, one.values, namespace, remaps)
 
 
-def _add_drivers(made: Graph, robot: Robot, first: Mapping[str, Output], topics: Mapping[str, str]) -> None:
+def _add_drivers(made: Graph, robot: Robot, topics: Mapping[str, str]) -> None:
     broadcast = {one.values.get(_SENSOR_PARAMETER) for one in filled(robot, "")} if CONTROL in made.starts else set()
-    given: dict[str, str] = dict(topics)
+    for sensor, topic, message in topics_of_sensors(robot, topics):
+        if sensor.name not in broadcast:
+            node = f"driver of {sensor.name}"
+            made.nodes[node] = DRIVER
+            qos = "reliable" if sensor.type == "imu" else "best_effort"  # as drivers of such sensors publish
+            port = Port(node, OUT, topic, sensor.type, qos=qos)
+            made.published.append(End(node, full_topic(topic, "", ""), message, port))
+
+
+def topics_of_sensors(robot: Robot, topics: Mapping[str, str] | None = None) -> Iterator[tuple[Sensor, str, str]]:
+    """Yield the sensors with a topic, in ``topics`` or in the description, with it and the type of its messages."""
+    given = dict(topics or {})
     for backend, key in ((NAV2, "sources"), ("robot_localization", "inputs")):
-        for entry in ((first[backend].options.get(key) or {}) if backend in first else {}).values():
+        output = next((one for one in robot.outputs if one.backend == backend), None)
+        for entry in ((output.options.get(key) or {}) if output is not None else {}).values():
             if entry.get("sensor") and entry.get("topic"):
                 given.setdefault(entry["sensor"], entry["topic"])
     for sensor in robot.sensors:
         topic, message = given.get(sensor.name) or stated_topic(robot, sensor.name), message_of_sensor(sensor.type)
-        if topic and message and sensor.name not in broadcast:
-            node = f"driver of {sensor.name}"
-            made.nodes[node] = DRIVER
-            made.published.append(End(node, full_topic(topic, "", ""), message, Port(node, OUT, topic, sensor.type)))
+        if topic and message:
+            yield sensor, topic, message
+
+
+def mismatched_qos(reader: End, publishers: Sequence[End]) -> str:
+    """Return a message if a reader needs reliable messages and its publishers send none, else an empty text."""
+    if not reader.is_reliable or not publishers or any(one.is_reliable for one in publishers):
+        return ""
+    who, sender = reader.node.strip("/"), publishers[0].node.strip("/")
+    message = f"{who} needs reliable messages on {reader.topic} and gets none: {sender} sends them as best effort"
+    return f"{message}; {reader.port.missing}" if reader.port.missing else message
 
 
 def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
@@ -193,7 +227,10 @@ def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
     reported: set[tuple[str, str]] = set()
     for end in made.read:
         others = made.publishers(end)
-        if any(one.type == end.type for one in others) or (end.topic, end.type) in reported:
+        fitting = [one for one in others if one.type == end.type]
+        if mismatch := mismatched_qos(end, fitting):
+            yield error("package-open", mismatch, None, "make the publisher reliable")
+        if fitting or (end.topic, end.type) in reported:
             continue
         reported.add((end.topic, end.type))
         found = _open(robot, made, end, others)

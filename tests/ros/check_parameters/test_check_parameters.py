@@ -13,13 +13,14 @@ from rosorin_compile.api import check_parameters
 from rosorin_compile.cli.command import Options
 from rosorin_compile.cli.main import main
 from rosorin_compile.request import Request
-from rosorin_compile.source.diagnostics import Diagnostic
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic
 from rosorin_compile.source.project import Description
 from support.cases import as_comment, check
 from support.commands import parse
 from support.paths import DATA
 
 FOLDER = DATA / "parameters"
+STOCK = sorted(one for one in (DATA / "stock").glob("*/*.yaml") if one.name != "robot.yaml")
 CASES = sorted(one for one in FOLDER.glob("*/*.yaml") if one.name != "robot.yaml" and ".launch" not in one.name)
 
 
@@ -57,6 +58,14 @@ def test_message(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = as_comment(looked_at(case), case.name)
     check(case, found)
     assert (case.stem == "sound") == (not found)
+
+
+@pytest.mark.parametrize("case", STOCK, ids=lambda case: f"{case.parent.name}-{case.stem}")
+def test_files_of_public_robots_have_no_error(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The folders are robots with the names of the files: what is left are remarks on keys that nothing reads."""
+    monkeypatch.chdir(case.parent)
+    wrong = [one for one in looked_at(case) if one.severity == ERROR]
+    assert not wrong
 
 
 @pytest.mark.parametrize(

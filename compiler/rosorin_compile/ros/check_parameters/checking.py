@@ -32,16 +32,21 @@ from rosorin_compile.source.project import no_file
 from ..controllers.checking import against_robot, missing, of_type
 from ..controllers.derived import derived
 from ..controllers.filled import intended_topic
-from ..graph import End, Graph
-from ..parameters.files import NoParameters, Section, read_file
+from ..graph import End, Graph, mismatched_qos
+from ..parameters.files import PARAMETERS, NoParameters, Section, read_file
 from ..parameters.tables import MANAGER
 from ..ports import IMU, ODOMETRY, VELOCITY, controller_ports, full_topic, full_type, ports, short_type
 from ..rules import report
-from . import owners
+from . import owners, sources
 from .nodes import Files, Node, check_node, found
 from .remaps import Remap, of_launch, of_word
 
 _USUAL = "odom"
+# Keys of the configuration files of MoveIt, which are no parameter files.
+_MOVEIT = re.compile(
+    r"\b(cartesian_limits|joint_limits|kinematics_solver|moveit_controller_manager|moveit_simple_controller_manager"
+    r"|octomap_frame|planner_configs|planning_plugins?|sensor_plugin|trajectory_execution)\s*:"
+)
 _OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # as controllers of a drive are called
 
 
@@ -121,7 +126,9 @@ def look(case: Case, asked: ParameterFiles) -> CheckedParameters:
     claims = owners.claims(nodes, remaps, told)
     told += owners.check(case, claims)
     told += owners.check_frames(case, nodes, claims)
-    told += _unheard(nodes, remaps, distribution)
+    made = _graph(nodes, remaps, distribution)
+    told += _unheard(nodes, made, distribution)
+    told += sources.check(case.robot, nodes, made)
     judged, absent = _judged(case, nodes)
     unknown = [node.shown for node in nodes if node.kind is None and _could_publish(case, node)]
     return CheckedParameters(case.robot.name, judged, tuple(absent), tuple(unknown), tuple(arrange(told)))
@@ -154,6 +161,8 @@ def _of_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
     for one in against_robot(node.shown, kind, plain, knows, case.robot, ERROR):
         if one.rule == "controller-name" and not moving:
             continue  # a description of where things are mounted
+        if wrong is not None:  # of a package that is not known, whose keys may mean something else
+            one = one._replace(severity=WARNING)
         yield one.at(node.setting(one.key).span, _drive(case, one.rule))
 
 
@@ -172,7 +181,14 @@ def _read(paths: Iterable[Path], told: list[Diagnostic]) -> list[list[Section]]:
         try:
             sections, said = read_file(path)
         except NoParameters as problem:
-            told.append(problem.diagnostic)
+            found = problem.diagnostic
+            text = found.span.source.text if found.span is not None else ""
+            if _MOVEIT.search(text) and PARAMETERS not in text:
+                message = (
+                    f"{path.name} has no parameters of a node: launch files of MoveIt read it, and it is not checked"
+                )
+                found = Diagnostic("parameters-syntax", NOTE, message)
+            told.append(found)
             continue
         read.append(sections)
         told += said
@@ -222,13 +238,17 @@ def _graph(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) ->
     return made
 
 
-def _unheard(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) -> Iterator[Diagnostic]:
+def _unheard(nodes: Sequence[Node], made: Graph, distribution: str) -> Iterator[Diagnostic]:
     """Yield topics that nodes read and no node publishes, if a controller publishes a similar one, and wrong types."""
-    made, by_name = _graph(nodes, remaps, distribution), {node.full: node for node in nodes}
+    by_name = {node.full: node for node in nodes}
     for end in made.read:
         there, role, node = made.publishers(end), end.port.role, by_name[end.node]
         sources = [one for one in made.published if one.port.role == role and one.port.group == "control"]
-        if any(one.type == end.type for one in there):
+        fitting = [one for one in there if one.type == end.type]
+        if mismatch := mismatched_qos(end, fitting):
+            help = f"qos_overrides.{end.topic}.publisher.reliability: reliable"
+            yield report("parameters-topic", mismatch, node.span, help)
+        if fitting:
             continue
         if there and distribution and role == VELOCITY:
             message = f"{node.shown} takes {short_type(end.type)} on {end.topic}, and {there[0].node.strip('/')} sends "

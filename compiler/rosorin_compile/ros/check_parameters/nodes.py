@@ -18,7 +18,7 @@ from rosorin_compile.source.diagnostics import (
     quoted,
 )
 
-from ..parameters.checking import against_kind
+from ..parameters.checking import REMOVE, against_kind
 from ..parameters.files import Parameter, Section
 from ..parameters.tables import MANAGER, Kind, by_name, by_signs, controller, controller_by_keys, is_of, plugins
 from ..ports import full_type
@@ -242,6 +242,9 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
             values.pop(name, None)
     for found in against_kind(node.shown, node.kind, values):
         parameter = node.parameters[found.key]
+        is_unknown = found.rule == "parameters-unknown-key" and node.kind.key(found.key) is None
+        if is_unknown and isinstance(found.help, Suggestion) and found.help() == REMOVE:
+            found = found._replace(severity=WARNING)  # no misspelt key: files of vendors have such ones
         yield found.at(parameter.key if found.at_key else parameter.span)
     model = node.parameters.get("robot_model_type")
     if model is not None and node.kind.name == "amcl" and str(model.value) in _MODELS:

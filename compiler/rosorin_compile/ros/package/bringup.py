@@ -18,10 +18,10 @@ from .. import nav2, robot_localization
 from ..controllers.filled import COMMAND, TF, Filled, distribution_of, drivers, filled, remaps
 from ..graph import DRIVER, Graph, graph_of, open_ends
 from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
-from ..parameters.files import nodes_of
+from ..parameters.files import asked, nodes_of
 from ..parameters.tables import plugins
 from ..parameters.values import written
-from ..ports import interfaces_of, short_type
+from ..ports import IMU, ODOMETRY, interfaces_of, short_type
 from .options import CONTROL, MOVEIT, NAV2, STARTS
 
 if TYPE_CHECKING:
@@ -143,7 +143,12 @@ class Bringup:
     def values(self, main: str, topics: Mapping[str, str]) -> dict[str, Any]:
         """Return what the templates need; ``main`` is the place of what robot_state_publisher reads."""
         made = self._graph(topics)
-        outside = [one for one in made.published if made.nodes[one.node] == DRIVER and made.readers(one)]
+        heard = [one for one in made.published if made.nodes[one.node] == DRIVER and made.readers(one)]
+        outside = {one.topic: (one.node, short_type(one.type), one.topic) for one in heard}
+        fixed = next((self._output(key) for key in (_CONTROLLERS, NAV2) if key in self.outputs), None)
+        for one in made.read:
+            if one.port.role in (IMU, ODOMETRY) and not made.publishers(one):
+                outside.setdefault(one.topic, ("another driver", short_type(one.type), one.topic))
         values: dict[str, Any] = {
             "starts": [(word, _STARTS[word].file, _STARTS[word].about) for word in self.starts],
             "places": self.places,
@@ -151,7 +156,8 @@ class Bringup:
             "control_namespace": "",
             "navigates": NAV2 in self.starts,
             "drives": False,
-            "outside": [(one.node, short_type(one.type), one.topic) for one in outside] if self.starts else [],
+            "distribution": asked(fixed).capitalize() if self.starts and fixed is not None else "",
+            "outside": list(outside.values()) if self.starts else [],
             "teleop": None,
         }
         values |= self._localisation() if self._navigates else {}

@@ -26,6 +26,8 @@ from rosorin_compile.source.diagnostics import (
 from .tables import Key, Kind, is_of_all_nodes
 from .values import as_type, fits, refused, type_in_words, value_text
 
+REMOVE = "remove it"
+
 
 class Finding(NamedTuple):
     """Something wrong with a parameter; ``key`` is empty for the node as a whole, ``at_key``: the name of it.
@@ -59,7 +61,7 @@ def against_kind(name: str, kind: Kind, values: Mapping[str, Any]) -> Iterator[F
         elif not kind.has(known):
             others = listed(map(str.capitalize, known.only))
             message = f'{name} of {kind.distribution.capitalize()} has no key "{key}"; {others} knows it'
-            help = _near(kind, key, values) or "remove it"
+            help = _near(kind, key, values) or REMOVE
             yield Finding("parameters-unknown-key", message, key, help, at_key=True)
         else:
             yield from _value(name, key, value, known)
@@ -94,7 +96,7 @@ def _near(kind: Kind, key: str, values: Mapping[str, Any]) -> Help:
         return f'did you mean "{close}"?' if close and _is_misspelt(key, close) else ""
     last = key.rpartition(".")[2]
     same = [one for one in names if one.rpartition(".")[2] == last]
-    return Suggestion(key, names, instead=f'did you mean "{same[0]}"?' if len(same) == 1 else "remove it")
+    return Suggestion(key, names, instead=f'did you mean "{same[0]}"?' if len(same) == 1 else REMOVE)
 
 
 def _is_misspelt(name: str, close: str) -> bool:

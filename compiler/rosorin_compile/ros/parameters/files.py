@@ -396,7 +396,7 @@ def parameters_of(output: Output, nodes: Iterable[Node]) -> Parameters:
         kind = kinds(asked(output))[node.kind] if isinstance(node.kind, str) else node.kind
         for key, value in node.values.items():
             known = kind.key(key) if kind is not None else None
-            if value not in ([], ()) and (kind is None or known is None or kind.has(known)):
+            if value not in ([], ()) and (kind is None or known is None or kind.writes(known)):
                 made = converted(value, known.type) if known is not None else value
                 found.setdefault(node.name.strip("/"), {})[key] = made
     return Parameters(found)

@@ -32,8 +32,8 @@ class Key(NamedTuple):
     """A parameter that a kind of node has. ``name`` may have pieces such as <n>, which stand for many names.
 
     ``valid`` are its validators with their arguments, ``forced`` is what sets it whatever a file says. ``frame`` says
-    what the frame is for that it names, empty if it names none; ``only`` the distributions that know it. Without one
-    that is ``needed`` its node does not start.
+    what the frame is for that it names, empty if it names none; ``only`` the distributions that know it, and ``stock``,
+    if not empty, those whose stock plug-in has it. Without one that is ``needed`` its node does not start.
     """
 
     name: str
@@ -44,6 +44,7 @@ class Key(NamedTuple):
     frame: str = ""
     forced: str = ""
     needed: bool = False
+    stock: tuple[str, ...] = ()
 
     @property
     def many(self) -> bool:
@@ -96,6 +97,10 @@ class Kind:
     def has(self, key: Key) -> bool:
         """Say whether the distribution that was asked for knows a key."""
         return not self.distribution or self.distribution in key.only
+
+    def writes(self, key: Key) -> bool:
+        """Return True if files for the distribution may have a key: it or its stock plug-in knows it."""
+        return self.has(key) and (not key.stock or self.distribution in key.stock)
 
     def own(self) -> Iterator[Key]:
         """Yield the keys that the distribution knows."""
@@ -174,7 +179,8 @@ def _key_of_node(name: str, entry: Mapping[str, Any], distribution: str) -> Key:
     if "one_of" in entry:
         valid["one_of"] = [entry["one_of"]]
     only = tuple(entry.get("only", DISTRIBUTIONS))
-    return Key(name, entry["type"], entry.get("default"), valid, only, entry.get("frame", ""))
+    stock = tuple(entry.get("stock", ()))
+    return Key(name, entry["type"], entry.get("default"), valid, only, entry.get("frame", ""), stock=stock)
 
 
 # The packages that a description may name for a controller: that which starts it is as good as its own.
@@ -208,6 +214,8 @@ def controller(plugin: str, distribution: str) -> Kind | None:
         removed = of_all["removed_after_jazzy"].get(plugin, ())
         keys = {name: _later(key, distribution, removed) for name, key in keys.items()}
         chosen = distribution
+    for name in of_all["without_effect"].get(plugin, ()):
+        keys[name] = keys[name]._replace(only=(*DISTRIBUTIONS, distribution), stock=keys[name].only)
     port = port_of(plugin, "", TF)
     odometry = port.topic if port else ""
     packages = (plugins("")[plugin], *_OF_CONTROLLERS)

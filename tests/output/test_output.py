@@ -242,3 +242,10 @@ def test_any_sequence_of_sets(tmp_path_factory, sequence):
         assert read_set(folder) == expected
         assert not stages(folder)
     assert refusals <= {"output-name", "output-in-the-way"}
+
+
+def test_a_set_that_need_not_be_durable_is_not_flushed(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "fsync", lambda _: pytest.fail("it was flushed"))
+    write_set(tmp_path / "out", A, durable=False)
+    assert write_set(tmp_path / "out", B, prune=True, durable=False).written == tuple(sorted(B))
+    assert files_in(tmp_path / "out") == encoded(B)

@@ -51,12 +51,11 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
     from rosorin_compile.source.rule_registry import find
 
     if kind in _OF_ROBOT:
-        robots = []
+        robots, found = list[Description](), dict[str, str]()
         for word in ctx.params.get("words") or ():
             with suppress(Exception):
                 robots.append(Description.find([word])[0])
         robots = (robots or here())[:_MAX_ROBOTS]
-        found: dict[str, str] = {}
         for robot in robots:
             for name, help in _names_of_robot(kind, robot, ctx).items():
                 found.setdefault(name, help if len(robots) == 1 else f"{robot.name} {help}")

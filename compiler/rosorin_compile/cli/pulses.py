@@ -96,11 +96,10 @@ def _calibration(robot: Robot) -> list[str]:
         for name in group.joints:
             joint, ends = robot.joint[name], travel(group)
             limit = joint.limit if joint.moves and joint.type != "continuous" else None
-            inside, bounds = within(group, limit), "none"
+            inside, bounds, slides = within(group, limit), "none", joint.type == "prismatic"
             if limit is not None:
                 lower, upper = ("?" if value is None else f"{value:.6g}" for value in (limit.lower, limit.upper))
                 bounds = f"{lower} to {upper} {joint.unit}"
-            slides = joint.type == "prismatic"
             degrees = " to ".join("" if slides else fixed(math.degrees(end), 6) for end in ends)
             positions = f"{ends[0]:.6g} to {ends[1]:.6g} {joint.unit}"
             pulses = "none" if inside is None else f"{inside[0]} to {inside[1]}"

@@ -211,8 +211,7 @@ def for_each(
         console.end(result != FINE)
         code = max(code, result)
     console.give({"robots": console.robots})
-    summary = getattr(options, "summary", None)
-    if summary is not None:
+    if (summary := getattr(options, "summary", None)) is not None:
         try:
             with Path(summary).open("a", encoding="utf-8", errors="backslashreplace") as file:
                 file.write(console.summary())
@@ -259,7 +258,7 @@ def take_stdin(names: Sequence[str]) -> None:
         raise RequestError("standard input can be read only once, and - is given twice")
     if sys.stdin is None:
         raise RequestError("there is no standard input to read a robot from")
-    if _stdin_read and _stdin_read[0] is sys.stdin:  # it is read once
+    if _stdin_read == [sys.stdin]:
         return
     if sys.stdin.isatty():
         sys.stderr.write("reading a robot from this terminal; Ctrl-D ends it\n")
@@ -286,15 +285,13 @@ def refuse_half_marks(words: Iterable[str]) -> None:
 
 def warn_of_no_robots(console: Console) -> None:
     """Warn of folders of this project that look like descriptions and have no ``robot.yaml``."""
-    wrong = project.without_first_file(Description.around())
-    if wrong:
+    if wrong := project.without_first_file(Description.around()):
         console.show([Diagnostic("no-robot-file", WARNING, message, help=help) for message, help in wrong])
 
 
 def refuse_positions(words: Sequence[str]) -> None:
     """Raise RequestError for joint=30deg among the words of a command that takes --joint and --pulse."""
-    value = next((word for word in words if "=" in word and MARK not in word), None)
-    if value is not None:
+    for value in (word for word in words if "=" in word and MARK not in word):
         raise RequestError(f"write --joint {value} for a position, --pulse {value} for a pulse")
 
 

@@ -45,13 +45,11 @@ def run(options: Options) -> int:
     _say(f"watching {', '.join(robot.description.name for robot in watched.values())}; Ctrl-C ends it")
     while not stopped:
         time.sleep(INTERVAL)
-        new = []
-        if not run.words:
-            with suppress(NoDescription):
-                new = [one for one in Description.find([], options.output) if one.path not in watched]
-        for description in new:
-            watched[description.path] = WatchedRobot(description, run)
-            watched[description.path].compile()
+        with suppress(NoDescription):
+            for description in Description.find([], options.output) if not run.words else ():
+                if description.path not in watched:
+                    watched[description.path] = WatchedRobot(description, run)
+                    watched[description.path].compile()
         for robot in watched.values():
             if not stopped and robot.inputs.changed():
                 robot.inputs.settle()
@@ -111,8 +109,7 @@ class WatchedRobot:
         changes = f"written: {', '.join(done.written)}" if done.written else "unchanged"
         _say(f"{name}: {count(files)} in {folder}, {changes}")
         lines = [change.line() for change in comparison.changes]
-        if len(lines) > MAX_SHOWN:
-            lines[MAX_SHOWN:] = [f"...{and_more(len(lines) - MAX_SHOWN)}"]
+        lines[MAX_SHOWN:] = [f"...{and_more(len(lines) - MAX_SHOWN)}"] if len(lines) > MAX_SHOWN else []
         for line in lines:
             _say(f"  {line}")
 

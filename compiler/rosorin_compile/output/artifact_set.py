@@ -258,6 +258,6 @@ def remembered(path: Path) -> set[str] | None:
 
 def _record(path: Path) -> Path | None:
     """Return the file with the names of a folder, or None if there is no cache."""
-    folder = cache_folder("outputs")
-    name = blake2b(os.fsencode(os.path.abspath(path)), digest_size=32).hexdigest()
-    return folder / f"{name}.json" if folder is not None else None
+    if (folder := cache_folder("outputs")) is None:
+        return None
+    return folder / f"{blake2b(os.fsencode(os.path.abspath(path)), digest_size=32).hexdigest()}.json"

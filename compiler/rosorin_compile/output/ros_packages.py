@@ -104,13 +104,11 @@ def _setup_installs(text: str, file: str) -> bool:
         return True
     patterns = [re.sub(r"\{[^}]*\}", "*", found) for found in re.findall(r"""['"](?:\./)?([^'"\n]*)['"]""", text)]
     folder, _, name = file.rpartition("/")
-    has_folder = not folder or any(folder == pattern.rstrip("/") for pattern in patterns)
-
-    def matches(path: str, pattern: str) -> bool:
-        parts, wanted = path.split("/"), pattern.split("/")  # a wildcard does not match "/"
-        return len(parts) == len(wanted) and all(map(fnmatch.fnmatchcase, parts, wanted))
-
-    return any(matches(file, one) or (has_folder and matches(name, one.rpartition("/")[2])) for one in patterns)
+    if not folder or any(folder == pattern.rstrip("/") for pattern in patterns):
+        file = name
+        patterns = [pattern.rpartition("/")[2] for pattern in patterns]
+    # a wildcard does not match "/"
+    return any(file.count("/") == one.count("/") and fnmatch.fnmatchcase(file, one) for one in patterns)
 
 
 def undeclared(package: Path, launch: Sequence[str]) -> list[str]:
@@ -123,16 +121,12 @@ def undeclared(package: Path, launch: Sequence[str]) -> list[str]:
 
 def install_space(package: Path, name: str) -> Path | None:
     """Return share/NAME of the install space beside the sources, as colcon makes it, or None."""
-    for parent in list(resolve(package).parents)[:4]:
-        for share in (parent / "install" / name / "share" / name, parent / "install" / "share" / name):
-            if is_folder(share):
-                return share
-    return None
+    parents = list(resolve(package).parents)[:4]
+    shares = [one / "install" / place / name for one in parents for place in (f"{name}/share", "share")]
+    return next(filter(is_folder, shares), None)
 
 
 def share_folder(install: Path, name: str) -> Path | None:
     """Return share/NAME of a folder that is an install space, the prefix of a package, or share/NAME itself."""
-    for share in (install / name / "share" / name, install / "share" / name, install):
-        if is_file(share / "package.xml"):
-            return share
-    return None
+    shares = (install / name / "share" / name, install / "share" / name, install)
+    return next((share for share in shares if is_file(share / "package.xml")), None)

@@ -102,7 +102,8 @@ def write_file(
 
 def kept_name(path: Path, data: bytes | None = None) -> Path:
     """Return a path for a copy of a file: a free one, or one that has the same ``data`` already."""
-    names = (path.with_name(f"{path.name}.kept{f'-{number}' if number > 1 else ''}") for number in count(1))
-    return next(
-        n for n in names if not os.path.lexists(n) or (data is not None and n.is_file() and n.read_bytes() == data)
-    )
+    for number in count(1):
+        found = path.with_name(f"{path.name}.kept{f'-{number}' if number > 1 else ''}")
+        if not os.path.lexists(found) or (data is not None and found.is_file() and found.read_bytes() == data):
+            break
+    return found

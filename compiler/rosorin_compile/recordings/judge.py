@@ -75,25 +75,26 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
 
 def _nothing_compared(recording: Recording, has_tree: bool) -> Iterator[Diagnostic]:
     """Yield the finding for a recording without transforms, or of which no edge is described."""
-    topics = sorted(recording.topics)
+    topics, subject = sorted(recording.topics), "the recording"
     if not has_tree and recording.messages == 0 and not topics:
-        yield problem("recording-empty", "the recording", "the recording has no messages")
+        yield problem("recording-empty", subject, "the recording has no messages")
         return
     if not has_tree:
         help, shown = "", f": it has {first_of(topics, 6)}" if topics else ""
-        namespaced = [topic for topic in topics if topic.endswith("/tf")]
+        namespaced = next((topic for topic in topics if topic.endswith("/tf")), "")
         if namespaced and not recording.description.options.namespace:
-            help = f"--namespace {namespaced[0].removesuffix('/tf')} reads {namespaced[0]}"
-        yield problem("recording-foreign", "the recording", f"the recording has no transforms{shown}", help)
+            help = f"--namespace {namespaced.removesuffix('/tf')} reads {namespaced}"
+        yield problem("recording-foreign", subject, f"the recording has no transforms{shown}", help)
         return
     recorded = [(one.parent, one.child) for one in recording.series.values()]
     recorded += [(row.parent, row.child) for row in recording.rows]
     described = {(edge.parent, child) for child, edges in recording.description.by_child.items() for edge in edges}
     if not described & set(recorded) and not recording.answers:
-        many = counted(len(recorded), "edge")
-        message = f"none of the {many} of the recording is described: nothing could be compared"
+        message = (
+            f"none of the {counted(len(recorded), 'edge')} of the recording is described: nothing could be compared"
+        )
         help = "look whether this is the recording of this robot, and its description"
-        yield problem("not-compared", "the recording", message, help, severity=ERROR)
+        yield problem("not-compared", subject, message, help, severity=ERROR)
 
 
 def _joints(recording: Recording) -> Iterator[Diagnostic]:
@@ -104,16 +105,16 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
         message = f"there is no {_STATES}: {len(moving)} moving edges were compared only with what their joints can do"
         yield from [problem("not-compared", _STATES, message)] if moving else []
         return
-    unknown = [name for name in states.ranges if name not in robot.joint]
+    unknown, names = [name for name in states.ranges if name not in robot.joint], recording.description.joint_names
     for name in unknown if len(unknown) <= _FEW else ():
         message = f'{_STATES} names "{name}", a joint that is not described'
-        yield problem("joint-state-unknown", _STATES, message, Suggestion(name, recording.description.joint_names))
+        yield problem("joint-state-unknown", _STATES, message, Suggestion(name, names))
     if len(unknown) > _FEW:
         shown = first_of([f'"{name}"' for name in unknown], _SHOWN)
-        message = f"{_STATES} names {len(unknown)} joints that are not described: {shown}"
-        yield problem("joint-state-unknown", _STATES, message)
-    silent = recording.description.joint_names - states.ranges.keys()
-    if absent := [joint.name for joint in robot.joints if joint.name in silent]:
+        yield problem(
+            "joint-state-unknown", _STATES, f"{_STATES} names {len(unknown)} joints that are not described: {shown}"
+        )
+    if absent := [joint.name for joint in robot.joints if joint.name in names - states.ranges.keys()]:
         message = f"{_STATES} never names {', '.join(absent)}: robot_state_publisher does not publish what hangs on it"
         yield problem("joint-state-missing", _STATES, message)
     if states.leaps.two:
@@ -142,13 +143,14 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
             many, most = share(follower.off, follower.seen), amount(follower.farthest, unit)
             message = f"{name} is not {ratio} in {many} messages of {_STATES}, by {most} at most"
             yield problem("joint-off-its-leader", name, message)
-    unmatched = [series.name for series in moving if series.compared and not series.by_state]
-    if unmatched and len(unmatched) < len(moving):
-        message = f"{first_of(unmatched, _FEW)} never had the stamp of a message of {_STATES} that names its joint: "
-        yield problem("not-compared", _STATES, f"{message}compared only with what the joint can do")
-    elif unmatched:
+    if unmatched := [series.name for series in moving if series.compared and not series.by_state]:
         message = f"no transform has the stamp of a message of {_STATES}: compared only with what the joints can do"
         help = "robot_state_publisher with ignore_timestamp, or another clock, does that"
+        if len(unmatched) < len(moving):
+            message = (
+                f"{first_of(unmatched, _FEW)} never had the stamp of a message of {_STATES} that names its joint: "
+            )
+            message, help = f"{message}compared only with what the joint can do", ""
         yield problem("not-compared", _STATES, message, help)
 
 
@@ -160,9 +162,7 @@ def _robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> I
     if len(recording.descriptions) > 1:
         message = f"{_ROBOT} carried {len(recording.descriptions)} different robots"
         yield problem("robot-description-changed", _ROBOT, message)
-    for ran in recording.descriptions:
-        if ran.rstrip() == compiled.text.encode().rstrip():
-            continue
+    for ran in (one for one in recording.descriptions if one.rstrip() != compiled.text.encode().rstrip()):
         comparison = compare(recording.description.robot, [compiled], {compiled.file: ran})
         if comparison.changes:
             evidence = [f"ran -> compiled: {change.line()}" for change in comparison.changes[:_SHOWN]]
@@ -182,8 +182,7 @@ def _answers(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the answers of tf2_echo that differ from the description, and questions that were never answered."""
     judged = [_answer(recording, answer) for answer in recording.answers]
     nothing = not recording.series and all(found and found.rule == "not-compared" for found in judged)
-    for finding in filter(None, judged):
-        yield replace(finding, severity=ERROR) if nothing else finding
+    yield from (replace(finding, severity=ERROR) if nothing else finding for finding in judged if finding)
     answered = {answer.name for answer in recording.answers}
     for question in {one.name: one for one in recording.refused if one.name not in answered}.values():
         frames = [frame for frame in (question.source, question.target) if f'"{frame}"' in question.why]
@@ -227,7 +226,7 @@ def _answer(recording: Recording, answer: Answer) -> Diagnostic | None:
         printed = Transform((reading.turn or expected).rows, reading.xyz or expected.xyz)
         moved = max(abs(a - b) for a, b in zip(expected.xyz, printed.xyz, strict=True)) > reading.metres
         turned = expected.angle_to(printed) > reading.radians
-        if not moved and not turned:  # the same, but for the printed digits
+        if not (moved or turned):  # the same, but for the printed digits
             continue
         recorded = Transform(printed.rows if turned else expected.rows, printed.xyz if moved else expected.xyz)
         place, turn = pose_text(printed).split(", ")
@@ -261,13 +260,11 @@ def _clocks(recording: Recording) -> Iterator[Diagnostic]:
         waiting = sorted(steps, key=lambda one: -one[1].size)
         while waiting:
             first = waiting[0][1]
-            near = max(_NEAR, _SIMILAR * first.size)
-            same = [w for w in waiting if abs(w[1].before - first.before) + abs(w[1].after - first.after) <= near]
-            waiting = [one for one in waiting if one not in same]
-            names, since = [name for name, _ in same], recording.since_start(first.time)
+            near, (_, was, now, _) = max(_NEAR, _SIMILAR * first.size), first
+            names = [name for name, step in waiting if abs(step.before - was) + abs(step.after - now) <= near]
+            waiting, since = [one for one in waiting if one[0] not in names], recording.since_start(first.time)
             whose = first_of(names, _FEW) if len(names) < max(len(streams), 2) else "the recorder"
-            leads = (first.before, first.after)
-            before, after = (f"{seconds(abs(lead))} {'ahead' if lead > 0 else 'behind'}" for lead in leads)
+            before, after = (f"{seconds(abs(lead))} {'ahead' if lead > 0 else 'behind'}" for lead in (was, now))
             when = f"from {since:.1f} s into the recording on" if since > 0 else "in the end"
             message = f"the clock of {whose} was set: stamps are {before} at first, {after} {when}"
             yield problem("stamp-clock-set", names[0], message)
@@ -337,10 +334,8 @@ def _sensors(recording: Recording) -> Iterator[Diagnostic]:
         message = f'the frame "{worst.frame}" did not exist when the first message of {worst.topic} came: '
         message += f"{seconds((ready - worst.pace.first) / SECOND)} later it did"
         first = f"first message {(worst.pace.first - start) / SECOND:.2f} s into the recording"
-        evidence = [
-            f"{first}, {worst.waited_for} at {(ready - start) / SECOND:.2f} s",
-            f"{share(worst.early, worst.pace.count)} messages could not be placed",
-        ]
+        evidence = [f"{first}, {worst.waited_for} at {(ready - start) / SECOND:.2f} s"]
+        evidence += [f"{share(worst.early, worst.pace.count)} messages could not be placed"]
         evidence += [f"also {use.topic}: {share(use.early, use.pace.count)}" for use in uses if use is not worst]
         yield problem("frame-late", worst.topic, message, evidence=evidence)
     for group in failing.values():
@@ -368,10 +363,8 @@ def _unknown(recording: Recording, use: FrameUse) -> Diagnostic | None:
     if use.frame in known or use.frame in recording.parents or use.frame in recording.parents.values():
         return None
     if not use.frame:
-        if use.type and not use.type.startswith("sensor_msgs/"):
-            return None
-        message = f"{use.topic} is stamped with no frame"
-        return problem("frame-unknown", use.topic, message, severity=WARNING)
+        message, matters = f"{use.topic} is stamped with no frame", not use.type or use.type.startswith("sensor_msgs/")
+        return problem("frame-unknown", use.topic, message, severity=WARNING) if matters else None
     many = counted(use.pace.count, "message")
     message = f'{use.topic} is stamped "{use.frame}" ({many}), a frame that is neither described nor published'
     help: Help = ""

@@ -58,8 +58,8 @@ def dropped(recording: Recording) -> Iterator[Diagnostic]:
             message = f"the frame {nameless} has no name ({many}): tf2 drops it"
         elif not child:
             message = f"neither frame has a name ({many}): tf2 drops that"
-        owners = recording.description.by_child.get(child, ())
-        yield problem("edge-dropped", f"{parent} -> {child}", message, owners[0].advice if owners else "")
+        advice = next((edge.advice for edge in recording.description.by_child.get(child, ())), "")
+        yield problem("edge-dropped", f"{parent} -> {child}", message, advice)
 
 
 def row(recording: Recording, row: FrameRow) -> Iterator[Diagnostic]:
@@ -130,14 +130,13 @@ def _not_described(recording: Recording, series: Series) -> Iterator[Diagnostic]
     """Yield the finding for an edge that is not described; many below one frame of the robot share one."""
     description, name = recording.description, series.name
     turns = [edge.when for edge in description.edges if edge.child == series.child]
-    joint = description.robot.joint_to.get(series.child)
-    if turns or joint is not None:
+    if turns:
         message = f"{name} was published, but such an edge is described only when {' or '.join(turns)}"
-        help = "look what --mode says, and what runs"
-        if not turns and joint is not None:
-            message = f"{name} was published, but the description declares that no node does: {joint.publisher.about}"
-            help = "find out which node does, and declare it"
-        yield problem("edge-not-described", name, message, help)
+        yield problem("edge-not-described", name, message, "look what --mode says, and what runs")
+        return
+    if (joint := description.robot.joint_to.get(series.child)) is not None:
+        message = f"{name} was published, but the description declares that no node does: {joint.publisher.about}"
+        yield problem("edge-not-described", name, message, "find out which node does, and declare it")
         return
     strange = [group[0] for child, group in recording.into.items() if child not in description.by_child]
     above = {other.child: other.parent for other in strange}
@@ -214,11 +213,11 @@ class Way(NamedTuple):
 
 def best_way(recording: Recording) -> Way:
     """Return the combination of modes with the fewest missing edges, and of those the one that fits best."""
-    there, ways = set(recording.into) | {row.child for row in recording.rows}, []
-    fitting = [(one.edge, one.child) for one in recording.series.values() if one.has_parent and not one.wrong]
+    there, ways = {*recording.into, *(row.child for row in recording.rows)}, []
+    fitting = [one.edge for one in recording.series.values() if one.edge and one.has_parent and not one.wrong]
     for modes, edges in recording.description.ways():
         own, missing = {edge.child: edge for edge in edges}, [edge for edge in edges if edge.child not in there]
-        pairs = [(edge, own[child]) for edge, child in fitting if edge is not None and child in own]
+        pairs = ((edge, own[edge.child]) for edge in fitting if edge.child in own)
         others = [(edge, mine) for edge, mine in pairs if edge.value != mine.value]
         text = " and ".join(f"{name} is {'on' if value else 'off'}" for name, value in modes.items())
         ways.append(Way(modes, edges, missing, others, text))
@@ -242,14 +241,15 @@ def prefixed(recording: Recording) -> Diagnostic | None:
     counts = Counter(name[:at] for name in frames for at in range(1, len(name)) if name[at:] in known)
     fitting = [text for text, count in counts.items() if 2 * count >= len(frames) and not frames & known]
     prefix = next((text for text in fitting if all(name.startswith(text) for name in frames)), "")
+    message = help = ""
     if prefix and prefix != given:
-        other = f"not with {given}" if given else "those of the description do not"
-        message, help = f"all frames begin with {prefix}, {other}", f"--prefix {shlex.quote(prefix)} compares what is "
-        return problem("frames-prefixed", "the recording", message, f"{help}behind it")
-    if given and frames and not any(name.startswith(given) for name in frames):
+        message = (
+            f"all frames begin with {prefix}, {f'not with {given}' if given else 'those of the description do not'}"
+        )
+        help = f"--prefix {shlex.quote(prefix)} compares what is behind it"
+    elif given and frames and not any(name.startswith(given) for name in frames):
         message = f"no frame begins with {given}: there are {first_of(sorted(frames), _FEW)}"
-        return problem("frames-prefixed", "the recording", message)
-    return None
+    return problem("frames-prefixed", "the recording", message, help) if message else None
 
 
 def missing(recording: Recording) -> Iterator[Diagnostic]:
@@ -282,8 +282,7 @@ def missing(recording: Recording) -> Iterator[Diagnostic]:
                 message += f" (when {way.text})"
             help = f"look whether it runs; --without {first.publisher.name} if it was not meant to"
             if first.publisher.kind == ROBOT_STATE_PUBLISHER and all(edge.moving for edge in several):
-                help = "robot_state_publisher publishes nothing that moves without /joint_states: look who publishes "
-                help += "these"
+                help = "robot_state_publisher needs /joint_states for all that moves: look who publishes these"
             topics = {f"/{'tf' if edge.moving else 'tf_static'}" for edge in several}
             recorded = {name[name.rfind("/") :] for name in recording.topics}
             if recording.timed and (lacking := sorted(topics - recorded)):

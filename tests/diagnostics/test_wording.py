@@ -1,13 +1,14 @@
 """Wording: whatever stands in a file, what is said of it stands on one line and steers no terminal."""
 
 import unicodedata
+from copy import copy
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.source import wording
-from rosorin_compile.source.diagnostics import did_you_mean
+from rosorin_compile.source.diagnostics import Suggestion, UnknownName, did_you_mean
 from rosorin_compile.source.wording import foreign, listed, look, masked, printable, quoted, unseen
 
 TEXTS = st.text(st.characters(), max_size=20)  # lone surrogates too: names of files that are no text
@@ -83,3 +84,21 @@ def test_a_suggestion_says_what_nobody_can_see(word, says):
 def test_the_nearest_of_very_many_is_found_by_its_look():
     many = [f"joint_{index}" for index in range(200)]
     assert did_you_mean("j\u043eint_77", many).startswith('did you mean "joint_77"?')
+
+
+@pytest.mark.parametrize(
+    ("problem", "says"),
+    [
+        (UnknownName("frame", "lasr", ["laser", "base"]), 'there is no frame "lasr"; did you mean "laser"?'),
+        (UnknownName("mode", "x", (), "rover", "it has none"), 'rover has no mode "x"; it has none'),
+        (UnknownName("pose", "nap", ["home"]), 'there is no pose "nap"; known: home'),
+        (UnknownName("rule", "x"), 'there is no rule "x"'),
+    ],
+)
+def test_an_unknown_name_words_itself_also_in_another_process(problem: UnknownName, says: str) -> None:
+    assert str(problem) == str(copy(problem)) == says
+
+
+def test_details_follow_a_similar_name_and_else_replace_the_list() -> None:
+    assert Suggestion("lasr", ["laser"], details="all: laser")() == 'did you mean "laser"? (all: laser)'
+    assert Suggestion("x", ["laser"], details="all: laser")() == "all: laser"

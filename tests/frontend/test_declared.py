@@ -55,6 +55,14 @@ def test_the_examples_use_what_they_declare(path):
         "use: {it: {part: a}}\n",
         "let: {entry: {type: mine, parent: base_link, frame: f}}\nsensor_types: {mine: {}}\nlinks: {base_link: {}}\n"
         "sensors: {s: '${entry}'}\n",
+        "publishers: {a: {}}\nparts: {a: {links: {x: {}}, joints: {m: {type: fixed, parent: mount, child: x, "
+        "publisher: a}}}}\nlinks: {base_link: {}}\nuse: {it: {part: a, parent: base_link}}\n",
+        "let: {seen: {stamps: [base_link]}}\npublishers: {a: '${seen}'}\nlinks: {base_link: {}}\n",
+        "publishers: {p: {}}\nsensor_types: {mine: {publisher: p}}\nlinks: {base_link: {}}\n"
+        "sensors: {s: {type: mine, parent: base_link, frame: f}}\n",
+        "publishers: {p: {}}\nparts: {a: {links: {x: {}}, joints: {m: {type: fixed, parent: mount, child: x}}}}\n"
+        "links: {base_link: {}}\nuse: {it: {part: a, parent: base_link, content: {links: {c: {}}, "
+        "joints: {j: {type: fixed, parent: x, child: c, publisher: p}}}}}\n",
     ],
 )
 def test_what_another_value_needs_is_used(tmp_path, text):

@@ -23,8 +23,7 @@ from rosorin_compile.request import Request
 from rosorin_compile.ros.check_parameters import checking, nodes
 from rosorin_compile.ros.navigation import FILTER, frames_of, kind_of
 from rosorin_compile.ros.parameters.files import nodes_of, read_sections
-from rosorin_compile.ros.parameters.tables import kinds
-from rosorin_compile.ros.parameters.values import fits, refused
+from rosorin_compile.ros.parameters.tables import fits, kinds, refused
 from rosorin_compile.ros.robot_localization import STATES
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import Diagnostic, Source, has_errors

@@ -179,8 +179,13 @@ def test_the_graph(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 def test_the_readme_has_the_first_drive(tmp_path: Path) -> None:
     text = (package(tmp_path) / "README.md").read_text("utf-8")
     assert "-p stamped:=true -r cmd_vel:=/cmd_vel" in text
-    assert "map:=" in text
+    assert "bringup.launch.py slam:=False map:=" in text
+    assert "For ROS 2\nJazzy" in text
     assert "driver of lidar: `LaserScan` on `/scan`" in text
+    inputs = "imu0: {topic: imu_broadcaster/imu}, imu1: {topic: camera/imu}"
+    (tmp_path / "more").mkdir()
+    more = package(tmp_path / "more", ("imu0: {topic: imu_broadcaster/imu}", inputs))
+    assert "another driver: `Imu` on `/camera/imu`" in (more / "README.md").read_text("utf-8")
 
 
 def test_moveit_publishes_the_srdf(tmp_path: Path) -> None:

@@ -60,10 +60,7 @@ def package(folder: Path, name: str, distribution: str) -> Path:
             text = text.replace("parallel_gripper", "position_gripper")
         if "nav2.yaml, distribution" not in text:
             text = text.replace("nav2: {file: nav2.yaml,", f"nav2: {{file: nav2.yaml, distribution: {distribution},")
-        # The reference robot runs the driver of its maker; here the controller drives it.
-        file.write_text(
-            text.replace("odom0: {topic: odom_raw}", "odom0: {topic: mecanum_drive_controller/odometry}"), "utf-8"
-        )
+        file.write_text(text, "utf-8")
     words = ["package", str(source), "-o", str(folder / name), "--name", name, *(f"--{part}" for part in parts), "-q"]
     assert main(words) == 0
     return folder / name
@@ -138,13 +135,15 @@ def test_all_velocities_arrive_and_none_without_a_remap_or_a_topic(
     variants = [
         {"nodes": apart, "seconds": 10},
         {"nodes": slam["nodes"], "seconds": 10},
+        {"nodes": task["nodes"], "seconds": 10},
         *({"nodes": nodes} for nodes in changes.values()),
     ]
-    complete, mapping, *found = run_child(distribution, {**task, "variants": variants})
+    complete, mapping, together, *found = run_child(distribution, {**task, "variants": variants})
     for result in (complete, mapping):
         assert result["missing"] == []
         assert set(result["arrived"]) == set(SENDERS)
         assert set(result["arrived"].values()) == {20}
+    assert together == complete, "nodes that share a process, as in the variants with a change"
     publishers = complete["transforms"]["/tf"]
     assert len(publishers) == len(set(publishers)), "two owners of a transform"
     unnoticed = [what for what, result in zip(changes, found, strict=True) if result == complete]
@@ -163,7 +162,7 @@ def changed(folder: Path, made: Path, nodes: list[dict[str, Any]]) -> Iterator[t
     for index, one in enumerate(nodes):
         words = one["words"]
         full = f"{one['namespace'].rstrip('/')}/{one['name']}"
-        if one["role"] in ("robot_state_publisher", "controller_manager", "controller"):
+        if one["role"] in ("robot_state_publisher", "controller_manager", "controller", "filter"):
             for at in range(0, len(words), 2):
                 if one["role"] != "controller" or words[at + 1] not in of_manager:
                     yield f"{full} without {words[at + 1]}", replaced(index, words=words[:at] + words[at + 2 :])

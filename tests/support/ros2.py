@@ -4,7 +4,7 @@ import json
 import os
 import subprocess
 from collections.abc import Iterator
-from itertools import count, pairwise
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,6 @@ ROLES = dict.fromkeys(SENDERS, "sender") | {"amcl": "locator", "slam_toolbox": "
 ROLES |= {"ros2_control_node": "controller_manager", "ekf_node": "filter"}
 ROLES |= {name: name for name in ("velocity_smoother", "collision_monitor", "robot_state_publisher", "move_group")}
 NAMES = {"ros2_control_node": "controller_manager"}  # of nodes without a name in the launch file
-_domains = count(os.getpid() % 200)
 
 
 def python_of(distribution: str) -> str:
@@ -39,7 +38,8 @@ def python_of(distribution: str) -> str:
 def run_child(distribution: str, task: dict[str, Any]) -> Any:
     """Run a task of ``ros2_child`` with a domain of its own; return its result."""
     environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "PYTHONPATH": ""}
-    environment["ROS_DOMAIN_ID"] = str(next(_domains) % 230)
+    worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+    environment["ROS_DOMAIN_ID"] = str(1 + (10 * os.getpid() + worker % 10) % 100)  # of this process alone
     command = [python_of(distribution), str(CHILD)]
     done = subprocess.run(
         command, env=environment, input=json.dumps(task), capture_output=True, text=True, check=False, timeout=300

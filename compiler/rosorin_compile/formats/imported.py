@@ -74,6 +74,7 @@ class Imported(NamedTuple):
     names: Mapping[str, Mapping[int, str]] = {}  # that objects of the source got, by kind and index, for the proof
     checked: bool = True  # the tree was validated
     mount: str = ""  # the link of another robot that joints of a called macro refer to
+    packages: Mapping[str, Path] = {}  # the folders of packages that kept elements may name
     passed: frozenset[str] = frozenset()  # the keys of an include whose values the call of a macro got
 
     @property

@@ -6,12 +6,14 @@ the others stay as in the source; ``x-file`` is the file of a section in a descr
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from graphlib import TopologicalSorter
 from itertools import pairwise
 from keyword import iskeyword
+from pathlib import Path as FilePath
 from typing import Any, TypeVar
 
 from rosorin_compile.formats.imported import Imported, Outputs
@@ -21,7 +23,7 @@ from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map, Path, Seq
 
-from .layout import Expression, Verbatim, angle_of, layout, number, placed, within_part
+from .layout import Expression, Verbatim, angle_of, escaped, layout, number, placed, within_part
 
 PARTS, USE, LET = "parts", "use", "let"  # sections that the plain tree has no more
 # The files besides the first one, in their order; others follow.
@@ -57,7 +59,7 @@ def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | N
     whether it is several files; without it a long one is. The result is the same for the same tree, whatever the
     machine.
     """
-    document = _Document(tree_of(imported)).made(wanted)
+    document = _Document(tree_of(imported), imported.packages).made(wanted)
     head = [f"yaml-language-server: $schema={schema}"] if schema else []
     few = sum(len(value) for value in document.values() if isinstance(value, dict)) <= MAX_LINES
     if split is False or (split is None and few):
@@ -94,8 +96,8 @@ def _file(name: str, document: dict[str, Any], imported: Imported, wanted: Outpu
 class _Document:
     """Turns a tree into the values of a document."""
 
-    def __init__(self, tree: Map) -> None:
-        self.tree = tree
+    def __init__(self, tree: Map, packages: Mapping[str, FilePath] = {}) -> None:
+        self.tree, self.packages = tree, packages
         self.folders = mesh_folders(tree)
 
     def made(self, wanted: Outputs) -> dict[str, Any]:
@@ -117,7 +119,7 @@ class _Document:
         if isinstance(value, str):
             if path[-2:] == ("mesh", "file"):
                 return _below_folder(value, self.folders)
-            return value if isinstance(value, (Expression, Verbatim)) else str(value)
+            return value if isinstance(value, Verbatim) else _in_packages(value, self.packages)
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             return number(value, span, angle_of(self.tree, path))
         return value
@@ -133,6 +135,16 @@ class _Document:
                 if found or key != "dynamics":
                     made[key] = found
         return sorted_keys(made, own) if len(own) > 1 else made
+
+
+def _in_packages(text: str, packages: Mapping[str, FilePath]) -> str:
+    """Return a text in which files are named by their package, not by their folder on this machine."""
+    if not any(f"{folder}{os.sep}" in text for folder in packages.values()):
+        return text if isinstance(text, Expression) else str(text)
+    made = text if isinstance(text, Expression) else escaped(text)
+    for name, folder in packages.items():
+        made = made.replace(f"{folder}{os.sep}", f"${{find('{name}', 'package://{name}')}}/")
+    return Expression(made)
 
 
 def _written(value: Any) -> Any:

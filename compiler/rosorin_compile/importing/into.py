@@ -220,7 +220,7 @@ def _others(package: Path, name: str, written: Sequence[str]) -> list[str]:
 
 
 def _differs(path: Path, data: bytes) -> bool:
-    """Say whether another file stands at a path."""
+    """Return True if there is another file at a path."""
     return os.path.lexists(path) and not (is_file(path) and read_bytes(path) == data)
 
 

@@ -1,6 +1,6 @@
-"""Switching: the lines of launch and CMake files that expand a xacro, and what they are when a description is compiled.
+"""Find the lines of launch and CMake files that expand a xacro, and rewrite them to compile the description.
 
-The files of the package are looked through, and those of the packages beside it. They are read, and never changed.
+The files of the package and of the packages next to it are read, and never changed.
 """
 
 from __future__ import annotations
@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator, Set
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,6 +22,8 @@ OUTPUT = "urdf"
 _LARGEST = 1_000_000  # bytes of a launch file
 _MOST_PACKAGES = 200
 _MOST_LINES = 20
+_COMMENTS = ("#", "<!--", '"""', "'''")
+_ARGUMENT = re.compile(r"([A-Za-z_]\w*):=")
 _XACRO_FILE = re.compile(r"[\w.-]+\.xacro\b")
 _FOUND = r"""FindExecutable\(\s*name\s*=\s*(?P<quote>['"])xacro(?P=quote)\s*\)"""
 # How xacro is called: a word of a command, found as a program, as a module, by CMake.
@@ -40,9 +43,9 @@ _FIND_PACKAGE = re.compile(r"\bfind_package\s*\(\s*xacro\b")
 
 
 class Line(NamedTuple):
-    """A line to change: its file as seen from the package, its number, how it is and how it has to be.
+    """A line to change: its file relative to the package, its number, and the old and the new text.
 
-    ``new`` is empty where that is for a person to say; ``remark`` says more.
+    ``new`` is empty if a person has to write it; ``remark`` has the reason.
     """
 
     file: str
@@ -53,10 +56,7 @@ class Line(NamedTuple):
 
 
 def lines_to_change(package: Path, source: str, description: str, arguments: Set[str]) -> list[Line]:
-    """Return the lines that expand a source, seen from the package, and those that name it for that.
-
-    ``arguments`` are those that the description has.
-    """
+    """Return the lines that expand a source of a package; ``arguments`` are those of the description."""
     found: list[Line] = []
     for path in _files(package):
         try:
@@ -72,20 +72,16 @@ def lines_to_change(package: Path, source: str, description: str, arguments: Set
 
 
 def _files(package: Path) -> Iterator[Path]:
-    """Yield the launch files and CMakeLists.txt of a package, then those of the packages beside it."""
+    """Yield the launch files and CMakeLists.txt of a package, then those of the packages next to it."""
+    own = files.resolve(package)
     others: list[Path] = []
-    try:
-        own = files.resolve(package)
-        beside = sorted(own.parent.iterdir())
-        others = [one for one in beside if files.is_file(one / "package.xml") and one != own]
-    except OSError:
-        pass
+    with suppress(OSError):
+        others = [one for one in sorted(own.parent.iterdir()) if files.is_file(one / "package.xml") and one != own]
     for folder in [package, *others[:_MOST_PACKAGES]]:
-        try:
-            names = files_below(folder, skip_built=True)
-        except OSError:
-            continue
-        yield from (folder / name for name in names if is_launch_file(name) or name == "CMakeLists.txt")
+        with suppress(OSError):
+            for name in files_below(folder, skip_built=True):
+                if is_launch_file(name) or name == "CMakeLists.txt":
+                    yield folder / name
 
 
 def _lines(name: str, text: str, source: str, description: str, arguments: Set[str]) -> Iterator[Line]:
@@ -94,59 +90,44 @@ def _lines(name: str, text: str, source: str, description: str, arguments: Set[s
     alone = set(_XACRO_FILE.findall(text)) == {file}
     for number, line in enumerate(text.split("\n"), 1):
         bare = line.strip()
-        mine = re.search(rf"(?<![\w.-]){re.escape(file)}", line) is not None
-        if _is_comment(bare) or not (mine or (alone and _calls(line))):
+        has_name = re.search(rf"(?<![\w.-]){re.escape(file)}", line) is not None
+        calls = _MODULE.search(line) is not None or any(form.search(line) for form, _ in _CALLS)
+        if bare.startswith(_COMMENTS) or not (has_name or (alone and calls)):
             continue
+        new, remark = line, ""
         if _ADD_FILES.search(line):
-            folder = description
-            yield Line(name, number, bare, f"rosorin_compile_add_robot(DESCRIPTION {folder} OUTPUTS urdf INSTALL)")
-            continue
-        if _FIND_PACKAGE.search(line):
-            yield Line(name, number, bare, "find_package(rosorin_compile_cmake REQUIRED)")
-            continue
-        new = _renamed(line, source, f"{description}/{Description.ROOT_FILE}") if mine else line
-        module = _MODULE.search(new)
-        if module:
-            new, remark = _without_module(new, module.start())
+            new = f"rosorin_compile_add_robot(DESCRIPTION {description} OUTPUTS urdf INSTALL)"
+        elif _FIND_PACKAGE.search(line):
+            new = "find_package(rosorin_compile_cmake REQUIRED)"
         else:
-            (new, unfinished), absent = _called(new), _not_taken(new, arguments)
-            remark = "; ".join(filter(None, [unfinished, absent]))
+            new = _renamed(line, source, f"{description}/{Description.ROOT_FILE}") if has_name else line
+            if module := _MODULE.search(new):
+                new, remark = _without_module(new, module.start())
+            else:
+                absent = [word for word in _ARGUMENT.findall(new) if word not in arguments]
+                new, remark = _called(new)
+                if absent:
+                    missing = f"the description has no argument {listed(absent)}: leave it out, or add it under args"
+                    remark = "; ".join(filter(None, [remark, missing]))
         if new.strip() != bare or remark:
             yield Line(name, number, bare, new.strip(), remark)
 
 
-_GIVEN = re.compile(r"([A-Za-z_]\w*):=")
-
-
-def _not_taken(line: str, arguments: Set[str]) -> str:
-    """Return which arguments of a line the description does not have, in words; empty if it has all of them."""
-    absent = [name for name in _GIVEN.findall(line) if name not in arguments]
-    return f"the description has no argument {listed(absent)}: leave it out, or add it under args" if absent else ""
-
-
-def _is_comment(line: str) -> bool:
-    return line.startswith(("#", "<!--", '"""', "'''"))
-
-
-def _calls(line: str) -> bool:
-    return any(form.search(line) for form, _ in _CALLS) or _MODULE.search(line) is not None
-
-
 def _called(line: str) -> tuple[str, str]:
-    """Return a line with the call of xacro as that of this tool, and what is left to be done."""
+    """Return a line with the call of xacro as that of this tool, and a remark about what is left to do."""
     for form, instead in _CALLS:
         found = form.search(line)
         if found is not None:
             changed = form.sub(instead, line, count=1)
-            asked = _asked(changed, found.start(), len(line) - found.end())
-            if asked is None:
+            made = _with_output(changed, found.start(), len(line) - found.end())
+            if made is None:
                 return _OLD_FLAGS.sub("", changed), f'the last word of the command is "{OUTPUT}"'
-            return _OLD_FLAGS.sub("", asked), ""
+            return _OLD_FLAGS.sub("", made), ""
     return line, ""
 
 
-def _asked(line: str, start: int, after: int) -> str | None:
-    """Return a line with the output as the last word of a call; None if the call does not end in the line.
+def _with_output(line: str, start: int, after: int) -> str | None:
+    """Return a line with the output as the last word of a call, or None if the call does not end in the line.
 
     The call begins at ``start``; ``after`` letters follow the name of the program.
     """
@@ -155,7 +136,7 @@ def _asked(line: str, start: int, after: int) -> str | None:
     bracket = "" if opened is None else line[opened]
     inside, quoted, behind = line[len(line) - after :].partition(quote or "\0")
     goes_on = behind.lstrip()[:1] in {"[": ",+", "(": "+"}.get(bracket, "")
-    if quoted and not (behind.strip() and goes_on):  # the whole call is one text
+    if quoted and not (behind.strip() and goes_on):  # the call is one text
         end = len(line) - after + len(inside)
         return f"{line[:end]} {OUTPUT}{line[end:]}"
     closed = None if opened is None else _closed(line, opened)
@@ -169,18 +150,13 @@ def _asked(line: str, start: int, after: int) -> str | None:
 
 
 def _opened(line: str, place: int) -> int | None:
-    """Return the bracket that is open at a place of a line."""
-    opened: list[int] = []
-    for at, letter in enumerate(line[:place]):
-        if letter in "([":
-            opened.append(at)
-        elif letter in ")]" and opened:
-            opened.pop()
-    return opened[-1] if opened else None
+    """Return the innermost bracket that is open at a place of a line."""
+    brackets = [at for at in range(place) if line[at] in "(["]
+    return next((at for at in reversed(brackets) if (_closed(line, at) or place) >= place), None)
 
 
 def _closed(line: str, opened: int) -> int | None:
-    """Return where a bracket of a line is closed; None if that is in another line."""
+    """Return where a bracket of a line is closed, or None if that is in another line."""
     depth = 0
     for place in range(opened, len(line)):
         depth += {"(": 1, "[": 1, ")": -1, "]": -1}.get(line[place], 0)

@@ -124,7 +124,7 @@ def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> 
     files = write(imported, wanted, schema)
     for name, text in files.items():
         (stage / name).write_text(text, "utf-8")
-    return files, compile_robot(stage / Description.ROOT_FILE, exact=True)
+    return files, compile_robot(stage / Description.ROOT_FILE, packages=imported.packages, exact=True)
 
 
 def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTrip, plain: Map | None) -> RoundTrip:

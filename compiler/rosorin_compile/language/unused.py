@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any
 
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Span
 from rosorin_compile.source.project import ENDINGS
-from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.tree import Map, at
 from rosorin_compile.source.wording import difference, in_words, look, unseen
 
 from .expand.scope import Scope
@@ -55,21 +54,21 @@ def check_letters(symbols: SymbolTable, scope: Scope) -> None:
 def unused(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]:
     """Return a warning for each name that is defined and never used; ``read`` are the files of the description."""
     tree, uses = symbols.tree, list(symbols.references(tuple(_UNUSED)))
-    used = {(one.kind, one.name, one.owner) for one in uses if one.path[:2] != ("parts", one.name)}
+    used = {(one.kind, one.name, one.owner) for one in uses if (one.kind, *one.path[:2]) != ("part", "parts", one.name)}
     hidden = {one.kind for one in uses if "$" in one.name}
     outputs = tree.get("outputs")
     if isinstance(outputs, Map):  # a template may print all of them, and options name modes
         templates = any(isinstance(entry, Map) and "template" in entry for entry in outputs.values())
         hidden |= {"publisher", "mode"} if templates else set()
-        used |= {("mode", word, "") for text in _texts(outputs) for word in WORD.findall(text)}
+        used |= {("mode", word, "") for word in WORD.findall(str(outputs))}
     shared: dict[str, bool] = {}
     warnings = []
     for one in symbols.definitions():
         kind = "value" if one.kind in _EXPRESSIONS else one.kind
         if kind not in _UNUSED or kind in hidden or "$" in one.name or (kind, one.name, one.owner) in used:
             continue
-        place = one.place or tree.locate(one.path, key=True)
-        if one.kind == "publisher" and tree["publishers"][one.name].get("stamps"):
+        place, entry = one.place or tree.locate(one.path, key=True), at(tree, one.path)
+        if one.kind == "publisher" and (isinstance(entry, str) or (entry or {}).get("stamps")):
             continue
         what, way = _UNUSED.get(one.kind, _UNUSED["value"])
         message = f'{one.owner} never uses its {one.kind} "{one.name}"' if one.owner else what.format(one.name)
@@ -80,13 +79,6 @@ def unused(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]:
             help = f"{way.format(one.name)}, or remove it"
             warnings.append(Diagnostic("unused", WARNING, message, place.span, place.stack(), help))
     return warnings
-
-
-def _texts(value: Any) -> Iterator[str]:
-    if isinstance(value, str):
-        yield value
-    for item in value.values() if isinstance(value, Map) else value if isinstance(value, Seq) else ():
-        yield from _texts(item)
 
 
 def _is_shared(span: Span, read: Iterable[Path]) -> bool:

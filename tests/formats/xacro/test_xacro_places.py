@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
 
 from rosorin_compile import read
 from rosorin_compile.cli.main import main
+from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.source.diagnostics import Diagnostic
@@ -166,6 +168,12 @@ def test_a_path_of_this_machine_in_what_is_kept_is_told() -> None:
     (told,) = _read(packages={"arm": Path("arm")}).diagnostics
     assert (told.rule, told.span and told.span.line) == ("import-machine-path", 4)
     assert told.message == f"<parameters> names a file of this machine: {Path.cwd()}/arm/config/a.yaml"
+    assert main(["import", "robot.xacro", "-o", "made", "--trust", "--flat", "--package", "arm=arm"]) == 0
+    assert not any(str(Path.cwd()) in path.read_text("utf-8") for path in Path("made").iterdir())
+    for folder in (f"{Path.cwd()}/arm", "package://arm"):
+        artifacts = compile_robot(Path("made/robot.yaml")).artifacts
+        assert any(f"<parameters>{folder}/config/a.yaml<" in artifact.text for artifact in artifacts)
+        shutil.rmtree("arm", ignore_errors=True)
 
 
 def test_what_xacro_says_names_the_file_as_people_do() -> None:

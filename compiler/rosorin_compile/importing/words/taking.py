@@ -1,4 +1,4 @@
-"""Taking: the elements of a URDF that may become words, each with the text that is left without it."""
+"""Find the elements of a URDF that may become sections, and cut them out of the texts that contain them."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _AROUND = "elements"
 
 
 class Candidate(NamedTuple):
-    """An element that may become an entry of a section: its name, the text it is in, its number there.
+    """An element that may become an entry of a section: its name, the text that contains it, its number there.
 
-    ``reference`` is that of the <gazebo> around it.
+    ``reference`` is that of the ``<gazebo>`` around it.
     """
 
     section: str
@@ -34,17 +34,17 @@ class Candidate(NamedTuple):
 
     @property
     def path(self) -> Path:
-        """Where its entry stands."""
+        """The path of its entry."""
         return (self.section, self.name)
 
     @property
     def called(self) -> str:
-        """What it is called in a message."""
+        """Its name in messages."""
         return f'{"sensor" if self.section == SENSORS else "<ros2_control>"} "{self.name}"'
 
     @property
     def alone(self) -> str:
-        """The element as a text of its own, in what it stands in."""
+        """The element as a separate text, in its ``<gazebo>``."""
         from xml.etree import ElementTree
 
         if self.section == CONTROL:
@@ -55,7 +55,7 @@ class Candidate(NamedTuple):
 
 
 def trees(texts: Seq) -> Iterator[tuple[int, Tree]]:
-    """Yield the elements of each text, with its index; none of one that is no XML."""
+    """Yield the elements of each text that is XML, with its index."""
     for index, text in enumerate(texts):
         try:
             yield from ((index, element) for element in tree_of(f"<{_AROUND}>{text}</{_AROUND}>"))
@@ -64,7 +64,7 @@ def trees(texts: Seq) -> Iterator[tuple[int, Tree]]:
 
 
 def candidates(texts: Seq) -> list[Candidate]:
-    """Return the hardware blocks and the sensors among elements."""
+    """Return the hardware blocks and the sensors in elements."""
     found = []
     for index, element in trees(texts):
         if element.tag == "ros2_control":
@@ -78,7 +78,7 @@ def candidates(texts: Seq) -> list[Candidate]:
 
 
 class Rest(NamedTuple):
-    """What is left of the elements: the texts, where each former index went, and the comments of what was taken."""
+    """The texts without some elements, the new path of each text by its index, and the comments of what is cut out."""
 
     texts: Seq
     paths: Mapping[int, Path]
@@ -86,7 +86,7 @@ class Rest(NamedTuple):
 
 
 def without(texts: Seq, taken: list[Candidate]) -> Rest:
-    """Return elements without those that became words; a <gazebo> that says nothing more is gone."""
+    """Return elements without those that became entries; an empty ``<gazebo>`` is removed, too."""
     left, paths, comments = Seq(texts.span, texts.via), dict[int, Path](), list[Comment]()
     for index, (text, span) in enumerate(zip(texts, texts.value_spans, strict=True)):
         mine = [one for one in taken if one.text == index]
@@ -101,7 +101,7 @@ def without(texts: Seq, taken: list[Candidate]) -> Rest:
 
 
 def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]]:
-    """Return a text without some elements, and the comments of those by the path of what they became."""
+    """Return a text without some elements, and their comments by the path of their entry."""
     root = parse(Source("", f"<{_AROUND}>{text}</{_AROUND}>")).root
     said: list[tuple[Path, str]] = []
     gone: list[tuple[int, int]] = []
@@ -137,7 +137,7 @@ def _comments(element: Element) -> list[Remark]:
 
 
 def moved(comments: Any, paths: Mapping[int, Path]) -> list[Comment]:
-    """Return comments of elements at the paths where those are now."""
+    """Return comments with the new paths of the elements that they belong to."""
     made = []
     for comment in comments:
         path = comment.path
@@ -148,7 +148,7 @@ def moved(comments: Any, paths: Mapping[int, Path]) -> list[Comment]:
 
 
 def put(tree: Map, sections: Mapping[str, Any]) -> Map:
-    """Return a tree with more sections, whose values are plain; what is empty goes."""
+    """Return a tree with more sections, whose values are plain; empty sections are removed."""
     made = tree.copied()
     for key, value in sections.items():
         if value:

@@ -161,6 +161,7 @@ class Expansion:
             _name_packages(document, self.packages, [*map(str, xacro.all_includes), self.file])
             answer["places"] = [_place(node) for node in elements(document)]
             answer["folders"] = _folders(self.packages, xacro.all_includes, self.file)
+            answer["packages"] = {name: str(folder) for name, folder in self.packages.found()}
             answer["text"] = document.toprettyxml(indent="  ")
         except Exception as problem:  # whatever the file does is an answer
             answer |= _error(problem) | {"at": _place_of_error(problem)}
@@ -263,7 +264,7 @@ class Expansion:
     # What is missing.
 
     def stand_in(self, kind: str, name: str) -> str:
-        """Record something that is missing, and return what stands for it."""
+        """Record something that is missing, and return a value in its place."""
         if _NOTHING not in name:
             self.missing.setdefault((kind, name), _current_place())
         return _NOTHING

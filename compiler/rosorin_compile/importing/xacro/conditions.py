@@ -223,7 +223,7 @@ class ChosenFiles:
             raise Failed(f"the file to {what} is named by it", node)
         base = "" if pattern.startswith("/") else f"{self.folder()}/"
         paths = sorted(glob.glob(glob.escape(base) + pattern))[:MAX_FILES]  # noqa: PTH207 - an absolute pattern, too
-        return self._matches(re.escape(base) + form, filter(os.path.isfile, paths))
+        return self._matches(node, re.escape(base) + form, filter(os.path.isfile, paths))
 
     def matching_macros(self, node: Any, macros: Any) -> list[tuple[dict[str, str], str]]:
         """Return the macros with a name that depends on variables, each with their values. Raises Failed."""
@@ -232,13 +232,14 @@ class ChosenFiles:
         while isinstance(macros, dict):
             defined += [one for one in dict.keys(macros) if isinstance(one, str)]
             macros = vars(macros).get("parent") if hasattr(macros, "__dict__") else None
-        return self._matches(form, defined)
+        return self._matches(node, form, defined)
 
     def _patterns(self, node: Any, reason: str, kind: str = "") -> tuple[str, str]:
         """Return the names that a formula may have as a pattern of files, and as a regular expression."""
         pattern = form = ""
         for part in parts_of(node):
-            if isinstance(part, ast.Name) and (not kind or self.program.variables[part.id]["kind"] == kind):
+            variable = self.program.variables.get(getattr(part, "id", ""))
+            if variable is not None and kind in ("", variable["kind"]):
                 form += f"(?P={part.id})" if f"(?P<{part.id}>" in form else f"(?P<{part.id}>[^/]+)"
                 pattern += "*"
                 continue
@@ -251,8 +252,10 @@ class ChosenFiles:
             pattern, form = pattern + glob.escape(text), form + re.escape(text)
         return pattern, form
 
-    def _matches(self, form: str, names: Iterable[str]) -> list[tuple[dict[str, str], str]]:
+    def _matches(self, node: ast.AST, form: str, names: Iterable[str]) -> list[tuple[dict[str, str], str]]:
         found = [(match.groupdict(), one) for one in dict.fromkeys(names) if (match := re.fullmatch(form, one))]
+        if not found:
+            raise Failed("no file or macro has that name", node)
         for values, _ in found:
             for name, value in values.items():
                 self.program.candidates.setdefault(name, []).append(value)

@@ -1,8 +1,8 @@
 """Expand a xacro in a child process, and read what comes out as URDF.
 
-Expanding can run Python code of whoever wrote the file: xacro guards its expressions, but not well enough for a foreign
-file (see docs). So a warning comes first, and nothing is expanded if there is nothing to expand. Everything that is
-missing is reported at once, each at its place in the file that somebody wrote.
+Expanding can run Python code of the authors of the file: xacro guards its expressions, but not well enough (see docs).
+So a warning comes first, and nothing is expanded if there is nothing to expand. Everything that is missing is reported
+at once, each at its place in the source.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ _MAKING = ("attribute", "call", "element", "if", "insert_block", "unless")
 
 
 def is_xacro(document: Document, path: Path) -> bool:
-    """Say whether a document has anything to expand: elements or attributes of xacro, or, as a .xacro, ${} and $()."""
+    """Return True if a document has elements or attributes of xacro, or, in a .xacro, ${} or $()."""
     text = document.source.text
     if "xacro:" in text:
         for element in document.root.iter():
@@ -75,11 +75,10 @@ def is_xacro(document: Document, path: Path) -> bool:
 
 
 def only_left_over(document: Document, path: Path) -> bool:
-    """Say whether a file is called a URDF and is one, but for elements of xacro that somebody forgot.
+    """Return True if a .urdf file is a URDF except for leftover elements of xacro, which readers of URDF ignore.
 
-    Readers of URDF pass over them. Where such a file has links, and nothing outside of those elements is to be
-    expanded, it is tried as what it is called first. A call of a macro that nothing can define makes nothing either;
-    without the prefix declared, xacro cannot even read the file.
+    It has links, and nothing outside of those elements has to be expanded. The call of a macro that nothing defines
+    makes nothing either; without a declaration of the prefix, xacro cannot read the file at all.
     """
     if path.suffix.lower() != ".urdf" or not any(child.tag == "link" for child in document.root.children):
         return False
@@ -160,6 +159,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         read = read._replace(tree=_without_mount(read.tree, mount), mount=mount)
     if call is not None:
         read = read._replace(passed=call.passed)
+    read = read._replace(packages={name: Path(folder) for name, folder in answer["packages"].items()})
     own = _of_this_machine(made, answer["folders"])
     return read._replace(diagnostics=[*diagnostics, *map(with_calls, [*read.diagnostics, *own])])
 
@@ -205,7 +205,7 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
                 found.append((f"{named(element)} names a file of this machine: {value.strip()[:200]}", span))
     if found:
         (message, span), *more = found
-        help = "it is kept as it is; let the xacro write package://PACKAGE/FILE where the reader takes that"
+        help = "artifacts have it, too; let the xacro write package://PACKAGE/FILE where the reader takes that"
         message += f",{and_more(len(more))}" if more else ""
         yield Diagnostic("import-machine-path", WARNING, message, span, (), help)
 
@@ -266,7 +266,7 @@ def _files(path: Path, answer: dict[str, Any]) -> tuple[Path, ...]:
 
 
 MAX_REMARKS = 10
-# How ``xacro.print_location`` begins its lines; the file stands in those about files.
+# How ``xacro.print_location`` begins its lines, with the file in those about files.
 _LOCATION = re.compile(
     r"(?:when instantiating macro|instantiated from|(?:included from|in file|when processing file): *(.*))"
 )

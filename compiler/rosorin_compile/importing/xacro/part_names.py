@@ -10,7 +10,7 @@ import ast
 from collections import Counter
 from collections.abc import Iterator, Mapping
 
-from .ir import LET, PARAMETER, Call, Element, If, Macro, Pieces, Program, Variable, Words, flattened, walk
+from .ir import LET, PARAMETER, Call, Comment, Element, If, Macro, Pieces, Program, Variable, Words, flattened, walk
 
 Prefix = tuple[Variable, str]  # the parameter that names begin with, and the text after it
 
@@ -133,6 +133,19 @@ class PartNames:
         for node in walk(macro.body):
             formulas += formulas_of(node)
         return Counter(one.id for node in formulas for one in ast.walk(node) if isinstance(one, ast.Name))
+
+
+def makes_only_materials(macro: Macro) -> bool:
+    """Return True if a part makes nothing but materials, which the robot shares."""
+
+    def is_empty(node: object) -> bool:
+        if isinstance(node, If):
+            return all(map(is_empty, node.body))
+        if isinstance(node, Call):
+            return node.macro.level == "robot" and makes_only_materials(node.macro)
+        return isinstance(node, Comment) or (isinstance(node, Element) and node.tag == "material")
+
+    return all(map(is_empty, macro.body))
 
 
 def formulas_of(node: object) -> list[ast.expr]:

@@ -4,7 +4,7 @@ The xacro library executes the file, so that scopes, lazy evaluation, includes a
 xacro. Three things are different. The value of an expression is a ``Symbol``: a formula, with an example of its value.
 A condition that depends on an argument stays in the document, with the elements of its branch. The call of a macro that
 becomes a part stays in the document, and the body of the macro is evaluated once, with symbols for its parameters.
-Everything in ``Plan`` is expanded as xacro does it. This module runs in the child process.
+What the plan gives up is expanded as xacro does it. This module runs in the child process.
 """
 
 from __future__ import annotations
@@ -235,7 +235,7 @@ class Program(Expansion):
     # Properties.
 
     def read(self, table: Any, name: str, own: bool = False) -> Any:
-        """Return what a name stands for: a global name of xacro, or a property, a parameter."""
+        """Return the value of a name: a global name of xacro, a property or a parameter."""
         xacro, holder = self.xacro, table
         while isinstance(holder, xacro.Table) and not dict.__contains__(holder, name):
             holder = holder.parent
@@ -419,8 +419,6 @@ class Program(Expansion):
         name = self.eval_text(node.getAttribute("filename"), symbols)
         if not is_known(name):
             chosen = self.chosen.matching(name.node, "include")
-            if not chosen:
-                raise Failed(f"{ast.unparse(name.node)[:60]} names nothing", name.node)
             self.chosen.alternatives(node, "filename", chosen, macros, symbols)
             return
         node.setAttribute("filename", str(example_of(name)).replace("${", "$${"))

@@ -45,7 +45,7 @@ from .ir import (
     flattened,
     usable,
 )
-from .part_names import PartNames
+from .part_names import PartNames, makes_only_materials
 from .values import Values, number
 from .wording import OPTIONS, Found, Spot, outputs_for
 from .wording import Words as WordsOf
@@ -240,8 +240,8 @@ class Writer:
                 key = _free_key(section, entry.name)
                 section[key] = conditional(entry.value, when)
                 where = path if macro is not None else ()
-                said = [*([] if words.rest else comments), *entry.comments]
-                documents.remark(file, (*where, entry.section, key), said)
+                remarks = [*([] if words.rest else comments), *entry.comments]
+                documents.remark(file, (*where, entry.section, key), remarks)
         return words.rest
 
     def _may_have(self, words: WordsOf, macro: Macro) -> bool:
@@ -323,7 +323,7 @@ class Writer:
     def use_part(self, call: Call, when: ast.expr | None, comments: list[str]) -> None:
         """Write a call of a macro that is a part."""
         macro, values = call.macro, self.values
-        if self.is_empty(macro):
+        if makes_only_materials(macro):
             return
         made: dict[str, Any] = {"part": macro.ours}
         first, prefix = self._key(call)
@@ -355,18 +355,6 @@ class Writer:
             made = {"part": made.pop("part"), "prefix": prefix, **made}
         section[key] = conditional(made, when)
         self.documents.remark(file, (*path, "use", key), comments)
-
-    def is_empty(self, macro: Macro) -> bool:
-        """Return True if a part makes nothing but materials, which the robot shares."""
-
-        def empty(node: Any) -> bool:
-            if isinstance(node, If):
-                return all(map(empty, node.body))
-            if isinstance(node, Call):
-                return node.macro.level == "robot" and self.is_empty(node.macro)
-            return isinstance(node, Comment) or (isinstance(node, Element) and node.tag == "material")
-
-        return all(map(empty, macro.body))
 
     def _key(self, call: Call) -> tuple[str, Any]:
         """Return the name of a use, and its prefix."""
@@ -460,7 +448,7 @@ def write(
     tail["outputs"] = {one: _written(entry) for one, entry in outputs_for(wanted, options).entries.items()}
     sections = {**head, **(documents.files.get(root) or {}), **tail}
     texts = {root: _layout(sections, documents, program.files[0], target.schema), **others, **data}
-    empty = tuple(one.key for one in program.macros.values() if one.level == "robot" and writer.is_empty(one))
+    empty = tuple(one.key for one in program.macros.values() if one.level == "robot" and makes_only_materials(one))
     used = [one for one in program.arguments.values() if one in writer.used]
     choices = {one.name: writer.arguments.choices(one) for one in used}
     return WrittenFiles(

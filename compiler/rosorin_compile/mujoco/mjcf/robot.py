@@ -13,7 +13,7 @@ from typing import Any
 from rosorin_compile.formats.imported import END, INSIDE, Comment, Imported, ReadOptions, comments_of
 from rosorin_compile.formats.reading import accept
 from rosorin_compile.mujoco.rest_pose import HOME
-from rosorin_compile.source.diagnostics import Diagnostic, error
+from rosorin_compile.source.diagnostics import Diagnostic, Span, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.tree import Map
@@ -151,26 +151,26 @@ def _outputs(reading: Reading) -> Map:
 
 
 def _settings(reading: Reading) -> Map:
+    """Return the settings of the simulation: those of the file, and of models that are attached to it."""
     root = reading.markup.root
-    options, flags = Map(root.span), Map(root.span)
-    put(options, "integrator", reading.facts["integrator"])
-    resolved = reading.facts["elements"]["options"]  # also those of attached models
+    options, flags, found = Map(root.span), Map(root.span), dict[str, tuple[str, Element, Span]]()
     for element in reading.markup.sections("option"):
-        for name, attribute in element.attributes.items():
-            value = value_of(attribute.value, SETTINGS[name], element, name) if name in SETTINGS else None
-            if value is not None and name not in ("integrator", "flag"):
-                put(options, name, value, attribute.span)
-        for flag in reading.markup.children(element):
-            for name, attribute in flag.attributes.items() if flag.tag == "flag" else ():
-                put(flags, name, attribute.value, attribute.span)
-    for name, text in resolved.items():
-        flag_name = name.removeprefix("flag ")
-        if flag_name != name and flag_name not in flags:
-            put(flags, flag_name, text)
-        elif flag_name == name and name in SETTINGS and name not in options:
-            put(options, name, value_of(text, SETTINGS[name], root, name))
-        elif flag_name == name and name not in SETTINGS:
+        for one in (element, *reading.markup.children(element)):
+            prefix = "" if one is element else f"{one.tag} "
+            found |= {prefix + name: (own.value, one, own.span) for name, own in one.attributes.items()}
+    for name, text in reading.facts["elements"]["options"].items():
+        found.setdefault(name, (text, root, root.span))
+    put(options, "integrator", reading.facts["integrator"])
+    for name, (text, element, span) in found.items():
+        flag = name.removeprefix("flag ")
+        if flag != name:
+            put(flags, flag, text, span)
+        elif name not in SETTINGS:
             reading.lost(f'the setting "{name}"', root.span)
+        elif name != "integrator":
+            value = value_of(text, SETTINGS[name], element, name)
+            if value is not None:
+                put(options, name, value, span)
     if flags:
         put(options, "flag", flags)
     return options

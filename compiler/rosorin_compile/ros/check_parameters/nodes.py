@@ -236,7 +236,8 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
     yield from _untyped(node)
     if node.kind is None:
         return
-    values = {name: one.value for name, one in node.parameters.items() if not one.substituted}
+    plain = {name: one for name, one in node.parameters.items() if "$(" not in name and not one.substituted}
+    values = {name: one.value for name, one in plain.items()}
     for name in node.shared:
         if name not in node.kind:
             values.pop(name, None)

@@ -16,8 +16,7 @@ from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
 from ..parameters import files
 from ..parameters.files import Node, asked
-from ..parameters.tables import MANAGER, Kind, controller, manager
-from ..parameters.values import converted
+from ..parameters.tables import MANAGER, Kind, controller, converted, manager
 from ..ports import ODOMETRY, VELOCITY, full_type, port_of
 from ..sections.controllers import flat
 from .derived import Derived, derived

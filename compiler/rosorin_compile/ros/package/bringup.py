@@ -19,8 +19,7 @@ from ..controllers.filled import COMMAND, TF, Filled, distribution_of, drivers, 
 from ..graph import DRIVER, Graph, graph_of, open_ends
 from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
 from ..parameters.files import asked, nodes_of
-from ..parameters.tables import plugins
-from ..parameters.values import written
+from ..parameters.tables import plugins, written
 from ..ports import IMU, ODOMETRY, interfaces_of, short_type
 from .options import CONTROL, MOVEIT, NAV2, STARTS
 

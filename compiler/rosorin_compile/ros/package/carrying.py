@@ -17,11 +17,12 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.static_tf import free_names
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
-from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error, first_of
+from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, first_of
 from rosorin_compile.source.files import read_bytes, resolve
 from rosorin_compile.source.load import yaml_of
 from rosorin_compile.source.project import Description, tool_folders
 
+from ..rules import report
 from .copies import named
 from .options import is_legal
 from .starting import ARGUMENTS, WORDS, LaunchArgument, spelt_statics
@@ -128,11 +129,10 @@ def _places(compiled: Compiled, path: Path, packages: Mapping[str, Path]) -> tup
     top, prefix = _top(_spelled(path), own)
     outside = [one for one in own if not one.is_relative_to(top)]
     problems = [
-        error(
+        report(
             "package-not-carried",
             f"{one} is read, and is outside the project {top}: no package can carry it",
             _named_in(one.name, own),
-            "move it into the project, or into a ROS package that the description names",
         )
         for one in outside
     ]
@@ -168,7 +168,7 @@ def _unfindable(main: Artifact, package: str, places: Iterable[Path]) -> Iterato
             message = f"mesh {name} is named by a path, and a URDF that is compiled at launch stands in no folder"
             inside = name if name.startswith("meshes/") else f"meshes/{name.rpartition('/')[2]}"
             help = f"write package://{package}/{inside} in the description; the file is copied into the package"
-            yield error("package-not-carried", message, _named_in(name, files), help)
+            yield report("package-not-carried", message, _named_in(name, files), help)
 
 
 def _passed(found: Sequence[Argument], values: Mapping[str, Any], taken: Iterable[str]) -> Iterator[Passed]:
@@ -213,34 +213,31 @@ def proven(carried: Carried, compiled: Compiled, request: Request, there: Path, 
 
     It has to say the same to the byte, and to read nothing outside.
     """
-    from rosorin_compile.source.diagnostics import has_errors
-
     packages = {**compiled.packages, **request.packages, package: there}
     copy = Description(package, there / carried.description, there / Description.OUTPUTS)
     again = replace(request, description=copy, packages=packages, trust=True).compile((carried.urdf,))
     wrong = [one for one in again.diagnostics if one.severity == "error"]
-    if has_errors(again.diagnostics):
+    if wrong:
         message = f"the description does not compile from the package: {wrong[0].message}"
-        return [error("package-not-carried", message, _moved(wrong[0].span, carried, compiled, there), wrong[0].help)]
+        return [report("package-not-carried", message, _moved(wrong[0].span, carried, compiled, there), wrong[0].help)]
     before = {one.output: one.text for one in compiled.artifacts}
     if any(one.text != before[one.output] for one in again.artifacts):
         message = f"the description says something else from the package: {carried.urdf} is another one"
-        return [error("package-not-carried", message, None, "what it reads may depend on where it stands")]
+        return [report("package-not-carried", message, None, "what it reads may depend on where it stands")]
     python = again.python_packages
     allowed = [resolve(one) for one in (tool_folders()["parts_library"], *packages.values(), *python)]
     strays = [one for one in again.files_read if not any(map(resolve(one).is_relative_to, allowed))]
     if strays:
         message = f"from the package the description still reads {first_of([str(one) for one in strays], 3)}"
         span = _named_in(strays[0].name, [_spelled(one) for one in compiled.files_read])
-        return [error("package-not-carried", message, span, "name it relative to the file that reads it")]
+        return [report("package-not-carried", message, span, "name it relative to the file that reads it")]
     return []
 
 
 def _moved(span: Span | None, carried: Carried, compiled: Compiled, there: Path) -> Span | None:
+    """Return a place in the copy of a file as one in the file itself."""
     if span is None:
         return None
-    name = os.path.relpath(resolve(span.source.path), resolve(there))
-    data = carried.files.get(name)
-    known = {_spelled(one): one for one in compiled.files_read}
-    file = next((shown for full, shown in known.items() if data is not None and read_bytes(full) == data), None)
+    data = carried.files.get(os.path.relpath(resolve(span.source.path), resolve(there)))
+    file = next((one for one in compiled.files_read if read_bytes(one) == data), None)
     return None if file is None else span._replace(source=Source(str(file), span.source.text))

@@ -1,8 +1,7 @@
 """Parameters of ROS 2 nodes: what is known of them, and values held against that.
 
 Formats write such parameters, and ``check parameters`` reads those that people have: ``files``. ``tables`` has the
-kinds of nodes with the keys of each, ``values`` which values fit a type and what its validators refuse, ``checking``
-what is wrong with the parameters of one node.
+kinds of nodes with the keys of each and the values that these take, ``checking`` what is wrong with one node.
 """
 
 from __future__ import annotations

@@ -23,8 +23,7 @@ from rosorin_compile.source.diagnostics import (
     nearest,
 )
 
-from .tables import Key, Kind, is_of_all_nodes
-from .values import as_type, fits, refused, type_in_words, value_text
+from .tables import Key, Kind, as_type, fits, is_of_all_nodes, refused, type_in_words, value_text
 
 REMOVE = "remove it"
 

@@ -25,8 +25,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, error
 
-from .tables import Kind, kinds
-from .values import converted, written
+from .tables import Kind, converted, kinds, written
 
 PARAMETERS = "ros__parameters"
 _DEEPEST = 42  # mappings and lists in each other

@@ -7,13 +7,11 @@ import re
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.source.progress import Progress
 from support.commands import of_a_person
 
 CHAIN = """robot: chain
@@ -47,22 +45,6 @@ class Terminal(io.StringIO):
         return "\n".join(lines)
 
 
-class Clock:
-    def __init__(self) -> None:
-        self.now = 100.0
-
-    def __call__(self) -> float:
-        return self.now
-
-
-@pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> Iterator[Clock]:
-    made = Clock()
-    monkeypatch.setattr("rosorin_compile.source.progress.time.monotonic", made)
-    yield made
-    Progress.hide()
-
-
 def sit_down(monkeypatch: pytest.MonkeyPatch) -> Terminal:
     """Return the terminal that is standard error from now on, where a clock goes a second at each look."""
     made = Terminal()
@@ -77,40 +59,6 @@ def slow_down(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ROSORIN_COMPILE_PROGRESS")
     ticks = itertools.count()
     monkeypatch.setattr("rosorin_compile.source.progress.time.monotonic", lambda: float(next(ticks)))
-
-
-def test_nothing_is_shown_before_two_seconds(clock: Clock) -> None:
-    shown = Terminal()
-    Progress.show(shown)
-    for moment in (100.0, 101.0, 101.99):
-        clock.now = moment
-        Progress.step("reading", 1, 10)
-    assert shown.getvalue() == ""
-    clock.now = 102.0
-    Progress.step("reading", 2, 10)
-    assert shown.getvalue() == "\rreading 2 of 10 [######........................]  20%\x1b[K"
-    Progress.hide()
-    assert shown.left() == ""
-
-
-def test_a_line_never_wraps_and_steers_nothing(clock: Clock) -> None:
-    shown = Terminal()
-    Progress.show(shown)
-    clock.now += 10
-    Progress.about("\x1b[2J" + "ロ" * 100)
-    Progress.step("reading", 1, 2)
-    line = shown.left()
-    assert line.startswith("\\x1b[2Jロ")
-    assert len(line) + line.count("ロ") == 79
-
-
-def test_without_a_person_a_step_does_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    Progress.step("reading", 1, 2)
-    Progress.about("a")
-    Progress.begin()
-    Progress.wipe()
-    Progress.hide()
-    assert capsys.readouterr() == ("", "")
 
 
 @pytest.mark.slow

@@ -20,11 +20,11 @@ from rosorin_compile.formats.compiled import RobotReader
 from rosorin_compile.language.expand.description import expand
 from rosorin_compile.language.schema import schema, with_outputs
 from rosorin_compile.language.validate import validate
-from rosorin_compile.language.validator import inlined, misfits, misfits_of, validator, validator_of
+from rosorin_compile.language.validator import validator_of
 from rosorin_compile.source.diagnostics import Source, Span
 from rosorin_compile.source.tree import Map, Seq, Text
 from rosorin_compile.source.units import ANGLE, LENGTH, MASS, NUMBER, Quantity
-from support.paths import OUTPUTS, ROOT, SCHEMAS
+from support.paths import ROOT, SCHEMAS
 
 WHOLE = ROOT / "tests" / "data" / "whole" / "robot.yaml"
 SHIPPED = {path.name: json.loads(path.read_text("utf-8")) for path in sorted(SCHEMAS.glob("*.schema.json"))}
@@ -71,35 +71,6 @@ def test_the_size_of_a_description_decides_on_no_letter(many: int, tmp_path: Pat
     (found,) = validate(tree, FORMATS)
     assert (found.rule, found.span and found.span.line) == ("bad-name", many + 4)
     assert "U+FEFF" in found.help
-
-
-def test_the_first_place_comes_first_whatever_the_validator_finds_first() -> None:
-    """``additionalProperties`` of jsonschema 3.2 goes through a set."""
-    tree = {"links": {f"l{number}": {"colision": 1} for number in range(30)}, "joints": {"j": {}}, "robot": "r"}
-    judge = validator("description")
-
-    class Backwards:
-        def iter_errors(self, value: Any) -> Any:
-            return reversed(list(judge.iter_errors(value)))
-
-    places = [one.path for one in misfits_of(Backwards(), tree)]
-    assert places == [one.path for one in misfits_of(judge, tree)]
-    assert places[:2] == [["links", "l0"], ["links", "l1"]]
-    assert places[-1] == ["joints", "j"]
-
-
-def test_json_that_fits_and_does_not() -> None:
-    data = json.loads((OUTPUTS / "static_tf.json").read_text("utf-8"))
-    assert misfits("static_tf", data) == []
-    data["static_transform_publisher"][0]["arguments"][1:3] = ["1e4", "--z"]
-    said = misfits("static_tf", data)
-    assert said[0].startswith('static_transform_publisher[0] arguments[1]: "1e4" does not match pattern')
-    assert said[1:] == ['static_transform_publisher[0] arguments[2]: "--z" does not match const "--y"']
-
-
-def test_a_reference_that_leads_nowhere_is_told() -> None:
-    with pytest.raises(ValueError, match=r"nothing that \$ref names: #/\$defs/nobody"):
-        inlined({"properties": {"a": {"$ref": "#/$defs/nobody"}}, "$defs": {}})
 
 
 SPAN = Span(Source("anything.yaml", "anything"), 1, 1, 1)

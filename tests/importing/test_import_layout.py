@@ -8,7 +8,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.importing.layout import Remarks, Verbatim, cleaned, escaped, in_degrees, layout, number
+from rosorin_compile.importing.layout import Remarks, Verbatim, escaped, in_degrees, layout, number
 from rosorin_compile.language.expand.expansion import Expansion
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.source.diagnostics import Source, Span
@@ -100,31 +100,6 @@ def test_other_readers_see_the_same_text(text: str, flow: bool) -> None:
     assert read == [escaped(text)]
 
 
-@pytest.mark.parametrize(
-    ("text", "flow", "written"),
-    [
-        ("base_link", True, "base_link"),
-        ("base link", True, "base link"),
-        ("ns/base-link.v2", True, "ns/base-link.v2"),
-        ("package://arm/meshes/base.dae", True, "package://arm/meshes/base.dae"),
-        ("a, b", False, "a, b"),
-        ("a, b", True, '"a, b"'),
-        ("<gazebo/>", False, "<gazebo/>"),
-        ("C:\\meshes", True, "C:\\meshes"),
-        ("机器人", True, "机器人"),
-        ("007", True, '"007"'),
-        ("on", True, '"on"'),
-        ("12 mm", True, '"12 mm"'),
-        ('say "on"', True, 'say "on"'),
-        ('"on" \\', True, "'\"on\" \\'"),
-        ("tab\there", True, '"tab\\there"'),
-        ("\u200b", True, '"\\u200b"'),
-    ],
-)
-def test_quotes_only_where_they_are_needed(text: str, flow: bool, written: str) -> None:
-    assert Scalar(text).written(flow) == written
-
-
 def at(token: str) -> Span:
     return Span(Source("a.urdf", f'<limit lower="{token}"/>'), 1, 15, len(token))
 
@@ -133,12 +108,6 @@ def at(token: str) -> Span:
 def test_forms_of_numbers(token: str, angle: str, written: str) -> None:
     assert number(float(token), at(token), angle) == written
     assert float(plain_scalar(written)) == float(token)
-
-
-def test_digits_of_another_number_are_not_taken() -> None:
-    assert number(2.0, at("quat")) == "2"
-    assert number(2.5, at("1 2.5")) == "2.5"
-    assert number(12.0, at("12 ")) == "12"
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
@@ -152,10 +121,3 @@ def test_quarters_of_a_degree_are_said(quarters: int) -> None:
     value = quarters / 4 * (math.pi / 180)
     assert float(plain_scalar(number(value, None, "deg"))) == value
     assert quarters == 0 or number(value, None, "deg").endswith(" deg")
-
-
-def test_marks_of_a_comment_in_a_comment_are_left_out() -> None:
-    assert cleaned("\n########\n# Copyright\n#\n#   more\n#### two\n") == ["Copyright", "", "  more", "two"]
-    assert cleaned(" the wheel\n# of it\n") == ["the wheel", "of it"]
-    assert cleaned("#1") == ["#1"]
-    assert cleaned(" a\n # b\n c ") == ["a", "# b", "c"]

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import pytest
-
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import YAML, Side
-from rosorin_compile.compare.names import prefix_of, without_prefix
-from rosorin_compile.compare.pairing import pair
 from rosorin_compile.model import Joint, Link, Pose, Robot
 
 
@@ -28,24 +24,6 @@ def star(*links: str) -> Robot:
 def told(a: Robot, b: Robot) -> list[tuple[str, object, object]]:
     found = compare_robots(Side("a", YAML, a), Side("b", YAML, b)).items
     return [(item.text, item.before, item.after) for item in found]
-
-
-@pytest.mark.parametrize(
-    ("mine", "theirs", "prefix"),
-    [
-        ("a b c d e", "x_a x_b x_c v w", "x_"),  # three of five are enough
-        ("a b c d e", "x_a x_b v w u", ""),  # two are not
-        ("a b", "x_a v", ""),  # nor is a single one
-        ("a b c d", "a b x_c x_d", ""),  # nor so many as have none
-        ("a b c d e", "a x_b x_c x_d x_e", "x_"),
-    ],
-)
-def test_names_have_a_prefix_if_most_of_them_begin_with_it(mine: str, theirs: str, prefix: str) -> None:
-    assert prefix_of(star(*mine.split()), star(*theirs.split())) == prefix
-
-
-def test_a_name_that_is_nothing_but_the_prefix_stays() -> None:
-    assert without_prefix(["arm_", "arm_lid", "arm_hand", "lid"], "arm_") == {"arm_hand": "hand"}
 
 
 def test_joints_that_changed_names_with_each_other() -> None:
@@ -70,9 +48,3 @@ def test_what_is_gone_was_and_what_is_new_is() -> None:
     small, large = star("base", "one"), star("base", "one", "two")
     assert told(small, large) == [("new: frame two (fixed on base, j2)", None, "two")]
     assert told(large, small) == [("removed: frame two (fixed on base, j2)", "two", None)]
-
-
-def test_a_body_is_the_one_that_most_of_its_links_are_in_now() -> None:
-    a = robot("f fixed base one 1", "g fixed base two 2", "h fixed base three 3")
-    b = robot("m continuous base tray 1", "f fixed tray one 0", "g fixed tray two 1", "h fixed tray three 2")
-    assert pair(Side("a", YAML, a), Side("b", YAML, b), 1e-9).bodies == {"base": "tray"}

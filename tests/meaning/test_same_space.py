@@ -2,56 +2,12 @@
 
 from __future__ import annotations
 
-import random
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from rosorin_compile.compare.solids import same_space, solid_of
-from rosorin_compile.model import Box, HeightMap, Shape, Sphere
-from rosorin_compile.model.shape import GROUNDED, MERGED, ROWS
 from support.comparing import compared
 from support.robots import compiled_text
-
-GRID = HeightMap((-0.3, 0.1), 0.07, ((0.1, 0.2, 0.2), (0.2, 0.2, 0.2), (0.0, 0.2, 0.3)), 0.1, "", 0.05)
-
-
-def solids(grid: HeightMap, form: str) -> list:
-    return [solid_of(Shape(box)) for box in grid.boxes(form)]
-
-
-def test_forms_of_one_map_fill_the_same_space() -> None:
-    assert same_space(solids(GRID, ROWS), solids(GRID, MERGED), 0.0)
-    assert not same_space(solids(GRID, ROWS), solids(GRID, GROUNDED), 0.0)
-
-
-def test_one_cell_or_a_millimetre_less_is_another_space() -> None:
-    chance = random.Random(3)  # noqa: S311
-    boxes = solids(GRID, MERGED)
-    assert not same_space(solids(GRID, ROWS), boxes[1:], 0.0)
-    for _ in range(50):
-        which, axis = chance.randrange(len(boxes)), chance.randrange(3)
-        box = GRID.boxes(MERGED)[which]
-        upper = tuple(side - 0.001 * (axis == index) for index, side in enumerate(box.upper))
-        moved = [*boxes[:which], solid_of(Shape(replace(box, upper=upper))), *boxes[which + 1 :]]
-        assert not same_space(solids(GRID, ROWS), moved, 0.0)
-
-
-def test_gaps_above_each_other_count_and_touching_boxes_are_one() -> None:
-    def tower(*layers: tuple[float, float]) -> list:
-        return [solid_of(Shape(Box((0, 0, low), (1, 1, high)))) for low, high in layers]
-
-    assert same_space(tower((0, 1)), tower((0, 0.4), (0.4, 1)), 0.0)
-    assert same_space(tower((0, 1)), tower((0, 0.7), (0.3, 1)), 0.0)
-    assert not same_space(tower((0, 1)), tower((0, 0.4), (0.5, 1)), 0.0)
-
-
-def test_what_is_no_box_along_the_axes_is_not_judged() -> None:
-    ball = [solid_of(Shape(Sphere(1.0)))]
-    assert not same_space(ball, ball, 0.0)
-    assert not same_space(solids(GRID, ROWS), [], 0.0)
-
 
 ROBOT = """robot: cart
 links:

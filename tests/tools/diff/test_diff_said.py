@@ -93,24 +93,6 @@ def test_nothing_is_said_of_contacts_that_nobody_disabled(tmp_path: Path) -> Non
     assert "contact" not in out
 
 
-def test_arguments_for_a_file_without_any_are_refused(tmp_path: Path) -> None:
-    path = urdf(tmp_path, "a.urdf", "")
-    code, out, err = diff(path, path, "--b-arg", "height=3")
-    assert (code, out) == (2, "")
-    assert "a.urdf has no arguments: only a description and a xacro have them" in err
-    code, _, err = diff(path, path, "-a", "height=3")
-    assert code == 2
-    assert "a.urdf has no arguments: only a description and a xacro have them" in err
-
-
-@pytest.mark.parametrize("text", ["x", "-1", "nan", "inf", ""])
-def test_a_tolerance_is_a_number(tmp_path: Path, text: str) -> None:
-    path = urdf(tmp_path, "a.urdf", "")
-    code, _, err = diff(path, path, f"--tolerance={text}")
-    assert code == 2
-    assert "--tolerance" in err
-
-
 def test_contacts_that_somebody_disabled_are_counted(tmp_path: Path) -> None:
     (tmp_path / "robot.yaml").write_text(
         "robot: r\nlinks: {a: {}, b: {}, c: {}}\njoints:\n"

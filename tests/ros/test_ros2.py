@@ -135,13 +135,15 @@ def test_all_velocities_arrive_and_none_without_a_remap_or_a_topic(
     variants = [
         {"nodes": apart, "seconds": 10},
         {"nodes": slam["nodes"], "seconds": 10},
+        {"nodes": task["nodes"], "seconds": 10},
         *({"nodes": nodes} for nodes in changes.values()),
     ]
-    complete, mapping, *found = run_child(distribution, {**task, "variants": variants})
+    complete, mapping, together, *found = run_child(distribution, {**task, "variants": variants})
     for result in (complete, mapping):
         assert result["missing"] == []
         assert set(result["arrived"]) == set(SENDERS)
         assert set(result["arrived"].values()) == {20}
+    assert together == complete, "nodes that share a process, as in the variants with a change"
     publishers = complete["transforms"]["/tf"]
     assert len(publishers) == len(set(publishers)), "two owners of a transform"
     unnoticed = [what for what, result in zip(changes, found, strict=True) if result == complete]

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from rosorin_compile import Robot
-from rosorin_compile.extend import Section
+from rosorin_compile.extend import Section, rule
 from rosorin_compile.language import lower as lowering
 from rosorin_compile.language import schema as sections
 from rosorin_compile.language.schema import Plugged, _marks
@@ -47,6 +47,7 @@ NONE = {
         "fans", Fan, schema({}, at={**NAME, "x-attached": ["xzy"]}, xyz={"type": "array"})
     ),
     "a unit": lambda: Section.by_name("fans", Fan, schema({}, force={"type": "number", "x-unit": "Newton"})),
+    "a rule": lambda: Section.by_name("fans", Fan, schema({}), checks=(rule("Too Hot", "It is.")(lambda _: ()),)),
     "a reference": lambda: Section.by_name("fans", Fan, schema({}, at={"$ref": "#/$defs/xzy"})),
 }
 

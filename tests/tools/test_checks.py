@@ -63,7 +63,7 @@ def test_a_check_that_stands_behind_the_robot_is_told_where_it_stands(home: Path
     said = '"deployed" is a check; write it before the robot: check deployed ROBOT'
     for words in ("check cart deployed", "check --format json cart -o out deployed"):
         assert main(words.split()) == 2
-        assert capsys.readouterr().err.startswith(f"rosorin-compile: {said}\nrosorin-compile: no description")
+        assert capsys.readouterr().err.startswith(f"rosorin-compile: {said}\nrosorin-compile: ")
     assert main(["check", "cart", "physics"]) == 0, "a robot"
     (home / "deployed").touch()
     assert main(["check", "cart", "deployed", "--hook"]) == 2

@@ -105,8 +105,8 @@ def _marks(section: Section[Any]) -> Collection[str]:
     own = {"type": "object", "properties": pieces}
     check_schema(own, {**own_schema(), **own, "$defs": {**own_schema()["$defs"], **definitions}})
     schema_words.check_annotations(piece(section), own_schema())
-    rules = [rule for check in section.all_checks() for rule in check.rules]
-    return [section.name, *(rule.id for rule in rules), *(f"$defs/{name}" for name in definitions)]
+    rules = [id for check in section.all_checks() for id in check.ids()]
+    return [section.name, *rules, *(f"$defs/{name}" for name in definitions)]
 
 
 @cache

@@ -63,15 +63,15 @@ class Section(Generic[T]):
 
     @classmethod
     def by_name(cls, name: str, entry: type[Entry], schema: Given = None, **more: Any) -> Section[Mapping[str, Entry]]:
-        return Section(name, entry, schema or _beside(entry), ENTRIES, **more)
+        return Section(name, entry, schema or _schema_of(entry), ENTRIES, **more)
 
     @classmethod
     def listed(cls, name: str, entry: type[Entry], schema: Given = None, **more: Any) -> Section[tuple[Entry, ...]]:
-        return Section(name, entry, schema or _beside(entry), ITEMS, **more)
+        return Section(name, entry, schema or _schema_of(entry), ITEMS, **more)
 
     @classmethod
     def single(cls, name: str, entry: type[Entry], schema: Given = None, **more: Any) -> Section[Entry | None]:
-        return Section(name, entry, schema or _beside(entry), ONE, **more)
+        return Section(name, entry, schema or _schema_of(entry), ONE, **more)
 
     def all_checks(self) -> tuple[Check, ...]:
         """Return the functions in ``checks`` and in the modules that it names."""
@@ -90,7 +90,7 @@ class Section(Generic[T]):
             raise ValueError(f"the schema of section {self.name} is of {form}, its record of {self.form}")
 
 
-def _beside(entry: type[Any]) -> Any:
+def _schema_of(entry: type[Any]) -> Any:
     return json.loads(Path(inspect.getfile(entry)).with_name("schema.json").read_text("utf-8"))
 
 

@@ -4,5 +4,3 @@ Formats: ``controllers`` (ros2_control), ``nav2``, ``robot_localization``, ``srd
 second and the third share, ``parameters`` what is known of the nodes. ``package`` writes a package and deploys into
 one, ``check_parameters`` holds the parameter files of others against a robot.
 """
-
-from . import rules  # noqa: F401 - the texts of all diagnostics

@@ -277,7 +277,8 @@ def _open(robot: Robot, made: Graph, end: End, others: Sequence[End]) -> Diagnos
             there = of_controllers[0]
             message = f"{who} {what}, and {there.node} publishes on {there.topic}: {symptom}"
             help = f"topic: {there.topic.removeprefix('/')}"
-            help += f"; or controller: {there.node}, where another node publishes {end.topic} without --control"
+            if role == ODOMETRY and end.port.node == "ekf":
+                help += f"; or controller: {there.node}, where another node publishes {end.topic} without --control"
             return error("package-open", message, None, help)
         return _external(who, what, symptom, "start the driver that publishes it")
     if role == JOINT_STATES and CONTROL in made.starts:

@@ -1,4 +1,4 @@
-"""The rules about ROS 2: what a description, a package or a parameter file may not be, by heading."""
+"""Diagnostics of the rules about ROS 2, with the severity and the fix of each rule."""
 
 from __future__ import annotations
 

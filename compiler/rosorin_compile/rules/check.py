@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 
 # The modules with checks of the whole robot; those of a section are in its record.
 _MODULES = ("frames", "tf_tree", "magnitudes", "names")
-_ID = re.compile("[a-z0-9]+(-[a-z0-9]+)*")
-_ACCEPT, _IMPORTED = ("", "link", "joint", "link or joint"), ("", "always", "lenient")
 # Rules that compare a number with another, such as a size or a limit.
 _COMPARING = (
     *("centre-outside", "collision-elsewhere", "inertia-implausible", "mass-implausible"),
@@ -64,7 +62,7 @@ def checks() -> tuple[Check, ...]:
 
 
 class Plugged(NamedTuple):
-    """The checks that plug-ins add, and the diagnostics of invalid plug-ins."""
+    """The checks that plug-ins add outside their sections, and the diagnostics of invalid plug-ins."""
 
     checks: tuple[tuple[Plugin, Check], ...]
     diagnostics: tuple[Diagnostic, ...]
@@ -72,37 +70,17 @@ class Plugged(NamedTuple):
 
 @cache
 def plugged() -> Plugged:
-    """Return the checks of plug-ins, and diagnostics of their invalid rules, those of sections included."""
-    loaded, diagnostics = load("rules", Check, _ids, lambda id: bool(find([id])))
-    refused = []
-    for plugin, check in _section_checks():
-        try:
-            _ids(check)
-        except (TypeError, ValueError) as problem:
-            refused.append(broken(plugin, f"has a check that is none: {problem}"))
+    """Return the checks of plug-ins."""
+    loaded, diagnostics = load("rules", Check, Check.ids, lambda id: bool(find([id])))
     OF_PLUGINS.update((rule.id, rule) for _, check in loaded for rule in check.rules)
-    return Plugged(loaded, (*diagnostics, *refused))
-
-
-def _section_checks() -> list[tuple[Plugin, Check]]:
-    return [(plugin, check) for plugin, section in plugged_sections().sections for check in section.all_checks()]
-
-
-def _ids(check: Check) -> list[str]:
-    """Return the ids of a plug-in's check. Raises TypeError or ValueError if its rules are invalid."""
-    for rule in check.rules:
-        if not _ID.fullmatch(rule.id) or rule.accept not in _ACCEPT or rule.imported not in _IMPORTED:
-            what = f"its id has small letters and single hyphens, accept is in {_ACCEPT}, imported in {_IMPORTED}"
-            raise ValueError(f'the rule "{rule.id}" is invalid: {what}')
-    if not check.rules:
-        raise ValueError("it declares no rule; put @rule above the function")
-    return [rule.id for rule in check.rules]
+    return Plugged(loaded, diagnostics)
 
 
 @cache
 def acceptable() -> Mapping[str, Rule]:
     """Return the rules that a description may accept, by id; all else cannot be built, or would be built wrongly."""
-    all_checks = (*checks(), *(check for _, check in (*plugged().checks, *_section_checks())))
+    of_sections = [check for _, section in plugged_sections().sections for check in section.all_checks()]
+    all_checks = (*checks(), *of_sections, *(check for _, check in plugged().checks))
     rules = (declared("shape-size"), *(rule for check in all_checks for rule in check.rules))
     return {rule.id: rule for rule in sorted(rules, key=lambda rule: rule.id) if rule.accept}
 

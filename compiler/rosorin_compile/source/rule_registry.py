@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -38,6 +39,10 @@ class Heading:
 ARGUMENTS, JOINTS, NUMBERS, POSES = Heading.ARGUMENTS, Heading.JOINTS, Heading.NUMBERS, Heading.POSES
 FRAMES, OUTPUTS, SIMULATED, PHYSICS = Heading.FRAMES, Heading.OUTPUTS, Heading.SIMULATED, Heading.PHYSICS
 SIMULATION, PLUGINS = Heading.SIMULATION, Heading.PLUGINS
+
+
+_ID = re.compile("[a-z0-9]+(-[a-z0-9]+)*")
+_ACCEPT, _IMPORTED = ("", "link", "joint", "link or joint"), ("", "always", "lenient")
 
 
 @dataclass(frozen=True)
@@ -87,6 +92,16 @@ class Check(NamedTuple):
 
     def __call__(self, case: Case) -> Iterable[Diagnostic]:
         return self.function(case)
+
+    def ids(self) -> list[str]:
+        """Return the ids of the rules. Raises ValueError if one is invalid, or if there is none."""
+        for rule in self.rules:
+            if not _ID.fullmatch(rule.id) or rule.accept not in _ACCEPT or rule.imported not in _IMPORTED:
+                what = f"its id has small letters and single hyphens, accept is in {_ACCEPT}, imported in {_IMPORTED}"
+                raise ValueError(f'the rule "{rule.id}" is invalid: {what}')
+        if not self.rules:
+            raise ValueError("it declares no rule; put @rule above the function")
+        return [rule.id for rule in self.rules]
 
 
 def rule(

@@ -1,19 +1,88 @@
 """Rules of the import of MJCF that hold for every input: numbers, rotations, and chains of joints of every kind."""
 
+import math
 import warnings
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
+from rosorin_compile.model.geometry import rotation_of_rpy  # noqa: E402
 from rosorin_compile.mujoco.mjcf import engine, robot  # noqa: E402
 from rosorin_compile.mujoco.mjcf.process import Answer  # noqa: E402
+from rosorin_compile.mujoco.mjcf.reading import full_inertia, rotation, rpy_of, tidy, tidy_angle  # noqa: E402
 from support.mjcf_oracle import frames_differ, imported, inertias_differ, limits_differ  # noqa: E402
 
 pytestmark = pytest.mark.slow
+
+finite = st.floats(allow_nan=False, allow_infinity=False, width=64)
+component = st.floats(-1, 1)
+quaternion = st.tuples(component, component, component, component)
+QUICK = settings(max_examples=300, deadline=None)
+
+
+@QUICK
+@given(finite)
+def test_a_number_is_hardly_moved(value: float) -> None:
+    assert abs(tidy(value) - value) <= max(1e-15, 1e-15 * abs(value))
+    assert tidy(tidy(value)) == tidy(value)
+
+
+@QUICK
+@given(st.floats(-10, 10))
+def test_an_angle_is_hardly_moved(value: float) -> None:
+    off = abs(tidy_angle(value) - value)
+    assert min(off, abs(off - 2 * math.pi)) <= 1e-12
+
+
+@QUICK
+@given(st.integers(-360, 360), st.floats(-1e-13, 1e-13))
+def test_a_whole_number_of_degrees_is_found(degrees: int, noise: float) -> None:
+    assume(degrees % 360 != 180 or degrees > 0)
+    assert tidy_angle(degrees * (math.pi / 180) + noise) == degrees * (math.pi / 180)
+
+
+@QUICK
+@given(st.decimals(-1000, 1000, places=4), st.sampled_from([0, 1, -1]))
+def test_a_short_decimal_is_found(decimal: Any, ulps: int) -> None:
+    value = float(decimal)
+    assert tidy(value + ulps * math.ulp(value)) == value or abs(value) < 1e-12
+
+
+@QUICK
+@given(quaternion)
+def test_a_rotation_is_kept(quat: tuple[float, float, float, float]) -> None:
+    assume(math.hypot(*quat) > 1e-3)
+    rows = np.array(rotation(quat))
+    assert np.abs(rows @ rows.T - np.eye(3)).max() < 1e-14
+    assert np.abs(np.array(rotation_of_rpy(rpy_of(rotation(quat)))) - rows).max() < 2e-12
+
+
+@QUICK
+@given(
+    st.floats(-3, 3), st.floats(-14, -1), st.sampled_from([-1.0, 1.0]), st.sampled_from([-1.0, 1.0]), st.floats(-3, 3)
+)
+def test_a_rotation_near_the_pole_is_kept(roll: float, exponent: float, side: float, up: float, yaw: float) -> None:
+    turned = Rotation.from_euler("xyz", [roll, up * math.pi / 2 + side * 10**exponent, yaw])
+    x, y, z, w = turned.as_quat()
+    rows = rotation((w, x, y, z))
+    assert np.abs(np.array(rotation_of_rpy(rpy_of(rows))) - rows).max() < 3e-12
+
+
+@QUICK
+@given(quaternion, st.tuples(*[st.floats(1e-6, 10)] * 3))
+def test_an_inertia_is_kept(quat: tuple[float, float, float, float], diagonal: tuple[float, float, float]) -> None:
+    assume(math.hypot(*quat) > 1e-3)
+    made = full_inertia(diagonal, rotation(quat))
+    matrix = np.array(rotation(quat)) @ np.diag(diagonal) @ np.array(rotation(quat)).T
+    ours = [[made[key] for key in row] for row in (["ixx", "ixy", "ixz"], ["ixy", "iyy", "iyz"], ["ixz", "iyz", "izz"])]
+    assert np.abs(matrix - ours).max() <= 1e-14 * max(diagonal)
 
 
 metre = st.integers(-20, 20).map(lambda n: n / 16)

@@ -100,7 +100,7 @@ def test_limits_decide(capsys: Shown) -> None:
 def test_a_robot_in_another_format_is_simulated(monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
     monkeypatch.chdir(ROOT)
     assert main(["simulate", "outputs/rosorin/rosorin.xml", "--no-timing"]) == 0
-    assert capsys.readouterr().out.splitlines()[-1].startswith("rosorin: 2 poses, 6 ranges simulated: ")
+    assert capsys.readouterr().out.splitlines()[-1].startswith("rosorin: 2 poses, 10 ranges simulated: ")
 
 
 def test_what_mujoco_refuses_is_told(home: Path, capsys: Shown) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,7 +19,7 @@ from rosorin_compile.source.units import Quantity
 
 from ..description import free_name, identifier
 from ..layout import ROTATING, Expression, escaped, in_degrees
-from .nodes import Values, negative
+from .nodes import negative
 
 _TABLES = ("limit", "dynamics", "inertial", "inertia", "safety_controller", "calibration", "box", "cylinder")
 _MIN_IN_TABLE = 3  # differing values of a table that becomes one parameter
@@ -98,8 +98,10 @@ class Parameters:
         ``owner`` names the link or joint, ``kind`` is the type of the joint.
         """
         differing = [path for path, some in values.items() if any(value != some[0] for value in some[1:])]
-        first = {path: some[0] for path, some in values.items()}
-        units = dict.fromkeys(changed_units(differing, first, lambda path: _is_sign(values[path])))
+        counts = Counter(
+            path[:length] for path in differing if not _is_sign(values[path]) for length in range(1, len(path))
+        )
+        units = dict.fromkeys(_unit(path, counts, is_number(values[path][0])) for path in differing)
         self.count += len(units)
         for unit in units:
             quantity = _type_of(unit, kind)
@@ -179,29 +181,14 @@ class Parameters:
         self._add("text", inner, terms, path, owner, lambda name: f"{escaped(before)}${{{name}}}{escaped(after)}")
 
 
-def differences(one: Values, other: Values) -> tuple[int, int]:
-    """Count the numbers that differ between two nodes, and those that differ only in sign.
-
-    Values that are likely to be one parameter count once: a list, a small table.
-    """
-    differing = [path for path, value in one.items() if is_number(value) and value != other[path]]
-    signs = {path for path in differing if abs(one[path]) == abs(other[path])}
-    units = changed_units([path for path in differing if path not in signs], one, lambda path: path in signs)
-    return len(set(units)), len(signs)
-
-
-def changed_units(differing: Sequence[Path], values: Values, is_sign: Callable[[Path], bool]) -> Iterator[Path]:
-    """Yield for each path the outermost table or list that becomes one parameter with it, or the path itself."""
-    counts = Counter(path[:length] for path in differing if not is_sign(path) for length in range(1, len(path)))
-    for path in differing:
-        for length in range(1, len(path)):
-            unit = path[:length]
-            is_point = length == len(path) - 1 and isinstance(path[-1], int) and is_number(values[path])
-            if counts[unit] >= (2 if is_point else _MIN_IN_TABLE) and (is_point or unit[-1] in _TABLES):
-                yield unit
-                break
-        else:
-            yield path
+def _unit(path: Path, counts: Mapping[Path, int], is_numeric: bool) -> Path:
+    """Return the outermost table or list that becomes one parameter with a value, or the path of the value."""
+    for length in range(1, len(path)):
+        unit = path[:length]
+        is_point = length == len(path) - 1 and isinstance(path[-1], int) and is_numeric
+        if counts.get(unit, 0) >= (2 if is_point else _MIN_IN_TABLE) and (is_point or unit[-1] in _TABLES):
+            return unit
+    return path
 
 
 def is_number(value: Any) -> bool:

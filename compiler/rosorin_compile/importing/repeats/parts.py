@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
@@ -16,14 +16,14 @@ from rosorin_compile.source.units import Quantity
 from ..description import default_of_key, free_name, lines_of
 from ..layout import ROTATING, Expression, Verbatim, in_degrees, joint_unit
 from .nodes import MARKS, MOUNT, REFERENCES, Node, equal_shapes, is_pose, mirrored, nodes_of, steps, table
-from .parameters import Parameter, Parameters, differences, is_number
+from .parameters import Parameter, Parameters, is_number
 from .part_names import Split, is_left, part_name, split
 
 MAX_PARAMETERS = 6
 _MIN_SAVED = 8  # lines in total
 _SAVED_BY_USE = 3  # lines that each use has to save
 _MAX_SHARE = 0.8  # of the lines without the part
-_WORK = 60  # comparisons of nodes for each node of the robot, so that the search is linear
+_WORK = 60  # comparisons for each node of the robot, so that the search is linear
 _PARAMETER_COST = 4  # expressions that are as hard to read as a parameter, or a mirror
 
 Cluster = Sequence[tuple[int, str]]  # instances: the index of the first node, and the mirror of the first instance
@@ -103,53 +103,32 @@ class _Body:
         return made
 
     def _try_group(self, members: list[int]) -> None:
-        """Make parts of the members of a group that are similar."""
-        while len(members) > 1:
-            self.result.budget -= len(members) * self.nodes[members[0]].size
-            if self.result.budget < 0:
-                return
-            base = next((start for start in members if is_left(self.nodes[start].link)), members[0])
-            apart = {start: self._differences(base, start) for start in members if start != base}
-            near = [start for start, found in apart.items() if min(found.values())[0] <= MAX_PARAMETERS]
-            if near and not self._try(base, {start: apart[start] for start in near}):
-                least = min(min(apart[start].values()) for start in near)
-                closest = [start for start in near if min(apart[start].values()) == least]
-                if len(closest) < len(near):  # four legs may be two in front and two behind
-                    self._try(base, {start: apart[start] for start in closest})
-                    near = closest
-            members = [start for start in apart if start not in near]
+        """Make a part of all members of a group, or of those that have equal numbers but for their signs."""
+        if len(members) < 2 or self._try(members):
+            return
+        equal: dict[Any, list[int]] = defaultdict(list)
+        for start in members:
+            numbers = [
+                (path, abs(value))
+                for offset, node in enumerate(self.nodes[start : start + self.nodes[start].size])
+                for path, value in node.values.items()
+                if is_number(value) and (offset or not is_pose(path))
+            ]
+            equal[tuple(numbers)].append(start)
+        for some in equal.values():
+            if 1 < len(some) < len(members):  # four legs may be two in front and two behind
+                self._try(some)
 
-    def _differences(self, base: int, start: int) -> dict[str, tuple[int, int]]:
-        """Return the numbers of values and of signs that differ between two subtrees, by mirror."""
-        found: dict[str, tuple[int, int]] = {}
-        for mirror in ("", "y", "x"):
-            values = signs = 0
-            for offset in range(self.nodes[base].size):
-                self.result.budget -= 1
-                first, other = self.nodes[base + offset], self.nodes[start + offset]
-                own = {path: value for path, value in first.values.items() if offset or not is_pose(path)}
-                more = differences(own, mirrored(other, mirror, not offset))
-                values, signs = values + more[0], signs + more[1]
-                if values > MAX_PARAMETERS:
-                    break
-            if values <= MAX_PARAMETERS or not mirror:
-                found[mirror] = values, signs
-            if not (values or signs):
-                break
-        return found
-
-    def _try(self, base: int, apart: Mapping[int, Mapping[str, tuple[int, int]]]) -> bool:
+    def _try(self, members: list[int]) -> bool:
         """Make a part of instances, all without a mirror or those of the other side with one, if it is worth it."""
-        choices = [dict.fromkeys(apart, "")]
+        base = next((start for start in members if is_left(self.nodes[start].link)), members[0])
+        members = [base, *(start for start in members if start != base)]
+        choices = [[""] * len(members)]
         for mirror in ("y", "x"):
-            place = ("joint", "xyz", "xyz".index(mirror))
-            first = self.nodes[base].values[place]
-            better = {start: mirror in found and found[mirror] < found[""] for start, found in apart.items()}
-            across = {start: mirror in found and self.nodes[start].values[place] * first < 0
-                      for start, found in apart.items()}  # fmt: skip
-            choices += [{start: mirror if flags[start] else "" for start in apart} for flags in (better, across)]
-        unique = {tuple(choice.values()): choice for choice in choices}.values()
-        made = [self._make([(base, ""), *choice.items()]) for choice in unique]
+            place: Path = ("joint", "xyz", "xyz".index(mirror))
+            sides = [self.nodes[start].values[place] * self.nodes[base].values[place] for start in members]
+            choices += [[mirror if side < 0 else "" for side in sides]] if min(sides) < 0 else []
+        made = [self._make(list(zip(members, choice, strict=True))) for choice in choices]
         part = min((one for one in made if one is not None), key=lambda one: one.cost, default=None)
         if part is None or not self._is_worth(base, part):
             return False
@@ -158,7 +137,7 @@ class _Body:
             part.entry = _Body(part.entry, ("parts", part.name), self.result).factored()
         self.result.parts[part.name] = part.entry
         self.homes |= part.homes
-        for start, name in zip([base, *apart], part.uses, strict=True):
+        for start, name in zip(members, part.uses, strict=True):
             self.uses.append((self.nodes[start].rank[1], name, part.uses[name]))
             self.covered.update(range(start, start + self.nodes[base].size))
         return True
@@ -167,6 +146,8 @@ class _Body:
         """Return a part made of instances, or None if the language cannot express it."""
         size = self.nodes[cluster[0][0]].size
         self.result.budget -= len(cluster) * size
+        if self.result.budget < 0:
+            return None
         rows = [self.nodes[start : start + size] for start, _ in cluster]
         names = [[name for node in row for name in node.names] for row in rows]
         parted = split(list(zip(*names, strict=True)))

@@ -242,12 +242,16 @@ def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
     return made
 
 
-def apply_classes(root: Any) -> None:
-    """Give each element of an MJCF, an ``ElementTree.Element``, the attributes of its class."""
+def apply_classes(root: Any, complete_lists: bool = True) -> None:
+    """Give each element of an MJCF, an ``ElementTree.Element``, the attributes of its class.
+
+    As in MuJoCo, a class completes lists that are shorter than its own, unless ``complete_lists`` is false.
+    """
+    join = _merged if complete_lists else lambda usual, own: {**usual, **own}
     classes: dict[str, dict[str, Mapping[str, str]]] = {}
 
     def define(default: Any, above: Mapping[str, Mapping[str, str]], name: str) -> None:
-        own = {**above, **{one.tag: _merged(above.get(one.tag, {}), one.attrib) for one in default}}
+        own = {**above, **{one.tag: join(above.get(one.tag, {}), one.attrib) for one in default}}
         classes[default.get("class") or name] = own
         for inner in default.findall("default"):
             define(inner, own, "")
@@ -261,7 +265,7 @@ def apply_classes(root: Any) -> None:
             element, childclass = waiting.pop()
             childclass = element.get("childclass") or childclass
             usual = classes.get(element.get("class") or childclass, {}).get(kind or element.tag, {})
-            made = _merged(usual, element.attrib)
+            made = join(usual, element.attrib)
             element.attrib.clear()
             element.attrib.update(made)
             waiting += [(one, childclass) for one in element] if section.tag == "worldbody" else []

@@ -81,6 +81,7 @@ _TOGETHER = {
     (SLIDE, SLIDE, HINGE): ("planar", ("_TX", "_TY", "_RZ")),
     (SLIDE, SLIDE, SLIDE, BALL): ("floating", ("_TX", "_TY", "_TZ", "_R")),
 }
+_OF_TOGETHER = {"name", "type", "axis", "group"}  # attributes of such joints
 _ALONG: Sequence[Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
 
@@ -105,7 +106,7 @@ def name_all(reading: Reading) -> None:
             made_up = f"{names[-1]}_link" if names and names[-1] else f"{above}_body" if above else "base_link"
             reading.link_of[index] = reading.unique("link", made_up)
     for index, held in reading.joints_in.items():
-        together = _together([joints[at] for at in held], reading)
+        together = _together([joints[at] for at in held])
         if together is not None:
             reading.motion_of[index] = (reading.unique("joint", together[0]), *together[1:])
     named = {BALL: reading.ball_of, SLIDE: reading.joint_of, HINGE: reading.joint_of}
@@ -116,10 +117,10 @@ def name_all(reading: Reading) -> None:
             reading.rename("joint", joint["name"], name)
 
 
-def _together(held: Sequence[Mapping[str, Any]], reading: Reading) -> tuple[str, str, Any] | None:
+def _together(held: Sequence[Mapping[str, Any]]) -> tuple[str, str, Any] | None:
     """Return name, type and axis of the planar or floating joint that the joints of a body are, or None."""
     kind, ends = _TOGETHER.get(tuple(joint["type"] for joint in held), ("", ()))
-    if not ends or any(_is_special(reading, joint) for joint in held):
+    if not ends or any(set(joint["element"]["attributes"]) - _OF_TOGETHER for joint in held):
         return None
     name = held[0]["name"].removesuffix(ends[0])
     if not name or [joint["name"] for joint in held] != [name + end for end in ends]:
@@ -129,15 +130,6 @@ def _together(held: Sequence[Mapping[str, Any]], reading: Reading) -> tuple[str,
     if any(abs(a - b) > _SAME_AXIS for one, own in pairs for a, b in zip(one, own, strict=True)):
         return None
     return name, kind, axis
-
-
-def _is_special(reading: Reading, joint: Mapping[str, Any]) -> bool:
-    facts, dof = reading.facts, joint["dofadr"]
-    shifted = joint["type"] != BALL and facts["qpos0"][joint["qposadr"]] != 0
-    held = any(facts[word][dof] for word in ("dof_damping", "dof_frictionloss", "dof_armature"))
-    more = set(joint["element"]["attributes"]) - {"name", "type", "pos", "axis", "range", "group"}
-    moved = joint["type"] != SLIDE and any(joint["pos"])
-    return bool(moved or shifted or held or more or joint["limited"] or joint["actfrclimited"])
 
 
 def add_links(reading: Reading) -> None:

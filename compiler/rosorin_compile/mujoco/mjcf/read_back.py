@@ -303,7 +303,7 @@ def _joint(joints: Sequence[Element], parent: str, child: str, place: Any) -> Jo
 
 def _apply_classes(root: Element) -> None:
     """Give each element the attributes of its class, and visuals the colour of their material, where they have none."""
-    apply_classes(root)
+    apply_classes(root, complete_lists=False)
     colours = {one.get("name", ""): one.get("rgba") for one in root.iterfind("asset/material")}
     for section in ("worldbody", "actuator"):
         for element in (inner for top in root.iterfind(section) for inner in top.iter()):

@@ -21,7 +21,7 @@ from rosorin_compile.source.diagnostics import (
 from ..parameters.checking import REMOVE, against_kind
 from ..parameters.files import Parameter, Section
 from ..parameters.tables import MANAGER, Kind, by_name, by_signs, controller, controller_by_keys, is_of, plugins
-from ..ports import full_type
+from ..ports import facts, full_type
 
 DEFAULT = "by default"
 
@@ -212,20 +212,6 @@ def _node(full: str, sections: list[Section], of_type: _Type | None, distributio
 
 INPUTS = ("odom", "pose", "twist", "imu")
 _INPUT = re.compile(rf"({'|'.join(INPUTS)})(\d+)\Z")
-_LAYERS = {"plugins": ("static_layer", "obstacle_layer", "inflation_layer"), "filters": ()}
-# Lists of plugins of Nav2, by node, with the names that have a type by default (nav2_*/src of Humble and Jazzy).
-_PLUGINS: dict[str, dict[str, tuple[str, ...]]] = {
-    "local_costmap": _LAYERS,
-    "global_costmap": _LAYERS,
-    "controller_server": {
-        "controller_plugins": ("FollowPath",),
-        "goal_checker_plugins": ("goal_checker",),
-        "progress_checker_plugins": ("progress_checker",),
-    },
-    "planner_server": {"planner_plugins": ("GridBased",)},
-    "smoother_server": {"smoother_plugins": ("simple_smoother",)},
-    "behavior_server": {"behavior_plugins": ("spin", "backup", "drive_on_heading", "assisted_teleop", "wait")},
-}
 # Words of AMCL until Galactic, which since then loads a plugin by its name.
 _MODELS = {"differential": "nav2_amcl::DifferentialMotionModel", "omnidirectional": "nav2_amcl::OmniMotionModel"}
 _OF_INPUT = re.compile(rf"({'|'.join(INPUTS)})(\d+)_")
@@ -262,7 +248,7 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
 
 
 def _untyped(node: Node) -> Iterator[Diagnostic]:
-    for key, by_default in _PLUGINS.get(node.name, {}).items():
+    for key, by_default in facts("ros2_nodes")["plugin_lists"].get(node.name, {}).items():
         given = node.parameters.get(key)
         if given is None or given.substituted or not isinstance(given.value, list):
             continue

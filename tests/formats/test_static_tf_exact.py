@@ -157,6 +157,16 @@ def test_an_argument_that_is_off_by_a_digit_disagrees(pose: Pose, at: int, off: 
     assert agreement(robot, [replace(made, text=json.dumps(document))])
 
 
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_a_decimal_reads_back_and_has_no_exponent(value: float) -> None:
+    text = decimal(value)
+    assert float(text) == value
+    assert set(text) <= set("-.0123456789")
+    assert text != "-0"
+    assert not text.endswith(".")
+    assert "." not in text or not text.endswith("0")
+
+
 def test_a_package_follows_the_data_where_there_is_no_launch_file(tmp_path: Path) -> None:
     pose = Pose((1 / 3, 0.0, 0.0))
     robot = chain([pose], EXACT)

@@ -34,9 +34,28 @@ def test_reference_robot_names_its_stand_ins_once():
     assert any(all(f'"joint{number}" limit' in note for number in range(1, 6)) for note in notes)
 
 
+def orthogonal(seed: int) -> np.ndarray:
+    return np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+
+
 def inertial(matrix: np.ndarray) -> Inertial:
     m = [[float(value) for value in row] for row in matrix]
     return Inertial(1.0, IDENTITY, m[0][0], m[1][1], m[2][2], m[0][1], m[0][2], m[1][2])
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e6])
+@pytest.mark.parametrize("moments", [(1, 2, 2.5), (1, 1, 1), (1, 1, 2), (1e-6, 1, 1), (-1, 1, 2), (0, 0, 1)])
+def test_principal_moments_are_the_eigenvalues(moments, scale):
+    for seed in range(50):
+        axes = orthogonal(seed)
+        matrix = axes @ np.diag(moments) @ axes.T * scale
+        matrix = (matrix + matrix.T) / 2
+        assert inertial(matrix).principal_moments == pytest.approx(np.linalg.eigvalsh(matrix), abs=4e-15 * scale)
+
+
+def test_principal_moments_end_on_any_number():
+    for values in ((1e300,) * 6, (1e-320,) * 6, (0, 0, 0, 1, 1, 1), (1e308, -1e308, 0, 1e308, 5, 1e-300), (0,) * 6):
+        assert len(Inertial(1.0, IDENTITY, *map(float, values)).principal_moments) == 3
 
 
 @given(st.integers(0, 2**32), st.integers(4, 12), st.floats(-6, 3))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Iterator
 from itertools import combinations, product
 from pathlib import Path
@@ -20,6 +21,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.expression import evaluate
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Limit, Link, Output, Publisher, Robot
 from rosorin_compile.model.frame_tree import Row
+from rosorin_compile.model.frame_tree import lines as tree_lines
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.viewer import frames_picture
 from rosorin_compile.viewer.frames_picture import TooMany, frame_trees
@@ -37,6 +39,19 @@ def test_every_frame_and_edge_as_in_the_list_of_frames(robot: Robot) -> None:
     assert text == drawn(robot, "frames.svg")
     for edge in frames.view(robot, LIST).frames:
         assert f'data-parent="{edge.parent}" data-child="{edge.child}"' in html.unescape(text)
+
+
+@settings(max_examples=40, deadline=None)
+@given(robots())
+def test_every_frame_has_one_line_of_its_own(robot: Robot) -> None:
+    for tree in frame_trees(robot, {}):
+        found = tree_lines(tree.edges, [link.name for link in robot.links])
+        assert max(Counter(line.frame for line in found if not line.again).values()) == 1
+        assert Counter(line.row for line in found if line.row) == Counter(tree.edges)
+        for line in found:
+            if line.row is not None:
+                ends = (line.row.child, line.row.parent) if line.up else (line.row.parent, line.row.child)
+                assert (found[line.on].frame, line.frame) == ends
 
 
 def test_a_joint_that_another_node_publishes_keeps_its_name() -> None:

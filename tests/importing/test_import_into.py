@@ -422,6 +422,7 @@ WHEEL = """\
 <xacro:box name="wheel" size="0.1"/>
 <joint name="j" type="fixed"><parent link="base_link"/><child link="wheel"/><origin xyz="1 0 0"/></joint>
 """
+POLE = WHEEL.replace('<xacro:box name="wheel" size="0.1"/>', '<xacro:pole name="wheel"/>')
 
 
 def robots(package: Path, shared: str = SHARED, **bodies: str) -> None:

@@ -47,6 +47,13 @@ def test_a_single_shape_that_changed_says_how(tmp_path: Path, before: str, after
     assert said == [f"a visual: {line}"]
 
 
+@pytest.mark.parametrize(("before", "after", "percent"), [("0.0001", "0.1", "100"), ("0.1", "0.2", "50")])
+def test_an_inertia_says_its_share_without_an_exponent(tmp_path: Path, before: str, after: str, percent: str) -> None:
+    sides = [urdf(tmp_path, f"{value}.urdf", INERTIAL.format(value)) for value in (before, after)]
+    (said,) = told(*sides)
+    assert said.endswith(f"(by {percent} % of the largest moment)")
+
+
 def test_many_things_that_are_not_compared_are_one_line_for_people(tmp_path: Path) -> None:
     inside = INERTIAL.format(1).replace("<mass ", '<mass p="1" q="2" r="3" s="4" t="5" ')
     path = urdf(tmp_path, "a.urdf", inside)
@@ -84,6 +91,24 @@ def test_nothing_is_said_of_contacts_that_nobody_disabled(tmp_path: Path) -> Non
     _, out, err = diff(tmp_path / "robot.yaml", tmp_path / "r.xml")
     assert "not compared" in out, err
     assert "contact" not in out
+
+
+def test_arguments_for_a_file_without_any_are_refused(tmp_path: Path) -> None:
+    path = urdf(tmp_path, "a.urdf", "")
+    code, out, err = diff(path, path, "--b-arg", "height=3")
+    assert (code, out) == (2, "")
+    assert "a.urdf has no arguments: only a description and a xacro have them" in err
+    code, _, err = diff(path, path, "-a", "height=3")
+    assert code == 2
+    assert "a.urdf has no arguments: only a description and a xacro have them" in err
+
+
+@pytest.mark.parametrize("text", ["x", "-1", "nan", "inf", ""])
+def test_a_tolerance_is_a_number(tmp_path: Path, text: str) -> None:
+    path = urdf(tmp_path, "a.urdf", "")
+    code, _, err = diff(path, path, f"--tolerance={text}")
+    assert code == 2
+    assert "--tolerance" in err
 
 
 def test_contacts_that_somebody_disabled_are_counted(tmp_path: Path) -> None:

@@ -283,6 +283,8 @@ def test_every_file_beside_modules_is_packaged() -> None:
     patterns = {package: re.findall(r'"(.+?)"', row) for package, row in rows}
     beside = [path for path in COMPILER.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
     beside = [path for path in beside if path.suffix != ".py" and path.name != "README.md"]
+    # Pieces of the schema in folders of sections are part of schemas/description.schema.json, which is packaged.
+    beside = [path for path in beside if not ("sections" in path.parts and path.suffix == ".json")]
     assert beside
     left = [
         path.relative_to(COMPILER).as_posix()

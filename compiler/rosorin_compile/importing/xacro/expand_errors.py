@@ -18,7 +18,7 @@ Place = Sequence[int]  # the number of a file, the offset of an element, the num
 COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']""")
 _EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
-_IS_MISSING = re.compile(r"Undefined substitution argument|environment variable '")
+_IS_MISSING = re.compile(r"^Undefined substitution argument|environment variable '")
 _MOST_RELATED = 12
 
 
@@ -121,7 +121,7 @@ class ExpandErrors:
             return [error("unknown-argument", message, self.document.root.span, suggestion)]
         if "markup" in answer:
             return [*found, self._not_markup()]
-        if "error" in answer and not (found and _IS_MISSING.match(answer["error"])):
+        if "error" in answer and not (found and _IS_MISSING.search(answer["error"])):
             found.append(self._failure())
         return found
 

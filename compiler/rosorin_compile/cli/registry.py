@@ -19,6 +19,7 @@ import click
 from rosorin_compile.source.diagnostics import WARNING, nearest
 from rosorin_compile.source.plugins import PluginFailed, broken, clash, installed, load
 from rosorin_compile.source.project import ROOT_FILE, Description, NoDescription, all_here
+from rosorin_compile.source.wording import suggest
 
 from .command import Command
 from .table import ALIASES, BUILT_IN, CHECK, CHECKS, COMMANDS, Entry, names
@@ -109,7 +110,7 @@ def resolve_check(check: click.Command, words: list[str]) -> tuple[str, click.Co
         if named:
             _report(f'"{named}" is a check; write it before the robot: {CHECK} {named} ROBOT')
         elif close not in (None, name) and robot is None:
-            _report(f'"{name}" is no check; did you mean "{close}"?')
+            _report(f'"{name}" is no check; {suggest(close)}')
     if found is None:
         return CHECK, check, words
     if robot is not None and name in CHECKS:

@@ -22,6 +22,7 @@ from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Reque
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
+from rosorin_compile.source.wording import suggest
 
 from .description import tree_of, write
 from .into import Package, in_the_end, inside, package_at, package_report, put_into, to_do
@@ -104,7 +105,7 @@ def _check_file(path: Path) -> None:
         raise RequestError(f"cannot read {path}: {problem.strerror}") from None
     except (OSError, ValueError):
         close = Description.nearest_file(path)
-        raise RequestError(f"{path} is not there" + (f'; did you mean "{close}"?' if close else "")) from None
+        raise RequestError(f"{path} is not there" + (f"; {suggest(str(close))}" if close else "")) from None
     if is_folder:
         raise RequestError(f"{path} is a folder; name the file of the robot in it")
 

@@ -24,6 +24,7 @@ from rosorin_compile.source.load import plain_scalar
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.tree import Map, Path, Seq, Text, prefix_at
 from rosorin_compile.source.units import UNITS, Dimension, Quantity, parse_unit
+from rosorin_compile.source.wording import suggest
 
 from .expression import ExpressionError, compiled
 from .schema import keys_of_xml, of_parts, resolve, schema
@@ -354,7 +355,7 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str, path: S
         return f'"{said}" has the keys of an entry of {path[0]}: indent it as far as "{path[1]}"'
     legal, other = f"legal: {', '.join(sorted(known))}", _data()["others"].get(kind)
     if close:
-        return f'did you mean "{close}"? ({legal})'
+        return f"{suggest(close)} ({legal})"
     instead = f"{other} ({legal})" if other else ""
     if kind == "pose":
         instead = f"joints belong in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"
@@ -431,7 +432,7 @@ def word_meant(word: str, known: Iterable[str], kind: str = "") -> str:
     """Return the help for a word that is not one of ``known``; ``kind`` is that of its synonyms."""
     table = synonyms("values", kind) or words_for(kind)
     close = _synonym(word, table, known)
-    return way_out(word, table) or (f'did you mean "{close}"?' if close else Suggestion(word, [*known])())
+    return way_out(word, table) or (suggest(close) if close else Suggestion(word, [*known])())
 
 
 def suggest_name(

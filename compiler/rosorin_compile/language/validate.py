@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.tree import Map, Seq, at
 from rosorin_compile.source.units import Dimension, Quantity, describe, parse_unit
-from rosorin_compile.source.wording import counted, in_words, swaps, unseen
+from rosorin_compile.source.wording import counted, in_words, suggest, swaps, unseen
 
 from . import suggestions
 from .expand.provenance import problem_at
@@ -224,7 +224,7 @@ class _Report:
             return []  # it is there, under a name that is reported
         if meant and key in swaps(meant[0]):  # other keys of outputs are judged when their format is known
             message = f'{self.where} has no key "{meant[0]}"'
-            return self._make("unknown-key", message, f'did you mean "{key}"?', [*self.path, meant[0]], True)
+            return self._make("unknown-key", message, suggest(key), [*self.path, meant[0]], True)
         wanted = legal.get(key, {})
         help = _sentence(wanted.get("description") or resolve(wanted).get("description", ""))
         if key == "inertia":

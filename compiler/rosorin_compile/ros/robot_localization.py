@@ -15,7 +15,7 @@ from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.drive import driving_of
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Help, Suggestion, error, listed, quoted
-from rosorin_compile.source.wording import swaps
+from rosorin_compile.source.wording import suggest, swaps
 
 from .controllers.filled import drivers, intended_topic
 from .navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
@@ -56,7 +56,7 @@ def filter_of(robot: Robot, output: Output, frames: Frames) -> tuple[Filter | No
     if named is not None and named not in filters and (filters or named in packages):
         package = packages.get(named, "")
         if _PACKAGE in swaps(package):
-            path, help = ("publishers", named, "package"), f'did you mean "{_PACKAGE}"?'
+            path, help = ("publishers", named, "package"), suggest(_PACKAGE)
             return None, [Found("filter-unclear", f'there is no package "{package}"', path, help, absolute=True)]
         message = f'"{named}" is no filter of robot_localization'
         suggestion: Help = Suggestion(named, filters, none="its publisher says package: robot_localization")

@@ -12,7 +12,7 @@ from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span
 from rosorin_compile.source.messages import Offer, placed
 from rosorin_compile.source.rule_registry import ARGUMENTS, FRAMES, rule
 from rosorin_compile.source.tree import Path
-from rosorin_compile.source.wording import difference, foreign, in_words, look, swaps, unseen
+from rosorin_compile.source.wording import difference, foreign, in_words, look, suggest, swaps, unseen
 
 from .case import Case
 from .magnitudes import NOT_XML
@@ -115,7 +115,7 @@ def swapped_letters(case: Case) -> Iterator[Diagnostic]:
         if slip is not None:
             fixed = one.name.replace(*slip)
             message = f'{one.kind} "{one.name}" has "{slip[0]}", which looks like "{slip[1]}" with two letters swapped'
-            found = case.problem("letters-swapped", message, one.path, f'did you mean "{fixed}"?', key=one.key)
+            found = case.problem("letters-swapped", message, one.path, suggest(fixed), key=one.key)
             found = placed(found, Offer(one.name, fixed))
             if found.span not in reported:  # a use of a part makes several names
                 reported.add(found.span)

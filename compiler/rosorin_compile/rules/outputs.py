@@ -13,7 +13,7 @@ from rosorin_compile.model import Output
 from rosorin_compile.source.diagnostics import Diagnostic, Suggestion
 from rosorin_compile.source.rule_registry import OUTPUTS, rule
 from rosorin_compile.source.tree import Path, exists
-from rosorin_compile.source.wording import swaps
+from rosorin_compile.source.wording import suggest, swaps
 
 from .case import Case
 
@@ -56,7 +56,7 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
     path: Path = ("outputs", output.name)
     for option in output.options:
         if "backend" in swaps(option):
-            message, help = f'output "{output.name}" has no key "{option}"', 'did you mean "backend"?'
+            message, help = f'output "{output.name}" has no key "{option}"', suggest("backend")
             return case.problem("unknown-key", message, (*path, option), help, key=True)
     formats = [format for format in case.formats.values() if format.write is not None]
     is_name = not exists(case.tree, (*path, "backend"))  # the name of the output is that of the format
@@ -64,14 +64,14 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
     named = [format.name for ending in endings for format in formats if ending in _endings(format)]
     known = f"known: {', '.join(sorted(format.name for format in formats))}; your own artifact names its template"
 
-    def suggest() -> str:
+    def format_help() -> str:
         help = word_meant(output.backend, [format.name for format in formats], "backend")
         if help.startswith("known"):
             help = f'the format of such files is called "{named[0]}"' if named else ""
         return f"{help} ({known})" if help else known
 
     place = path if is_name else (*path, "backend")
-    return case.problem("unknown-backend", f'there is no backend "{output.backend}"', place, suggest, key=is_name)
+    return case.problem("unknown-backend", f'there is no backend "{output.backend}"', place, format_help, key=is_name)
 
 
 def _endings(format: Format) -> tuple[str, ...]:

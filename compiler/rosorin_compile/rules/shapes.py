@@ -17,7 +17,7 @@ from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, neares
 from rosorin_compile.source.rule_registry import JOINTS, NUMBERS, rule
 from rosorin_compile.source.tree import Path, Seq, at
 from rosorin_compile.source.units import has_unit
-from rosorin_compile.source.wording import listed, quoted
+from rosorin_compile.source.wording import listed, quoted, suggest
 
 from .case import Case, number
 from .joints import pieces
@@ -311,7 +311,7 @@ def unknown_materials(case: Case) -> Iterator[Diagnostic]:
         close = nearest(name, case.robot.material)
         if close:
             path, *others = unknown.pop(name)
-            related, help = [("also used here", other) for other in others[:MAX_RELATED]], f'did you mean "{close}"?'
+            related, help = [("also used here", other) for other in others[:MAX_RELATED]], suggest(close)
             message = f'there is no material "{name}"'
             yield case.problem("unknown-material", message, path, help, related=related, severity=WARNING)
     if unknown:

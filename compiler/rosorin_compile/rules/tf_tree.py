@@ -10,7 +10,7 @@ from rosorin_compile.model.joint import UNPUBLISHED
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, nearest
 from rosorin_compile.source.rule_registry import FRAMES, Check, rule
 from rosorin_compile.source.tree import Path, exists
-from rosorin_compile.source.wording import quoted, swaps
+from rosorin_compile.source.wording import quoted, suggest, swaps
 
 from .case import Case
 from .joints import WORLD_FRAMES, pieces
@@ -52,7 +52,7 @@ def _misspelt_world(case: Case) -> Iterator[Diagnostic]:
             is_free = name in case.robot.link or (key == "parent" and name in children)
             is_named = meant in children or any(meant == edge.parent for edge in edges)
             if meant and not is_free and (key == "parent" or (edge.parent in WORLD_FRAMES and is_named)):
-                message, help = f'there is no frame "{name}"', f'did you mean "{meant}"?'
+                message, help = f'there is no frame "{name}"', suggest(meant)
                 yield case.problem("unknown-link", message, case.edge(index, key), help)
 
 

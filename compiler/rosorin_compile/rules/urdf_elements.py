@@ -21,7 +21,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Source
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import NUMBERS, rule
 from rosorin_compile.source.tree import Map, Path
-from rosorin_compile.source.wording import listed, quoted
+from rosorin_compile.source.wording import listed, suggest
 from rosorin_compile.source.xml.elements import canonical, damage, found_in, tree_of
 
 from .case import Case
@@ -125,7 +125,7 @@ def unknown_names(case: Case) -> Iterator[Diagnostic]:
             for attribute in element.attributes if tags == ("gazebo",) else ():
                 if attribute != "reference" and nearest(attribute, ["reference"]):
                     message = f'<gazebo> has no attribute "{attribute}", so it is about the whole robot'
-                    made = case.problem("unknown-reference", message, path, 'did you mean "reference"?')
+                    made = case.problem("unknown-reference", message, path, suggest("reference"))
                     yield at_name(made, attribute, element.line)
             for one in found:
                 mentions.setdefault((one.kind, one.name), []).append((one, path, element.line))
@@ -147,7 +147,7 @@ def _unknown(case: Case, mentions: _Mentions, materials: Set[str]) -> Iterator[D
             real = {*robot.link} if kind in (LINK, FRAME) else names[kind]
             # Without its prefix, as in a part.
             longer = sorted(one for one in real if one.endswith(name) and not one[: -len(name)][-1:].isalnum())
-            help: Help = f"did you mean {quoted(longer[:_MAX_RELATED])}?"
+            help: Help = suggest(*longer[:_MAX_RELATED])
             help = help if longer else case.suggest(path, name, real, f"name a {kind} of the robot")
         elif kind != "material" and carried and sure and name not in inside and name in {*robot.link, *robot.joint}:
             what = "link" if name in robot.link and kind != JOINT else "joint"

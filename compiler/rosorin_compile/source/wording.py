@@ -59,13 +59,18 @@ def _contains(longer: list[str], shorter: list[str]) -> bool:
     return 2 < len(short) < len(long) and (is_end or is_within)
 
 
+def suggest(*candidates: str) -> str:
+    """Return the help for a word that is certainly one of the candidates: 'did you mean "x"?'."""
+    return "did you mean " + " or ".join(f'"{name}"' for name in candidates) + "?"
+
+
 def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
     """Return 'did you mean "x"?' for the nearest known words; else ``otherwise`` and the list of known words."""
     names = sorted(known)
     if close := _similar(word, names):
         looks_same = not (word + close[0]).isascii() and look(word) == look(close[0])
         reason = f" the two differ in {difference(word, close[0])}" if looks_same else ""
-        return f"did you mean {' or '.join(quoted([name]) for name in close)}?{reason}"
+        return f"{suggest(*close)}{reason}"
     known = f"known: {first_of(names, MAX_LISTED)}" if names else ""
     return f"{otherwise} ({known})" if known and otherwise else known or otherwise
 

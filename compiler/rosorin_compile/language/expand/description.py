@@ -17,7 +17,7 @@ from rosorin_compile.source.load import plain_scalar
 from rosorin_compile.source.messages import merge_by_name, offer, placed
 from rosorin_compile.source.project import Resolved, data_folder
 from rosorin_compile.source.tree import Map, Place, Seq
-from rosorin_compile.source.wording import swaps
+from rosorin_compile.source.wording import suggest, swaps
 
 from ..annotations import ENTRIES
 from ..schema import keys_of_xml, merged, of_parts, schema
@@ -124,7 +124,7 @@ def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnost
         for key, value in node.items() if isinstance(node, Map) else ():
             if isinstance(value, Map) and "for" in swaps(key):
                 message, place = f'an entry has no key "{key}"', Place(node.key_spans[key], node.via)
-                misnamed.append(error("unknown-key", message, place.span, 'did you mean "for"?', place.stack()))
+                misnamed.append(error("unknown-key", message, place.span, suggest("for"), place.stack()))
     return [*misnamed, *(one for one in diagnostics if not (misnamed and _is_missing(one)))]
 
 

@@ -26,6 +26,7 @@ from rosorin_compile.source.project import (
     python_folder,
 )
 from rosorin_compile.source.tree import Include, Instance, Map, Place, Seq
+from rosorin_compile.source.wording import suggest
 
 from ..expression.functions import ExpressionError
 from ..schema import sections
@@ -325,4 +326,4 @@ def with_nearest_file(diagnostic: Diagnostic, name: str, target: Path) -> Diagno
     if close is None:
         return diagnostic
     folder = name.rpartition("/")[0]
-    return replace(diagnostic, help=f'did you mean "{folder + "/" if folder else ""}{close.name}"?')
+    return replace(diagnostic, help=suggest(f"{folder + '/' if folder else ''}{close.name}"))

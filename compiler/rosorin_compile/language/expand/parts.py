@@ -20,6 +20,7 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span
 from rosorin_compile.source.load import LoadError, load_mapping, load_own
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.tree import Instance, Map, Place, Seq
+from rosorin_compile.source.wording import suggest
 from rosorin_compile.source.xml.elements import found_in
 
 from ..schema import keys_of_xml, of_parts, of_types
@@ -198,9 +199,9 @@ class Parts:
         for path in sorted(data_folder("parts_library").glob("*.yaml")):
             with suppress(LoadError):
                 for part in load_mapping(path, path.name).get("parts") or ():
-                    names.setdefault(part, []).append(f'"{path.stem}/{part}"')
+                    names.setdefault(part, []).append(f"{path.stem}/{part}")
         close = nearest(short, names)
-        return f"did you mean {' or '.join(names[close])}?" if close else ""
+        return suggest(*names[close]) if close else ""
 
     def _load(self, path: Path, file: str, use: Span) -> tuple[Map, Scope] | None:
         if path not in self.files:

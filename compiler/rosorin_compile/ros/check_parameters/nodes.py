@@ -17,6 +17,7 @@ from rosorin_compile.source.diagnostics import (
     nearest,
     quoted,
 )
+from rosorin_compile.source.wording import suggest
 
 from ..parameters.checking import REMOVE, against_kind
 from ..parameters.files import Parameter, Section
@@ -188,7 +189,7 @@ def _homeless(named: dict[str, list[Section]], types: Mapping[str, _Type]) -> It
             sections = named.pop(full)
             named[bare[meant]] += sections
             message = f'no controller is called "{name}": no node reads these parameters'
-            yield error("parameters-reach-nobody", message, sections[0].span, f'did you mean "{meant}"?')
+            yield error("parameters-reach-nobody", message, sections[0].span, suggest(meant))
 
 
 def _fits(sections: Sequence[Section], of_type: str) -> bool:

@@ -22,6 +22,7 @@ from rosorin_compile.source.diagnostics import (
     listed,
     nearest,
 )
+from rosorin_compile.source.wording import suggest
 
 from .tables import Key, Kind, as_type, fits, is_of_all_nodes, refused, type_in_words, value_text
 
@@ -92,10 +93,10 @@ def _near(kind: Kind, key: str, values: Mapping[str, Any]) -> Help:
     names = kind.like(key)
     if not kind.complete:
         close = nearest(key, names - values.keys())
-        return f'did you mean "{close}"?' if close and _is_misspelt(key, close) else ""
+        return suggest(close) if close and _is_misspelt(key, close) else ""
     last = key.rpartition(".")[2]
     same = [one for one in names if one.rpartition(".")[2] == last]
-    return Suggestion(key, names, instead=f'did you mean "{same[0]}"?' if len(same) == 1 else REMOVE)
+    return Suggestion(key, names, instead=suggest(same[0]) if len(same) == 1 else REMOVE)
 
 
 def _is_misspelt(name: str, close: str) -> bool:

@@ -18,6 +18,7 @@ from rosorin_compile.model import DisabledCollision, Output, Robot, Transform
 from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
 from rosorin_compile.source.diagnostics import Diagnostic, Span, has_errors, nearest, quoted
 from rosorin_compile.source.tree import Map, Text
+from rosorin_compile.source.wording import suggest
 from rosorin_compile.source.xml.markup import Element, correction, named
 
 from .planning import URDF, Planning, ordered
@@ -151,7 +152,7 @@ class _Joining:
             return True
         near = nearest(name.value, known)
         help = f"MoveIt passes over it: the robot has no such {kind}"
-        help += f'; did you mean "{near}"?' if near else ""
+        help += f"; {suggest(near)}" if near else ""
         is_it = element.tag == kind or element.get("name").strip() == name.value
         what = named(element) if is_it else f'{named(element)} of {kind} "{name.value}"'
         self.reading.cannot_carry(what, element.span if element.tag == "group_state" else name.span, help)

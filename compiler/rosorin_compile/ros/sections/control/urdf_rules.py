@@ -28,7 +28,7 @@ from rosorin_compile.rules.case import Case, number
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion, counted, quoted
 from rosorin_compile.source.tree import Path, at
 from rosorin_compile.source.units import Quantity, describe, parse_unit
-from rosorin_compile.source.wording import swaps
+from rosorin_compile.source.wording import suggest, swaps
 
 from .urdf import OPTION, asked, follows
 
@@ -129,7 +129,7 @@ def _component(case: Case, block: Block, section: str, one: Component) -> Iterat
         if meant:
             message = f'{of} has the {key} "{interface.name}", which no controller asks for'
             severity = ERROR if meant in swaps(interface.name) else WARNING  # two letters swapped are no other word
-            by_key, help = place[-1] == interface.name, f'did you mean "{meant}"?'
+            by_key, help = place[-1] == interface.name, suggest(meant)
             yield case.problem("control-interface", message, place, help, severity=severity, key=by_key)
         yield from _params(case, interface.params, f'the {key} "{interface.name}" of {of}', (*place, "params"))
 

@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 from collections.abc import Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
@@ -13,7 +14,7 @@ from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.importing.same_model import model_differences
 from rosorin_compile.model import Robot
 from rosorin_compile.output.committed import Comparison, compare, lines
-from support.paths import DATA
+from support.paths import DATA, ROSORIN
 from support.robots import compiled, copy_of_rosorin
 
 DIFF = DATA / "diff"
@@ -72,11 +73,30 @@ def against(made: Compiled, committed: Mapping[str, bytes]) -> Comparison:
     return compare(made.robot, made.artifacts, committed)
 
 
+def described(folder: Path, *edits: tuple[str, str, str]) -> Comparison:
+    """Compile a copy in which the first text is the second one in the named files; the base is what is committed."""
+    first = copy_of_rosorin(folder)
+    for name, old, new in edits:
+        path = first.parent / name
+        text = path.read_text("utf-8")
+        assert old in text, f"{old!r} is not in {name}"
+        path.write_text(text.replace(old, new), "utf-8")
+    return against(compiled(first), COMMITTED)
+
+
 def edited(name: str, old: str, new: str, count: int = 1) -> Comparison:
     """Edit a committed file by hand; the compiled ones are as before."""
     text = COMMITTED[name].decode()
     assert old in text, f"{old!r} is not in {name}"
     return against(BASE, {**COMMITTED, name: text.replace(old, new, count).encode()})
+
+
+def block(name: str, key: str) -> str:
+    """Return the lines of a key and what is below it, two spaces deep."""
+    text = (ROSORIN.parent / name).read_text("utf-8")
+    found = re.search(rf"^  {key}:.*\n(?:   .*\n)*", text, re.MULTILINE)
+    assert found, f"{key} is not in {name}"
+    return found[0]
 
 
 def different(one: Robot, other: Robot, tolerance: float, carried_by_urdf: bool) -> list[str]:

@@ -108,7 +108,7 @@ class Suggestion:
         """Return the place where the most similar name is defined."""
         near = nearest(self.word, self.candidates) if self.places else None
         span = self.places.get(near) if near is not None else None
-        return (Related("the suggestion is defined here", span),) if span else ()
+        return (Related(f'"{near}" is defined here', span),) if span else ()
 
 
 Help = str | Callable[[], str]

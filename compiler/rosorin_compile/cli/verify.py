@@ -86,7 +86,8 @@ def _requested(run: Run) -> tuple[str, Description]:
     if _is_robot(source):
         if robot and not _is_robot(robot):
             raise RequestError(f"the robot comes first: write verify {source} {robot}")
-        raise RequestError(f"{source} is a robot: write verify {robot or source} SOURCE; SOURCE is {_SOURCES}")
+        what = "a second robot" if robot else "a robot"
+        raise RequestError(f"{source} is {what}: write verify {robot or source} SOURCE; SOURCE is {_SOURCES}")
     try:
         if source != "-":
             Path(source).stat()

@@ -85,6 +85,8 @@ def test_what_an_actuator_is_is_read_from_its_gain_and_bias(mujoco: Any) -> None
         "general": (-1, 1),
         "geared": (-0.5, 1),
         "unlimited": (-1, 1),
+        "velocity": (-0.1, 0.1),  # a joint without limits, driven by velocity
+        "damper": (-0.1, 0.1),
     }
 
 

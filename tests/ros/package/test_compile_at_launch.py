@@ -193,7 +193,7 @@ def test_an_argument_without_a_default_has_to_be_given(tmp_path: Path, form: str
         launched(package, form)
     (publisher,) = launched(package, form, serial="12")
     assert '<link name="base_12"/>' in publisher.parameters["robot_description"]
-    assert "| `serial` | has to be given | of the arm |" in (package / "README.md").read_text("utf-8")
+    assert "| `serial` | required | of the arm |" in (package / "README.md").read_text("utf-8")
 
 
 @pytest.mark.slow

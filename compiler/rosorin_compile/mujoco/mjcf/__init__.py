@@ -137,6 +137,11 @@ _OPTIONS = {
         "items": {"type": "string"},
         "description": "The order of the actuators, by name; default: that of their joints.",
     },
+    "sensors": {
+        "type": "array",
+        "items": {"type": "string"},
+        "description": "The order of the sensors, by name; default: those of `sensors`, then those of `mjcf`.",
+    },
     "drives": _one_of(
         ("position", "velocity", "none"),
         "Servos for joints that no actuator moves, with gains from what they carry: for the position of joints with"

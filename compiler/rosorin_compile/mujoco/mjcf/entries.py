@@ -123,7 +123,10 @@ def add_sensors(reading: Reading) -> None:
     if sensors:
         put(reading.tree, "sensors", sensors)
     order = [one.number for some in groups.values() for one in some] + kept
-    if order != sorted(order):
+    named = reading.given.get("sensor", {})
+    if order != sorted(order) and all(at in named and not nodes[at]["inner"] for at in order):
+        reading.sensor_order = [named[at] for at in sorted(order)]
+    elif order != sorted(order):
         message = "the sensors that other formats know come first: sensor data is in another order"
         reading.changed(message, elements[order[0]].span)
 

@@ -60,6 +60,7 @@ class Reading:
         self.actuator_of: dict[int, str] = {}
         self.servos: dict[int, int] = {}
         self.in_order = True  # the actuators, as an MJCF of ours has them
+        self.sensor_order: list[str] = []  # names, if it is not that of an MJCF of ours
         self.implied_contacts = True  # are those of the file
         self.reported: set[Element] = set()
         self.groups: dict[str, int] = {}

@@ -133,6 +133,8 @@ def _outputs(reading: Reading) -> Map:
         put(mjcf, "base", "free")
     if not reading.in_order:
         put(mjcf, "actuators", listing(reading.actuator_of.values(), reading.markup.root))
+    if reading.sensor_order:
+        put(mjcf, "sensors", listing(reading.sensor_order, reading.markup.root))
     if not reading.implied_contacts:
         put(mjcf, "contacts", "described")
     seen = any("visual" in link for link in reading.links.values())

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from rosorin_compile.model import Joint, Output, Robot, Transform
 from rosorin_compile.model.geometry import cross, dot, unit
 from rosorin_compile.model.mass import along_link, together
-from rosorin_compile.model.simulation import GENERAL, MOTOR, POSITION, VELOCITY, Actuator
+from rosorin_compile.model.simulation import GENERAL, MOTOR, POSITION, SENSOR_ELEMENT, VELOCITY, Actuator
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, counted, first_of
 from rosorin_compile.source.xml.elements import found_in
@@ -174,11 +174,19 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
             related = [case.related("the other one", place_of(names[drive.name]))]
             help = "give one of them another name"
             yield case.problem("mjcf-actuators", message, place_of(drive), help, related=related)
-    ordered = output.options.get("actuators", ())
-    for index, name in enumerate(ordered):
-        path = ("outputs", output.name, "actuators", index)
-        if name not in names:
-            message = f'the robot has no actuator "{name}"'
-            yield case.problem("mjcf-actuators", message, path, Suggestion(name, names))
-        elif name in ordered[:index]:
-            yield case.problem("mjcf-actuators", f'the actuator "{name}" is listed twice', path, "remove one")
+    for kind, known in (("actuator", {*names}), ("sensor", _sensor_names(robot))):
+        ordered = output.options.get(f"{kind}s", ())
+        for index, name in enumerate(ordered):
+            path = ("outputs", output.name, f"{kind}s", index)
+            if name not in known:
+                message = f'the robot has no {kind} "{name}"'
+                yield case.problem("mjcf-actuators", message, path, Suggestion(name, known))
+            elif name in ordered[:index]:
+                yield case.problem("mjcf-actuators", f'the {kind} "{name}" is listed twice', path, "remove one")
+
+
+def _sensor_names(robot: Robot) -> set[str]:
+    """Return the names of the sensors that MuJoCo has of a robot, also of those in elements of ``mjcf``."""
+    made = {part.name for sensor in robot.sensors for part in sensor.simulated if part.kind == SENSOR_ELEMENT}
+    raw = (one for text in robot.mjcf for one in found_in(text) if one.tags[0] == "sensor" and len(one.tags) == 2)
+    return made | {one.attributes["name"] for one in raw if "name" in one.attributes}

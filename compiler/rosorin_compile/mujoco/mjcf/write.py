@@ -44,7 +44,7 @@ from . import bodies, omissions
 from .contacts import contacts
 from .servos import Drive, controls_of, is_clamped, kept_controls
 from .servos import drives as drives_of
-from .write_elements import Classes, ElementPrinter, Named, Part, place_of, sensor_elements
+from .write_elements import Classes, ElementPrinter, Named, Part, ordered_sensors, place_of, sensor_elements
 
 # The types of joints that one joint of MuJoCo is.
 TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
@@ -213,7 +213,8 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
     usual = "own" if any(link.visual for link in robot.links) else "from_collision"
     shown = colours_of(robot) if output.options.get("visuals", usual) == "from_collision" else {}
     printer = ElementPrinter(robot, number, shown.values())
-    parts, sensors, sections, diagnostics = sensor_elements(robot, templates, printer)
+    parts, of_sensors, sections, diagnostics = sensor_elements(robot, templates, printer)
+    sensors, kept = ordered_sensors(of_sensors, robot.mjcf, output.options.get("sensors", ()))
     moving = [joint for joint in joints if joint.moves]
     shared = [Named("joint", joint.name, single(joint, printer), joint.name) for joint in moving]
     shared += [printer.actuator(drive) for drive in drives]
@@ -280,7 +281,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
         "option": _option(robot, output, free, printer),
         "numbers": partial(numbers, number=number),
         "printed": printer.printed,
-        "kept": [indented(text, "  ") for text in robot.mjcf],
+        "kept": [indented(text, "  ") for text in kept],
     }
     text = templates.own("mujoco/robot.xml.jinja", values)
     found = [

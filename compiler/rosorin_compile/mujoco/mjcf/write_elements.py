@@ -35,6 +35,7 @@ from rosorin_compile.model.simulation import (
 )
 from rosorin_compile.source.diagnostics import Diagnostic, error
 from rosorin_compile.source.numbers import NumberFormat, numbers, vector
+from rosorin_compile.source.xml.elements import found_in
 
 from .bodies import (
     BESIDE_WHEELS,
@@ -247,6 +248,7 @@ def _part(tag: str, values: Texts) -> Part:
 # Attributes that name a body; what is called like a link is the body of it.
 _BODIES = ("body", "body1", "body2", "target", "subtree1", "subtree2")
 _NAMED = ("objname", "refname")
+_NAME = re.compile(r' name="([^"]*)"')
 _GEOMS = ("geom", "geom1", "geom2", *_NAMED)
 _NAMING = frozenset({*_BODIES, *_GEOMS, "material"})
 
@@ -430,6 +432,31 @@ def sensor_elements(robot: Robot, templates: Templates, printer: ElementPrinter)
                 site = Part("site", attributes(name=part.site, **place), around)
                 bodies.setdefault(part.link, []).append(site)
     return bodies, sensors, sections, diagnostics
+
+
+def ordered_sensors(
+    sensors: Sequence[Part], texts: Sequence[str], order: Sequence[str]
+) -> tuple[Sequence[Part], Sequence[str]]:
+    """Return the sensors and the elements of ``mjcf`` as an output orders sensors by name; others follow.
+
+    The sensors of ``mjcf`` are then among the first, and only its other elements are returned as text.
+    """
+    if not order:
+        return sensors, texts
+    parts, others = list(sensors), list[str]()
+    for text in texts:
+        found = found_in(text)
+        if found and all(one.tags[0] == "sensor" and len(one.tags) <= 2 for one in found):
+            parts += [Part(one.tags[1], attributes(**one.attributes)) for one in found if len(one.tags) == 2]
+        else:
+            others.append(text)
+    rank = {name: place for place, name in enumerate(order)}
+
+    def place_in_order(part: Part) -> int:
+        name = _NAME.search(part.attributes)
+        return rank.get(name[1], len(rank)) if name else len(rank)
+
+    return sorted(parts, key=place_in_order), others
 
 
 def _damaged(sensor: Sensor, part: Simulated, text: str) -> Iterator[Diagnostic]:

@@ -91,9 +91,9 @@ def _with_values(remark: str, old: str, new: str) -> str:
             while before and after and before[at] == after[at]:
                 same += after[:1] if at == 0 else []
                 del before[at], after[at]
-        # The element in which the first word differs (it may end there), else the key or the first word.
-        start = [word if word.startswith("<") else word.partition("<")[0] for word in after[:1]]
-        tags = _TAG.findall(" ".join([*same, *start]))
+        # The element in which the words begin to differ, else the key or the first word.
+        start = commonprefix([before[0], after[0]]) if before and after else "".join(after[:1])
+        tags = _TAG.findall(" ".join([*same, start]))
         words = tags[-1:] or _WORD.findall(same[-1] if same and len(second) > MAX_WIDTH else second)[:1]
         values = [printable(" ".join(some))[:_CUT] or "nothing" for some in (before, after)]
         found.append(f"{' '.join([f'line {number}', *words])}: {' -> '.join(values)}")

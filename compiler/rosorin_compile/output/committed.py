@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from difflib import unified_diff
+from os.path import commonprefix
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple
 

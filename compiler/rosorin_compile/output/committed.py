@@ -5,11 +5,11 @@ Each committed artifact is read back by its format, and compared with what it is
 
 from __future__ import annotations
 
+import posixpath
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from difflib import unified_diff
-from os.path import commonprefix
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -93,7 +93,7 @@ def _with_values(remark: str, old: str, new: str) -> str:
                 same += after[:1] if at == 0 else []
                 del before[at], after[at]
         # The element in which the words begin to differ, else the key or the first word.
-        start = commonprefix([before[0], after[0]]) if before and after else "".join(after[:1])
+        start = posixpath.commonprefix([before[0], after[0]]) if before and after else "".join(after[:1])
         tags = _TAG.findall(" ".join([*same, start]))
         words = tags[-1:] or _WORD.findall(same[-1] if same and len(second) > MAX_WIDTH else second)[:1]
         values = [printable(" ".join(some))[:_CUT] or "nothing" for some in (before, after)]

@@ -133,9 +133,9 @@ def test_all_velocities_arrive_and_none_without_a_remap_or_a_topic(
     assert changes
     apart = [{**one, "apart": True} for one in task["nodes"]]
     variants = [
-        {"nodes": apart, "seconds": 60},
-        {"nodes": slam["nodes"], "seconds": 60},
-        {"nodes": task["nodes"], "seconds": 60},
+        {"nodes": apart, "seconds": 10},
+        {"nodes": slam["nodes"], "seconds": 10},
+        {"nodes": task["nodes"], "seconds": 10},
         *({"nodes": nodes} for nodes in changes.values()),
     ]
     complete, mapping, together, *found = run_child(distribution, {**task, "variants": variants})

@@ -47,7 +47,7 @@ class Lead(NamedTuple):
 
 
 class Frames(NamedTuple):
-    """The frames of navigation: of the map (empty: nobody says), of the odometry, and the one that this moves.
+    """The frames of navigation: of the map (empty if unknown), of the odometry, and the one that the odometry moves.
 
     ``leads`` are the transforms that nodes publish.
     """

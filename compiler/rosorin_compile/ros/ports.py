@@ -148,7 +148,7 @@ def short_words() -> Mapping[str, str]:
 
 
 def full_type(word: str) -> str:
-    """Return the type of a controller that a short word stands for, or the word itself."""
+    """Return the type of a controller by its short name, or the name itself."""
     return short_words().get(word, word)
 
 

@@ -145,7 +145,7 @@ def remaps(robot: Robot, output: Output) -> list[tuple[str, str]]:
 
 
 def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:
-    """Return what of an input is used where nobody says it, by the drive; nothing where that says nothing.
+    """Return the variables of an input that are used by default, by the drive; none without a drive.
 
     Wheels give velocities. A base that cannot go sideways has a speed of 0 there, which is worth as much as one that
     was measured; but at the axle alone: where the frame ``base`` is elsewhere, it goes sideways as the base turns.
@@ -167,7 +167,7 @@ def _at_axle(robot: Robot, base: str) -> bool:
 
 
 def topic(robot: Robot, name: str, one: Mapping[str, Any]) -> str:
-    """Return the topic of an input: its own, else that which the description gives the IMU; empty if nobody says it."""
+    """Return the topic of an input: its own, else that of the IMU in the description; empty if there is none."""
     if "topic" in one or not name.startswith("imu"):
         return str(one.get("topic", ""))
     known = [sensor.name for sensor in robot.sensors if sensor.type == "imu"]

@@ -30,7 +30,7 @@ DEFAULT = "by default"
 class Setting(NamedTuple):
     """What holds for a key of a node: its value, the place that says so, and whether that is its default alone.
 
-    The value is None where nobody knows it: there is no default, or a launch file puts it in.
+    The value is None if it is unknown: there is no default, or a launch file sets it.
     """
 
     value: Any
@@ -47,7 +47,7 @@ class Setting(NamedTuple):
 class Node:
     """A node of the files: its full name, the place that names it, its kind if it is known, and its parameters.
 
-    ``type`` is that of a controller, empty for other nodes, and ``said`` where that stands. ``shared`` are keys that
+    ``type`` is that of a controller, empty for other nodes, and ``said`` is the place of that. ``shared`` are keys that
     stand under a wildcard, where other nodes read them as well.
     """
 
@@ -145,7 +145,7 @@ def _merged(sections: Sequence[Section]) -> dict[str, Parameter]:
 
 
 class _Type(NamedTuple):
-    """The type of a controller, and where it stands."""
+    """The type of a controller, and its place."""
 
     name: str
     span: Span
@@ -219,7 +219,7 @@ _OF_INPUT = re.compile(rf"({'|'.join(INPUTS)})(\d+)_")
 
 
 def check_node(node: Node) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the keys and values of a node; of one that nobody knows only plugins without a type."""
+    """Yield what is wrong with the keys and values of a node; of an unknown node only plugins without a type."""
     yield from _untyped(node)
     if node.kind is None:
         return
@@ -306,7 +306,7 @@ def _frames_differ(node: Node) -> Iterator[Diagnostic]:
     for key in ("map_frame", "odom_frame", "base_link_frame"):
         setting = node.setting(key)
         if not isinstance(setting.value, str):
-            continue  # nobody knows it, or it is told
+            continue  # unknown, or already reported
         if setting.value in seen:
             both = quoted((seen[setting.value], key))
             message = f'{both} of {node.shown} are both "{setting.value}": they have to differ'

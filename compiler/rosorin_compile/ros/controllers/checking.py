@@ -102,7 +102,7 @@ def _joints_of(name: str, key: str, value: Any, robot: Robot) -> Iterator[Findin
     for one in _texts(value) if _JOINTS.fullmatch(key) else ():
         before, slash, joint = one.rpartition("/")
         if slash and joint in moving and (before in controllers or not controllers):
-            continue  # it stands behind a controller of the chain
+            continue  # a controller of the chain claims it
         if one not in moving:
             what = "a fixed joint" if one in robot.joint else "which is no joint of the robot"
             message, help = f'"{key}" of {name} names "{one}", {what}', Suggestion(one, moving)
@@ -132,7 +132,7 @@ def _differing(name: str, key: str, value: Any, wanted: Any, severity: str) -> I
 def claims(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
     """Yield the commands that a controller of a type claims while it is active: joint, command, and the key of it.
 
-    What stands behind another controller, as ``pid/wheel``, is claimed of that.
+    An interface of another controller, such as ``pid/wheel``, is claimed from that controller.
     """
     for key, joints, words in _commands(kind, values):
         yield from ((joint, word, key) for joint in joints for word in words if "/" not in joint)

@@ -119,7 +119,7 @@ def _left_out(robot: Robot, output: Output, base: str) -> Iterator[Found]:
 
 
 def measured(robot: Robot, output: Output, made: Basics) -> tuple[Measured | None, list[Diagnostic]]:
-    """Return the robot in numbers, and what is unusual; None where nobody knows how large it is."""
+    """Return the dimensions and velocities of the robot, and diagnostics; None if its size is unknown."""
     corners, clouds = int(output.options.get("corners", CORNERS)), clouds_of(robot)
     try:
         outline = footprint(robot, made.base, made.positions, corners, clouds)
@@ -400,7 +400,7 @@ def _round(height: float) -> float:
 def _localisation(robot: Robot, output: Output, frames: Frames) -> Iterator[Node]:
     """Yield AMCL, and slam_toolbox if it is there: the frames, and whether it publishes map -> odom, as the edges say.
 
-    nav2_bringup starts AMCL unless it is told otherwise, with `tf_broadcast: true` if nobody says anything.
+    nav2_bringup starts AMCL by default, with `tf_broadcast: true`.
     """
     there = {kind: [one for one in robot.publishers if kind_of(one) == kind] for kind in (AMCL, SLAM)}
     owns = {kind: any(frames.owned(one) for one in mine) for kind, mine in there.items()}

@@ -165,7 +165,7 @@ def _unfindable(main: Artifact, package: str, places: Iterable[Path]) -> Iterato
     files = list(places)
     for name in named(main.text):
         if "://" not in name and not name.startswith("/"):
-            message = f"mesh {name} is named by a path, and a URDF that is compiled at launch stands in no folder"
+            message = f"mesh {name} is named by a path, and a URDF that is compiled at launch is in no folder"
             inside = name if name.startswith("meshes/") else f"meshes/{name.rpartition('/')[2]}"
             help = f"write package://{package}/{inside} in the description; the file is copied into the package"
             yield report("package-not-carried", message, _named_in(name, files), help)
@@ -209,7 +209,7 @@ def _text_of(argument: Argument, value: Any) -> str:
 
 
 def proven(carried: Carried, compiled: Compiled, request: Request, there: Path, package: str) -> list[Diagnostic]:
-    """Return why the description of a package that stands in the folder ``there`` does not compile as it did.
+    """Return why the description of a package in the folder ``there`` does not compile as it did.
 
     It has to say the same to the byte, and to read nothing outside.
     """
@@ -223,7 +223,7 @@ def proven(carried: Carried, compiled: Compiled, request: Request, there: Path, 
     before = {one.output: one.text for one in compiled.artifacts}
     if any(one.text != before[one.output] for one in again.artifacts):
         message = f"the description says something else from the package: {carried.urdf} is another one"
-        return [report("package-not-carried", message, None, "what it reads may depend on where it stands")]
+        return [report("package-not-carried", message, None, "it may read files by a path that depends on its folder")]
     python = again.python_packages
     allowed = [resolve(one) for one in (tool_folders()["parts_library"], *packages.values(), *python)]
     strays = [one for one in again.files_read if not any(map(resolve(one).is_relative_to, allowed))]

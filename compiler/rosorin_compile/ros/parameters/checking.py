@@ -119,7 +119,7 @@ def _value(name: str, key: str, value: Any, known: Key) -> Iterator[Finding]:
         message = f'"{key}" of {name} is {value_text(value)}, and has to be {type_in_words(known.type)}'
         yield Finding("parameters-wrong-type", f"{message}: the node does not start", key, as_type(value, known.type))
     elif known.forced and value not in ("", known.forced):
-        message = f'"{key}" of {name} is "{known.forced}" whatever stands here'
+        message = f'"{key}" of {name} is always "{known.forced}": this value has no effect'
         yield Finding("parameters-wrong-value", message, key, "remove it", WARNING)
     elif (why := refused(known.valid, value)) is not None:
         message, help = f'"{key}" of {name} {why[0]}', why[1] or _order(key, known) or "correct it"

@@ -38,7 +38,7 @@ _DOUBLE = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?\Z")
 _ZERO = re.compile(r"[-+]?[0.]+([eE].*)?\Z")
 _SPECIAL = re.compile(r"[-+]?(\.(inf|Inf|INF)|(?i:inf|infinity|nan))\Z|\.(nan|NaN|NAN)\Z")
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*|\*\*?")
-# Where something else stands when the file is used: of a launch file, or of those that replace words (nav2_common).
+# Texts that are replaced when the file is used: by a launch file, or by nodes that rewrite it (nav2_common).
 _PUT_IN = re.compile(r"\$\(|<[A-Za-z_]\w*>")
 _LONGEST = 300  # digits of a number: more are beyond a double, too
 _MOST = 2**63 - 1
@@ -177,10 +177,10 @@ class _Reader:
             if not value.is_map:
                 if name == PARAMETERS:
                     raise self.fail(f"{PARAMETERS} is a mapping of keys to values", value)
-                raise self.fail(f'"{name}" has a value, and no {PARAMETERS} stands above it', key)
+                raise self.fail(f'"{name}" has a value, but is not below a {PARAMETERS}', key)
             if name == PARAMETERS:
                 if named is None:
-                    raise self.fail(f"{PARAMETERS} stands at the top: no node is named", key)
+                    raise self.fail(f"{PARAMETERS} is at the top level: no node is named", key)
                 if of_node:
                     raise self.fail(f"{PARAMETERS} is repeated for one node, which ROS 2 refuses", key, "make it one")
                 self.check_name(above, named)
@@ -192,7 +192,7 @@ class _Reader:
             between = "" if above.endswith("/") or (name.startswith("/") and not above) else "/"
             self.names(f"{above}{between}{name}", value, self.span(key))
             if of_node and self.count > before:
-                what = f'"{name}" stands behind the {PARAMETERS} of "{above.strip("/")}", which ROS 2 refuses'
+                what = f'"{name}" follows the {PARAMETERS} of "{above.strip("/")}", which ROS 2 refuses'
                 raise self.fail(what, key, f"write it as a node of its own: {above.strip('/')}/{name}")
 
     def check_name(self, full: str, named: Span) -> None:
@@ -202,7 +202,7 @@ class _Reader:
         if wrong:
             what = f'"{wrong[0] or full}" is no name of a node or a namespace: ROS 2 refuses the whole file'
             help = "letters, digits and _ alone, a digit not first"
-            help = help if wrong[0] else "a / stands between two names, and at most once before all of them"
+            help = help if wrong[0] else "write / between two names, and at most one before the first"
             raise NoParameters(error("parameters-syntax", what, named, help))
 
     def parameters(self, section: Section, above: str, pairs: Iterable[tuple[_Item, _Item]]) -> None:
@@ -212,7 +212,7 @@ class _Reader:
             if not text:
                 raise self.fail("a parameter has no name: ROS 2 refuses the whole file", key, "name it")
             if self.hollow:
-                what, help = f'"{text}" stands behind "{self.hollow}", which is empty', "leave the empty one out"
+                what, help = f'"{text}" follows "{self.hollow}", which is empty', "leave the empty one out"
                 if not above:
                     raise self.fail(f"{what}: ROS 2 refuses the whole file", key, help)
                 self.misread(what, key, help)
@@ -267,7 +267,7 @@ class _Reader:
             else:
                 values, rest = self.values(name, mapping.inside[2 * index + 1 :])
                 if rest or len(values) > 1:
-                    self.misread(f'what stands behind "{name}" is no key, for it is in a list', key)
+                    self.misread(f'a key below "{name}" is in a list, so it is not a parameter', key)
                 self.put(section, name, values, key, value)
                 return
 

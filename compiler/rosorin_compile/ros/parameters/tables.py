@@ -100,7 +100,7 @@ def written(value: Any) -> str:
 
 
 def refused(valid: Mapping[str, Sequence[Any]], value: Any) -> tuple[str, Help] | None:
-    """Return why validators refuse a value of its type, and a way out, in words; None if they do not."""
+    """Return why validators refuse a value of its type, and the fix; None if they accept it."""
     for name, arguments in valid.items():
         why, help = _refused(name.removeprefix("control_filters::"), value, list(arguments))
         if why:
@@ -190,7 +190,7 @@ class Key(NamedTuple):
 
     @property
     def many(self) -> bool:
-        """Whether it stands for keys of many names."""
+        """Whether it is a pattern for keys of many names."""
         return "<" in self.name or "__map_" in self.name
 
 

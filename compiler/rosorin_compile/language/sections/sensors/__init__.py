@@ -98,7 +98,7 @@ def _check(lowering: Lowering, name: str, entry: Mapping[str, Any], above: Mappi
         if key in entry:
             message = f'sensor "{name}" sits on link "{frame}", which has a place of its own: {key} has no effect'
             at = lowering.tree.locate(above[frame].path, key=True).span if frame in above else None
-            related = (Related("its place is said here", at),) if at else ()
+            related = (Related("its place is defined here", at),) if at else ()
             lowering("ignored-key", message, (*path, key), "remove it, or say the parent", related)
 
 

@@ -25,14 +25,14 @@ SENSOR_WORDS: Mapping[str, tuple[str, ...]] = {
     "gnss": ("status", "service", "latitude", "longitude", "altitude"),
 }
 
-LIMITS_OF_URDF = "urdf"  # of a component: nothing is said again
+LIMITS_OF_URDF = "urdf"  # of a component: the limits are not repeated
 
 Words = Mapping[str, str | float | bool]
 
 
 @dataclass(frozen=True)
 class Interface:
-    """An interface of a joint, a sensor or gpio; ``min``, ``max``, ``initial`` are None where nobody says them."""
+    """An interface of a joint, a sensor or gpio; ``min``, ``max``, ``initial`` are None if they are not set."""
 
     name: str
     min: float | None = None
@@ -112,6 +112,6 @@ class Block:
     source: Source = NO_SOURCE
 
     def components(self) -> Iterator[tuple[str, Component]]:
-        """Yield the joints, sensors and gpio, each with the section that it stands in."""
+        """Yield the joints, sensors and gpio, each with its section."""
         for section, found in (("joints", self.joints), ("sensors", self.sensors), ("gpio", self.gpio)):
             yield from ((section, one) for one in found)

@@ -190,3 +190,16 @@ def first_fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> Ou
 def number(value: float) -> str:
     """Return a number as a person would write it: up to six digits."""
     return f"{float(value):.6g}"
+
+
+def report(
+    rule: str,
+    message: str,
+    span: Span | None = None,
+    help: Help = "",
+    related: Iterable[Related] = (),
+    severity: str = "",
+) -> Diagnostic:
+    """Return a diagnostic without a path in a description; severity and help default to those of the rule."""
+    known = declared(rule)
+    return diagnostic(rule, severity or known.severity, message, span, help or known.hint, related)

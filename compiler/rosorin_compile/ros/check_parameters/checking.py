@@ -10,7 +10,7 @@ from pathlib import Path
 from rosorin_compile.model import Controller
 from rosorin_compile.model.joint import NODE
 from rosorin_compile.request import Request
-from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.case import Case, report
 from rosorin_compile.source.diagnostics import (
     ERROR,
     NOTE,
@@ -36,7 +36,6 @@ from ..graph import End, Graph, mismatched_qos
 from ..parameters.files import PARAMETERS, NoParameters, Section, read_file
 from ..parameters.tables import MANAGER
 from ..ports import IMU, ODOMETRY, VELOCITY, controller_ports, full_topic, full_type, ports, short_type
-from ..rules import report
 from . import owners, sources
 from .nodes import Files, Node, check_node, found
 from .remaps import Remap, of_launch, of_word

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from rosorin_compile.model import Robot
+from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, listed
 
 from ..graph import Graph, source_message, topics_of_sensors
 from ..ports import SCAN, full_topic, short_type
-from ..rules import report
 from .nodes import Node
 
 _LISTING = "observation_sources"

@@ -17,12 +17,12 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.static_tf import free_names
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
+from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, first_of
 from rosorin_compile.source.files import read_bytes, resolve
 from rosorin_compile.source.load import yaml_of
 from rosorin_compile.source.project import Description, tool_folders
 
-from ..rules import report
 from .copies import named
 from .options import is_legal
 from .starting import ARGUMENTS, WORDS, LaunchArgument, spelt_statics

@@ -14,11 +14,11 @@ from rosorin_compile.output import MANIFEST, digest, read_manifest
 from rosorin_compile.output.committed import Comparison
 from rosorin_compile.output.ros_packages import files_below, package_of
 from rosorin_compile.request import Request
+from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, has_errors
 from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.load import LoadError
 
-from ..rules import report
 from . import options as mapping
 from .carrying import Carried, described
 from .copies import Difference, copies, difference, forms

@@ -21,11 +21,11 @@ from rosorin_compile.output.ros_packages import (
     undeclared,
 )
 from rosorin_compile.request import Request
+from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, has_errors
 from rosorin_compile.source.files import is_file, read_bytes, read_text, resolve
 from rosorin_compile.source.load import LoadError
 
-from ..rules import report
 from . import options as mapping
 from .checking import unreadable
 from .copies import (

@@ -22,12 +22,12 @@ from rosorin_compile.model import (
     Transform,
 )
 from rosorin_compile.output.ros_packages import is_launch_file
+from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, Span
 from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, fixed
 
 from ..launch_reader import LaunchError, nodes_of
-from ..rules import report
 from .options import STAMP
 from .starting import STATICS
 

@@ -16,11 +16,11 @@ from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model import DisabledCollision, Output, Pose, Robot
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.ros.moveit import FIXED, PLANAR, Ball, Group
+from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import Diagnostic, counted, first_of
 from rosorin_compile.source.numbers import NumberFormat, number_format, vector
 from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
-from ..rules import report
 from . import checks, reading
 from .planning import Planning, ordered, planning_of, stale_text
 

@@ -159,7 +159,7 @@ def test_what_ros_reads_otherwise_than_it_looks_is_told(text: str) -> None:
 @pytest.mark.parametrize(
     ("text", "told", "wanted"),
     [
-        ("x: {a: {}, b: 1}, c: 2", '"b" stands behind "x.a", which is empty: ROS 2 reads it otherwise', {"c": 2}),
+        ("x: {a: {}, b: 1}, c: 2", '"b" follows "x.a", which is empty: ROS 2 reads it otherwise', {"c": 2}),
         ("c: 2, a: []", '"a" is an empty list, and ROS 2 does not know of what', {"c": 2, "a": []}),
     ],
 )

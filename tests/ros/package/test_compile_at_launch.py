@@ -275,7 +275,7 @@ def test_a_mesh_named_by_a_path_is_refused(tmp_path: Path, capsys: pytest.Captur
     first, target = project / "descriptions/arm/robot.yaml", tmp_path / "package"
     assert main(["package", str(first), "-o", str(target), "--compile-at-launch"]) == 1
     said = capsys.readouterr().err
-    message = "mesh meshes/body.stl is named by a path, and a URDF that is compiled at launch stands in no folder"
+    message = "mesh meshes/body.stl is named by a path, and a URDF that is compiled at launch is in no folder"
     assert f"robot.yaml:5:23: error[package-not-carried]: {message}\n" in said
     help = "write package://arm_description/meshes/body.stl in the description; the file is copied into the package"
     assert help in said

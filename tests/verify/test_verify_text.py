@@ -88,7 +88,7 @@ def test_a_pasted_session_is_read_part_by_part() -> None:
         ("base_link", "camera_link", 4),
         ("base_link", "camera_link", 4),
     ]
-    assert recording.joints.ranges["joint5"].highest == 0.0041887902047863905
+    assert recording.joints.reported["joint5"].highest == 0.0041887902047863905
     assert [series.compared for series in recording.series.values()] == [1]
     assert [(use.topic, use.frame) for use in recording.uses] == [("/scan", "laser")]
 

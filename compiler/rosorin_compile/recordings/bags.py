@@ -188,7 +188,7 @@ class _Reader:
                 at, turn = one.transform.translation, one.transform.rotation
                 rows.add(received, _ns(header.stamp), (at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w))
         elif kind == _ROBOT:
-            recording.add_description(content.data.encode())
+            recording.descriptions[content.data.encode()] = None
         elif kind == _CLOCK:
             self.ticks.add(received, _ns(content.clock))
         elif kind == _JOINTS:
@@ -204,7 +204,7 @@ class _Reader:
             if clock is not None:
                 arrivals = np.interp(arrivals, *clock).astype(np.int64)
                 recording.start = int(arrivals[0])
-            recording.start = min(recording.start or 0, int(arrivals[0]))
+            recording.start = min(recording.start, int(arrivals[0]))
             recording.end = int(arrivals[-1])
         steps = np.diff(arrivals)
         used = len(recording.headers) + bool(recording.states) + len({key.static for key in recording.edges})

@@ -28,7 +28,7 @@ _STYLE = (  # readable on white and on black
 def as_svg(recording: Recording) -> str:
     """Return the picture of a recording. Raises ValueError if it has no times of arrival."""
     rows = _rows(recording)
-    if not recording.timed or not rows or recording.start is None:
+    if not recording.timed or not rows:
         raise ValueError("a picture needs a recording that says when messages were received")
     span = max(recording.end - recording.start, 1)
     width = slice_width(span)

@@ -100,10 +100,11 @@ def verify(
 
 
 def _read_path(description: Description, path: Path, progress: Report) -> Recording:
+    special = files.is_special(path)
+    if special and not path.is_relative_to("/dev/fd"):
+        raise Unreadable(f"{path} is not a regular file", "write it to a file first, or name - for standard input")
     try:
-        is_folder, special = files.is_folder(path), files.is_special(path)
-        if special and not path.is_relative_to("/dev/fd"):
-            raise Unreadable(f"{path} is not a regular file", "write it to a file first, or name - for standard input")
+        is_folder = files.is_folder(path)
         if is_folder or path.suffix in SUFFIXES:
             form = f"rosbag2 folder {path}" if is_folder else str(path)
             recording = Recording(description, form, complete=True, timed=True)
@@ -143,20 +144,12 @@ def _read_text(description: Description, data: bytes, name: str) -> Recording:
 
 def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -> Verified:
     """Return a recording and its findings as a result of plain values."""
-    way, has_times = best_way(recording), recording.timed and recording.messages
-    joints, states = recording.joints.reported.items(), recording.joints.pace
-    kind = "sensor_msgs/msg/JointState"
-    sensors = [_copy(RecordedSensor, states, topic="/joint_states", type=kind, frame="-", early=0, lookups=[])]
-    sensors = sensors if states.count else []
+    way, states, sensors = best_way(recording), recording.joints.pace, list[RecordedSensor]()
+    has_times = recording.timed and recording.messages
+    if states.count:
+        kind = "sensor_msgs/msg/JointState"
+        sensors = [_copy(RecordedSensor, states, topic="/joint_states", type=kind, frame="-", early=0, lookups=[])]
     sensors += [_copy(RecordedSensor, one, one.pace, lookups=list(one.lookups.values())) for one in recording.uses]
-    answers = [EchoAnswer(one.name, one.line, answer_outcome(recording, one)) for one in recording.answers]
-    plain = []
-    for one in findings:
-        place = next((related.span for related in one.related if related.span is not None), None)
-        evidence = [related.message for related in one.related if related.span is None]
-        file, line = (place.source.path, place.line) if place else (None, None)
-        help = one.worded().help
-        plain.append(Finding(one.rule, one.severity, one.of[0], one.message, help, evidence, file, line))
     return Verified(
         robot=recording.description.robot.name,
         source=source,
@@ -165,14 +158,21 @@ def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -
         seconds=max(0, recording.end - recording.start) / SECOND if has_times else None,
         modes=dict(way.modes),
         edges=tuple(_edges(recording, {edge.child: edge for edge in way.edges})),
-        joints=tuple(_copy(RecordedJoint, seen, name=name) for name, seen in joints),
+        joints=tuple(_copy(RecordedJoint, one, name=name) for name, one in recording.joints.reported.items()),
         sensors=tuple(sensors),
-        answers=tuple(answers),
-        findings=tuple(plain),
-        as_described=not any(finding.severity == "error" for finding in findings),
+        answers=tuple(EchoAnswer(one.name, one.line, answer_outcome(recording, one)) for one in recording.answers),
+        findings=tuple(map(_finding, findings)),
+        as_described=not has_errors(findings),
         diagnostics=tuple(findings),
         data=recording,
     )
+
+
+def _finding(found: Diagnostic) -> Finding:
+    place = next((related.span for related in found.related if related.span is not None), None)
+    evidence = [related.message for related in found.related if related.span is None]
+    file, line = (place.source.path, place.line) if place else (None, None)
+    return Finding(found.rule, found.severity, found.of[0], found.message, found.worded().help, evidence, file, line)
 
 
 def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:

@@ -86,20 +86,6 @@ def test_both_forms_look_as_they_did(browser: Browser, home: Path, capsys: Shown
         assert is_near(cells, browser.cells(picture)), apart(cells, browser.cells(picture))
 
 
-@pytest.mark.tier("outside")
-def test_a_robot_that_is_not_there_is_seen(browser: Browser, sent: Path, tmp_path: Path) -> None:
-    """The judge of pictures: another pose, another robot and an empty floor are told apart."""
-    meant = browser.cells(PICTURES / "rosorin.png")
-    url = f"file://{sent}#from=iso&panels=off&theme=light"
-    for asked in ("", "&pose=tuck"):
-        browser.open(url + asked, **PICTURED)
-        if asked:
-            browser.evaluate("app.show({visual: false, collision: false})")
-        assert not is_near(meant, browser.cells(browser.picture(tmp_path / "other.png"))), asked
-    for name in ROBOTS:
-        assert is_near(meant, browser.cells(PICTURES / f"{name}.png")) == (name == "rosorin")
-
-
 def near_model(browser: Browser, robot: Robot, state: dict[str, float]) -> None:
     for link, meant in robot.poses_in_root(state).items():
         place, rotation = browser.place(link)
@@ -180,22 +166,6 @@ def test_parts_that_touch_are_red(browser: Browser, live: Viewing) -> None:
     browser.wait("document.getElementById('touching').textContent.endsWith('parts touch others, and are red')")
     assert browser.evaluate("app.touching.size") >= 2
     assert browser.evaluate("document.querySelectorAll('.row.touching').length") >= 2
-    kept_to_itself(browser, live.port)
-
-
-@pytest.mark.tier("outside")
-def test_an_error_is_shown_over_the_last_good_robot(browser: Browser, live: Viewing) -> None:
-    browser.open(f"http://localhost:{live.port}/#pose=tuck")
-    edit(Path("descriptions/rosorin/lidar_and_imu.yaml"), "0.106748", "0.106748 apples")
-    browser.wait("!document.querySelector('.problem').hidden")
-    said = browser.evaluate("document.querySelector('.problem').innerText")
-    assert "descriptions/rosorin/lidar_and_imu.yaml:25:" in said
-    assert "apples" in said
-    assert browser.evaluate("document.querySelector('#app').classList.contains('dimmed')") is True
-    assert browser.evaluate("app.robot.name") == "rosorin"
-    edit(Path("descriptions/rosorin/lidar_and_imu.yaml"), "0.106748 apples", "0.106748")
-    browser.wait("document.querySelector('.problem').hidden")
-    assert browser.evaluate("document.querySelector('#app').classList.contains('dimmed')") is False
     kept_to_itself(browser, live.port)
 
 

@@ -83,18 +83,6 @@ def test_who_publishes_this_frame(capsys: Shown) -> None:
     assert shown(capsys, "--frame", "map")[0] == "nothing is above map: it is a root"
 
 
-def test_a_frame_that_is_not_there_in_a_mode(capsys: Shown, rosorin: Path) -> None:
-    edges = "  - {parent: base_link, child: marker, publisher: ekf, when: slam}\n"
-    path = rosorin / "descriptions" / "rosorin" / "publishers.yaml"
-    path.write_text(path.read_text("utf-8") + edges, "utf-8")
-    assert shown(capsys, "--frame", "marker", "--mode", "not slam") == [
-        "no node publishes marker in these modes",
-        "",
-        OFF,
-        "marker is not there",
-    ]
-
-
 def test_the_edges_of_one_publisher(capsys: Shown) -> None:
     assert shown(capsys, "--publisher", "deptrum") == [
         "from               to               published by  topic       joint",

@@ -210,19 +210,6 @@ def test_diff_under_a_prefix_and_another_name(capsys: Shown) -> None:
     assert data["before"]["root"] == "tb3_base_footprint"
 
 
-def test_diff_with_an_argument_of_one_side(project: Path, capsys: Shown) -> None:
-    write_files(
-        project,
-        {
-            "crane.yaml": "robot: crane\nargs: {long: {type: length, default: 100 mm}}\nlinks: {a: {}, b: {}}\n"
-            'joints: {j: {type: fixed, parent: a, child: b, xyz: ["${long}", 0, 0]}}\n'
-        },
-    )
-    data = page(capsys, "diff", "crane.yaml", "crane.yaml", "--b-arg", "long=200 mm", code=1)
-    assert [joint["xyz"][0] for joint in (*data["robot"]["joints"], *data["before"]["joints"])] == [0.2, 0.1]
-    assert data["moved"] == {"b": "moved"}
-
-
 # A change of colour, pages that are old, and who does not read to the end.
 
 

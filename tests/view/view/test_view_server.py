@@ -176,17 +176,6 @@ def test_pages_that_go_away_are_forgotten(server: Server) -> None:
     assert server.page.listeners == 0
 
 
-def test_a_page_is_told_what_it_missed(server: Server) -> None:
-    page = server.page
-    page.problem = "what is wrong"
-    with Events(server.port) as events:
-        assert events.next() == ("robot", "a")
-        assert events.next() == ("problem", {"text": "what is wrong"})
-        page.problem, page.version = "", "b"
-        page.changed()
-        assert events.next() == ("robot", "b")
-
-
 def test_shown_to_others_it_still_has_only_names_of_this_machine() -> None:
     server = Server(Page(), "0.0.0.0", 0)  # noqa: S104
     try:

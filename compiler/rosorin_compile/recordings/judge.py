@@ -367,9 +367,9 @@ def _not_as_declared(recording: Recording) -> Iterator[Diagnostic]:
         used = {use.frame for use in recording.uses if use.type in types or use.type not in _OF_SENSORS}
         if sensor.stamps and not used & set(sensor.stamps):
             explained = {use.topic for use in recording.uses if _is_explained(recording, use, sensor)}
-            topics = {use.topic: None for use in recording.uses if use.type in types and use.topic not in explained}
-            if topics:
-                suspects.setdefault(tuple(topics), []).append(sensor)
+            fitting = [use.topic for use in recording.uses if use.type in types and use.topic not in explained]
+            if fitting:
+                suspects.setdefault(tuple(dict.fromkeys(fitting)), []).append(sensor)
     for topics, sensors in suspects.items():
         uses = [use for use in recording.uses if use.topic in topics]
         frames = list(dict.fromkeys(use.frame for use in uses))

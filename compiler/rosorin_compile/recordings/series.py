@@ -326,7 +326,8 @@ class Series:
         self.bad = int(np.count_nonzero(~good))
         self.first_bad = int(samples.received[~good][0]) if self.bad else 0
         self.samples = samples if not self.bad else Messages(*(values[good] for values in samples))
-        self.listed, self.age = False, None  # only in view_frames, with the age of its newest transform (s)
+        self.listed = False  # only in view_frames, with the age of its newest transform (s) if it is known
+        self.age: float | None = None
         self.compared = self.by_state = self.wrong = 0
         self.first_wrong: tuple[Transform, Transform, int] | None = None  # recorded, described, time of arrival (ns)
         self.others = 0  # samples of a constant edge that differ from its first one

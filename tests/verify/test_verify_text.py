@@ -133,18 +133,12 @@ def test_a_turn_about_any_axes_is_found_in_every_form(rpy: tuple[float, float, f
     assert bool(verdict.findings) == (same > 1e-6)
 
 
-@pytest.mark.parametrize("text", ["frames.gv", "frames.yaml.txt"])
-def test_view_frames(text: str) -> None:
-    said = (RECORDINGS / text).read_text("utf-8")
-    verdict = judged(said)
-    assert verdict.findings == ()
-    assert len(verdict.data.rows) == 15
-
-
-def test_view_frames_as_it_is_logged() -> None:
-    said = (RECORDINGS / "frames.yaml.txt").read_text("utf-8")
-    log = f"[INFO] [1790580099.1] [view_frames]: Result:tf2_msgs.srv.FrameGraph_Response(frame_yaml={said!r})\n"
-    verdict = judged(log)
+@pytest.mark.parametrize("file", ["frames.gv", "frames.yaml.txt", "log"])
+def test_view_frames(file: str) -> None:
+    text = (RECORDINGS / ("frames.yaml.txt" if file == "log" else file)).read_text("utf-8")
+    if file == "log":
+        text = f"[INFO] [1790580099.1] [view_frames]: Result:tf2_msgs.srv.FrameGraph_Response(frame_yaml={text!r})\n"
+    verdict = judged(text)
     assert verdict.findings == ()
     assert len(verdict.data.rows) == 15
 

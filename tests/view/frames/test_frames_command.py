@@ -38,27 +38,15 @@ def refused(capsys: Shown, *words: str) -> str:
 
 
 def test_a_tree_for_each_situation(capsys: Shown) -> None:
-    said = shown(capsys)
-    half = said.index("")
-    on, off = said[:half], said[half + 1 :]
-    assert (on[0], off[0]) == (ON, OFF)
-    assert on[3].split() == ["└──", "odom", "slam_toolbox", "/tf", "when", "slam"]
-    assert off[3].split() == ["└──", "odom", "amcl", "/tf", "when", "not", "slam"]
-    assert on[4:] == off[4:]
-    assert on[5].split() == ["├╌╌", "base_footprint", "(above)", "nobody", "(1)", "-", "base_joint", "(fixed)"]
-    assert on[-2:] == [
-        "(1) the filter of the odometry owns the transform into base_link",
-        "(2) the claw is not in /joint_states",
-    ]
-
-
-def test_one_mode(capsys: Shown) -> None:
     every = shown(capsys)
     half = every.index("")
-    for words in (["slam"], ["slam=on"], [" slam "]):
-        assert shown(capsys, "rosorin", "--mode", *words) == every[:half]
-    for words in (["not slam"], ["slam=off"]):
-        assert shown(capsys, "--mode", *words) == every[half + 1 :]
+    on, off = every[:half], every[half + 1 :]
+    assert (on[0], off[0], on[4:]) == (ON, OFF, off[4:])
+    assert on[3].split() == ["└──", "odom", "slam_toolbox", "/tf", "when", "slam"]
+    assert on[5].split() == ["├╌╌", "base_footprint", "(above)", "nobody", "(1)", "-", "base_joint", "(fixed)"]
+    assert on[-1] == "(2) the claw is not in /joint_states"
+    for word, meant in (("slam", on), ("slam=on", on), (" slam ", on), ("not slam", off), ("slam=off", off)):
+        assert shown(capsys, "rosorin", "--mode", word) == meant
 
 
 def test_who_publishes_this_frame(capsys: Shown) -> None:
@@ -83,15 +71,9 @@ def test_who_publishes_this_frame(capsys: Shown) -> None:
     assert shown(capsys, "--frame", "map")[0] == "nothing is above map: it is a root"
 
 
-def test_the_edges_of_one_publisher(capsys: Shown) -> None:
-    assert shown(capsys, "--publisher", "deptrum") == [
-        "from               to               published by  topic       joint",
-        "depth_camera_link  rgb_camera_link  deptrum       /tf_static",
-    ]
-    said = shown(capsys, "--publisher", "nobody")
-    assert len(said) == 1 + 7 + 2
+def test_a_publisher_without_edges(capsys: Shown) -> None:
     assert shown(capsys, "--publisher", "amcl", "--mode", "slam") == ["amcl publishes nothing here"]
-    assert len(shown(capsys, "--publisher", "amcl")) == 2
+    assert len(shown(capsys, "--publisher", "nobody")) == 1 + 7 + 2
 
 
 def test_json(capsys: Shown) -> None:

@@ -302,24 +302,6 @@ DAE = """<COLLADA><library_images><image id="a"><init_from>{}</init_from></image
 <library_effects><surface><init_from>a</init_from></surface></library_effects></COLLADA>"""
 
 
-@pytest.mark.parametrize(
-    ("name", "found", "vain"),
-    [
-        ("skin.png", ["skin.png"], []),
-        ("sk%69n.png", ["skin.png"], []),
-        ("other.png", [], ["other.png"]),
-        ("C:\\\\files\\\\other.png", [], ["other.png"]),
-        ("file:///etc/passwd", [], ["passwd"]),
-        ("/etc/passwd", [], ["passwd"]),
-    ],
-)
-def test_images_of_a_dae(tmp_path: Path, name: str, found: list[str], vain: list[str]) -> None:
-    (tmp_path / "skin.png").write_bytes(PNG)
-    (tmp_path / "a.dae").write_text(DAE.format(name), "utf-8")
-    sides, missing = companions(tmp_path / "a.dae")
-    assert ([side.name for side in sides], [*missing]) == (found, vain)
-
-
 HOMES = [
     pytest.param("descriptions/r/m.dae", "m.dae", "images/t.png", True, id="the project"),
     pytest.param("descriptions/r/m.dae", "m.dae", "../private/t.png", False, id="beside the project"),

@@ -107,20 +107,6 @@ def test_a_pixel_has_the_colour_of_the_link_that_its_ray_meets_first(tmp_path, s
             assert hue_name(shown[y, x]) == link, (x, y, shown[y, x])
 
 
-def test_the_silhouette_of_a_ball_is_that_of_its_cone(tmp_path):
-    robot = robot_of(tmp_path, {"ball": "{sphere: {radius: 0.3}}"})
-    _, scene, camera = scene_of(robot, VIEWS["iso"], (300, 300))
-    shown = drawn(scene, camera, True)[..., 3] > 128
-    # A ball of radius r whose middle is d away fills a cone of the angle asin(r / d).
-    distance = math.dist(camera.eye, scene.bounds.mean(axis=0))
-    assert distance == pytest.approx(MARGIN * 0.3 * math.sqrt(3) / math.sin(FIELD_OF_VIEW / 2))
-    radius = camera.focal * math.tan(math.asin(0.3 / distance))
-    assert shown.sum() == pytest.approx(math.pi * radius**2, rel=0.015)
-    rows, columns = np.nonzero(shown)
-    assert (columns.mean(), rows.mean()) == pytest.approx((149.5, 149.5), abs=0.3)
-    assert np.hypot(columns - 149.5, rows - 149.5).max() <= radius + 0.5
-
-
 @pytest.mark.parametrize("view", ["top", "iso"])
 def test_of_shapes_in_one_plane_the_first_is_seen(tmp_path, view):
     flat = "{{box: {{size: [{0}, {0}, 0.1]}}, rgba: {1}}}"

@@ -206,7 +206,7 @@ class _Reader:
                 recording.start = int(arrivals[0])
             recording.start, recording.end = min(recording.start, int(arrivals[0])), int(arrivals[-1])
         steps = np.diff(arrivals)
-        used = len(recording.headers) + bool(recording.states) + len({key.static for key in recording.edges})
+        used = len(recording.headers) + bool(recording.positions) + len({key.static for key in recording.edges})
         if len(steps) and used > 1:  # one topic alone tells nothing about the others
             recording.silence = Gap(float(steps.max() / SECOND), int(arrivals[steps.argmax()]))
         recording.finish(clock)
@@ -219,9 +219,8 @@ class _Reader:
         """
         recording, parts = self.recording, dict[str, list[Times]]()
         streams = [("/tf", rows) for key, rows in recording.edges.items() if not key.static]
-        streams += [("/joint_states", rows) for rows in recording.states.values()]
         streams += [(topic, rows) for (topic, _, _), rows in recording.headers.items()]
-        for topic, rows in (*streams, ("/clock", self.ticks)):
+        for topic, rows in (*streams, ("/joint_states", recording.states), ("/clock", self.ticks)):
             times = rows.times
             if (stamped := times[:, times[1] != 0]).size:
                 parts.setdefault(topic, []).append(stamped)

@@ -105,8 +105,10 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
     if states.leaps.two:
         message = f"{_STATES} has two values in turns: {leaps_text(states.leaps)}"
         yield problem("joint-states-two-values", _STATES, message)
-    if states.too_short:
-        message = f"{share(states.too_short, states.pace.count)} messages of {_STATES} have fewer positions than names"
+    if recording.short_states:
+        message = (
+            f"{share(recording.short_states, states.pace.count)} messages of {_STATES} have fewer positions than names"
+        )
         yield problem("joint-state-short", _STATES, message)
     for name, seen in states.reported.items():
         joint = robot.joint.get(name)

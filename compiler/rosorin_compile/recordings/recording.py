@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -29,16 +29,17 @@ class EdgeKey(NamedTuple):
 
 
 class Rows:
-    """The messages of one edge, of joint states that name the same joints, or of one frame of a topic."""
+    """The messages of one edge, of one joint, or of one frame of a topic."""
 
     def __init__(self) -> None:
         self._times = array("q")
-        self._values = array("d")
+        self._values, self._width = array("d"), 0
 
-    def add(self, received: int, stamp: int, values: Iterable[float] = ()) -> None:
+    def add(self, received: int, stamp: int, values: Sequence[float] = ()) -> None:
         """Add a message: times in ns, and its numbers, always as many."""
         self._times.extend((received, stamp))
         self._values.extend(values)
+        self._width = len(values)
 
     @property
     def times(self) -> Times:
@@ -49,7 +50,7 @@ class Rows:
         """Return the messages; ``clock`` (2, n) converts times of arrival (ns, ascending) to those of another clock."""
         received, stamps = self.times
         received = received if clock is None else np.interp(received, *clock).astype(np.int64)
-        return Messages(received, stamps, np.frombuffer(self._values, np.float64).reshape(len(stamps), -1))
+        return Messages(received, stamps, np.frombuffer(self._values, np.float64).reshape(len(stamps), self._width))
 
 
 class Reading(NamedTuple):
@@ -118,7 +119,8 @@ class Recording:
         self.silence = Gap()  # the longest time without any message
         self.topics: dict[str, str] = {}
         self.edges: dict[EdgeKey, Rows] = {}
-        self.states: dict[tuple[tuple[str, ...], int], Rows] = {}  # names, number of positions
+        self.states, self.positions = Rows(), dict[str, Rows]()  # messages of /joint_states, and positions by joint
+        self.short_states = 0  # with fewer positions than names
         self.headers: dict[tuple[str, str, str], Rows] = {}  # topic, type, frame
         self.slashed: dict[tuple[str, str], int] = {}  # topic, frame
         self.descriptions = dict[bytes, None]()  # the texts of /robot_description
@@ -149,10 +151,10 @@ class Recording:
 
     def add_state(self, received: int, stamp: int, names: Sequence[str], positions: Sequence[float]) -> None:
         """Add a joint state: times in ns, positions in rad or m."""
-        if len(names) == len(positions):  # sorted, because some drivers name their joints in any order
-            order = sorted(range(len(names)), key=names.__getitem__)
-            names, positions = [names[at] for at in order], [positions[at] for at in order]
-        self.states.setdefault((tuple(names), len(positions)), Rows()).add(received, stamp, positions)
+        self.states.add(received, stamp)
+        self.short_states += 0 < len(positions) < len(names)
+        for name, position in zip(names, positions, strict=False):  # no positions if only velocities or efforts came
+            self.positions.setdefault(name, Rows()).add(received, stamp, (position,))
 
     def add_header(self, received: int, stamp: int, topic: str, message_type: str, frame: str) -> None:
         """Add the header of a message: times in ns."""
@@ -166,11 +168,9 @@ class Recording:
 
         ``clock`` (2, n) converts times of arrival (ns, ascending) to those of another clock.
         """
-        states = {key: rows.messages(clock) for key, rows in self.states.items()}
-        received, stamps = (np.concatenate([_NO_TIMES, *(group[at] for group in states.values())]) for at in (0, 1))
-        order = np.argsort(received, kind="stable")
-        pace = Pace(received[order], stamps[order], self.start, self.timed)
-        self.joints = JointStates(self.description.robot, {names: group for (names, _), group in states.items()}, pace)
+        pace = Pace(*self.states.messages(clock)[:2], self.start, self.timed)
+        states = {name: rows.messages(clock) for name, rows in self.positions.items()}
+        self.joints = JointStates(self.description.robot, pace, states)
         for key, rows in self.edges.items():
             if key.parent == key.child or not key.parent or not key.child:
                 self.dropped[key] = rows.times.shape[1]

@@ -124,13 +124,14 @@ class Pace:
         stamped = self.stamps != 0
         np.maximum.at(leads, self.slices(width)[stamped], (self.stamps - self.received)[stamped] / SECOND)
         places = np.flatnonzero(np.isfinite(leads))
-        best = _drift(leads[places], self.start)
-        values = leads[places].tolist()
-        for at in range(_SIDE, len(values) - _SIDE + 1):
-            before, after = sorted(values[at - _SIDE : at]), sorted(values[at : at + _SIDE])
-            low, high = before[_SIDE // 2], after[_SIDE // 2]
-            step = Step(self.start + int(places[at]) * width, low, high, abs(high - low))
-            steady = max(before[-1] - before[0], after[-1] - after[0]) < step.size / 4
+        if len(places) < 2 * _SIDE:
+            return None
+        leads, best = leads[places], _drift(leads[places], self.start)
+        sides = np.sort(np.lib.stride_tricks.sliding_window_view(leads, _SIDE), axis=1)
+        for time, before, after in zip(places[_SIDE:], sides, sides[_SIDE:], strict=False):
+            low, high = float(before[_SIDE // 2]), float(after[_SIDE // 2])
+            step = Step(self.start + int(time) * width, low, high, abs(high - low))
+            steady = max(np.ptp(before), np.ptp(after)) < step.size / 4
             large = step.size > (_STEP if max(before[-1], after[-1]) > AHEAD else _DELAY)
             if steady and large and (best is None or step.size > best.size):
                 best = step
@@ -152,8 +153,6 @@ def _longest(spans: Times, times: Times) -> Gap:
 
 def _drift(leads: Floats, start: int) -> Step | None:
     """Return the first and last lead of a clock that runs too fast or too slow; growing delays are not a drift."""
-    if len(leads) < 2 * _SIDE:
-        return None
     at = np.arange(len(leads))
     line = np.polyval(np.polyfit(at, leads, 1), at)
     step = Step(start, float(line[0]), float(line[-1]), float(abs(line[-1] - line[0])))
@@ -211,7 +210,7 @@ class Leaps:
 class Messages(NamedTuple):
     """Messages in order of arrival: times in ns (n,), and the numbers (n, k) of each.
 
-    Those of a transform are x, y, z in m and a quaternion; those of joint states are positions in rad or m.
+    Those of a transform are x, y, z in m and a quaternion; that of a joint state is a position in rad or m.
     """
 
     received: Times
@@ -241,37 +240,26 @@ class Reported:
 
 
 class JointStates:
-    """All messages of /joint_states; ``groups`` has them by the names of the joints, in order of arrival."""
+    """All messages of /joint_states: ``pace`` is that of all, ``states`` has the positions of each joint."""
 
-    def __init__(self, robot: Robot, groups: Mapping[tuple[str, ...], Messages], pace: Pace) -> None:
-        self.robot, self.pace, self.too_short = robot, pace, 0
-        self.leaps = Leaps(np.empty(0, np.int64), np.empty((0, 0)))
-        states: dict[str, list[Messages]] = {}
-        apart: dict[str, list[Floats]] = {}  # followers from where their leaders put them
-        for names, group in groups.items():
-            if 0 < group.values.shape[1] < len(names):
-                self.too_short += len(group.stamps)
-            named = dict(zip(names, group.values.T, strict=False))  # empty if only velocities or efforts came
-            if named and not states:
-                self.leaps = Leaps(group.stamps, group.values, leap=TREMBLING)
-            for name, positions in named.items():
-                states.setdefault(name, []).append(Messages(group.received, group.stamps, positions))
-                mimic = robot.joint[name].mimic if name in robot.joint else None
-                if mimic is not None and mimic.joint in named:
-                    followed = mimic.multiplier * named[mimic.joint] + mimic.offset
-                    apart.setdefault(name, []).append(positions - followed)
+    def __init__(self, robot: Robot, pace: Pace, states: Mapping[str, Messages]) -> None:
+        self.robot, self.pace = robot, pace
+        self.leaps = Leaps(np.empty(0, np.int64), np.empty((0, 0)))  # of the first joint with two values
         self._states: dict[str, Messages] = {}  # by joint, ordered by stamp
         self.reported: dict[str, Reported] = {}
-        for name, several in states.items():
-            received, stamps, positions = map(np.concatenate, zip(*several, strict=True))
-            order = np.lexsort((received, stamps))
-            self._states[name] = Messages(received[order], stamps[order], positions[order])
-            good, (lower, upper) = positions[np.isfinite(positions)], self.limits(name)
+        for name, messages in states.items():
+            leaps = Leaps(messages.stamps, messages.values, leap=TREMBLING)
+            self.leaps = leaps if leaps.two and not self.leaps.two else self.leaps
+            order = np.lexsort((messages.received, messages.stamps))
+            self._states[name] = Messages(messages.received[order], messages.stamps[order], messages.values[order])
+            good, (lower, upper) = messages.values[np.isfinite(messages.values)], self.limits(name)
             beyond = int(np.count_nonzero((good < lower - _BEYOND) | (good > upper + _BEYOND)))
             lowest, highest = float(good.min(initial=np.inf)), float(good.max(initial=-np.inf))
-            self.reported[name] = Reported(lowest, highest, len(positions), beyond, len(positions) - len(good))
-        for name, parts in apart.items():
-            self._compare_follower(robot.joint[name], np.concatenate(parts))
+            count = len(messages.stamps)
+            self.reported[name] = Reported(lowest, highest, count, beyond, count - len(good))
+        for joint in robot.joints:
+            if joint.mimic is not None and joint.name in self._states:
+                self._compare_follower(joint, robot.joint[joint.mimic.joint])
 
     def limits(self, name: str) -> tuple[float, float]:
         """Return the limits of a joint (rad or m), infinite where there are none."""
@@ -292,18 +280,20 @@ class JointStates:
             first = np.minimum(np.searchsorted(states.stamps, stamps, side="left"), len(states.stamps) - 1)
             last = np.maximum(np.searchsorted(states.stamps, stamps, side="right") - 1, 0)
             is_later = np.abs(states.received[last] - received) < np.abs(states.received[first] - received)
-            positions = states.values[np.where(is_later, last, first)]
+            positions = states.values[np.where(is_later, last, first), 0]
             known = (states.stamps[first] == stamps) & (stamps != 0) & np.isfinite(positions)
         if joint.mimic is None or known.all():
             return positions, known
         leader, there = self.position(self.robot.joint[joint.mimic.joint], stamps, received)
         return np.where(known, positions, joint.mimic.multiplier * leader + joint.mimic.offset), known | there
 
-    def _compare_follower(self, joint: Joint, apart: Floats) -> None:
-        """Count how often a follower was away (n,) from its leader, unless whole turns of the leader are ambiguous."""
-        turns = joint.mimic is not None and self.robot.joint[joint.mimic.joint].type == "continuous"
-        if joint.mimic is None or (turns and not float(joint.mimic.multiplier).is_integer()):
+    def _compare_follower(self, joint: Joint, leader: Joint) -> None:
+        """Count how often a follower was not where its leader puts it; turns of the leader have to be unambiguous."""
+        turns, mimic, states = leader.type == "continuous", joint.mimic, self._states[joint.name]
+        if mimic is None or (turns and not float(mimic.multiplier).is_integer()):
             return
+        positions, known = self.position(leader, states.stamps, states.received)
+        apart = (states.values[:, 0] - mimic.multiplier * positions - mimic.offset)[known]
         slides, apart = joint.type == "prismatic", apart[np.isfinite(apart)]
         if (turns or joint.type == "continuous") and not slides:
             apart = np.remainder(apart + np.pi, 2 * np.pi) - np.pi

@@ -79,7 +79,7 @@ def look(request: Request) -> Looked:
         text = printable(f"{one.message} [{one.rule}]" + (f"\n{one.help}" if one.help else ""), keep="\n")
         data.setdefault("warnings", []).append({"text": text, **({"where": _place(one.span)} if one.span else {})})
     arguments = {} if request.is_foreign else request.values()
-    read = [*found.values(), *(side.file for name, file in found.items() for side in companions(file, name)[0])]
+    read = [*found.values(), *(side.file for file in found.values() for side in companions(file)[0])]
     every = (*own_files, *read, *places.awaited(case.tree, found))
     return Looked(Shown(case, data, found, own_files, understood, arguments), diagnostics, every)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio
 import pytest
 
-from rosorin_compile.compare.agreement import agreement
+from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.mesh_files import Places, search
 from rosorin_compile.source.diagnostics import NOTE, has_errors

@@ -219,7 +219,8 @@ class _Before:
                     shapes[at] = replace(shape, geometry=replace(shape.geometry, **{quantity: was}))
             self.links[name] = replace(link, collision=tuple(shapes))
         elif kind == "link" and link is not None and quantity in PURPOSES:
-            changed: dict[str, Any] = {quantity: was.shapes if isinstance(was, Shapes) else ()}
+            sides = [side if isinstance(side, Shapes) else Shapes(()) for side in (was, difference.new)]
+            changed: dict[str, Any] = {quantity: _shapes(getattr(link, quantity), *sides)}
             self.links[name] = replace(link, **changed)
 
     def _add(self, name: str, old: Leaves) -> None:
@@ -247,3 +248,23 @@ def _joint(joint: Joint, quantity: str, value: Any, entry: Mapping[str, Any]) ->
         parts = entry.get("mimic multiplier", 1.0), entry.get("mimic offset", 0.0)
         return replace(joint, mimic=Mimic(leader, *parts) if leader else None)
     return joint
+
+
+def _shapes(now: Sequence[Shape], old: Shapes, new: Shapes) -> tuple[Shape, ...]:
+    """Return the shapes of a link as they were; those of other frames, which an artifact may have there, are not."""
+    before, after = ([_bare(solid) for solid in side.solids()] for side in (old, new))
+    rest = match(before, after)
+    added = [after[at] for at in rest.new]
+    solids = [_bare(solid) for solid in Shapes(tuple(now)).solids()]
+    own = {at for at, _ in match(solids, added).pairs}
+    own = own or {at for at, _ in match([solid.as_cylinder for solid in solids], added).pairs}
+    before_now, here = ([piece for shape in shapes for piece in shape.solids()] for shapes in (old.shapes, now))
+    back = [before_now[at] for at in rest.old]
+    if own:
+        return (*(piece for at, piece in enumerate(here) if at not in own), *back)
+    return tuple(now) if rest.old and rest.new else (*now, *back)  # with both, another frame has the difference
+
+
+def _bare(solid: Solid) -> Solid:
+    """Return a solid without its looks and names, except that of its file."""
+    return solid._replace(rgba=None, words=tuple(word for word in solid.words if word.startswith("file ")))

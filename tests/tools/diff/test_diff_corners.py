@@ -7,12 +7,13 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.cli.run import Run
 from rosorin_compile.formats.compiled import compile_robot
 from support.comparing import compared, diff
-from support.paths import BAD
+from support.paths import BAD, data_text
 
 
 def robot(folder: Path, name: str, text: str) -> Path:
@@ -40,142 +41,7 @@ OF_PLATE = ARM.replace("parent: base", "parent: plate")
 TINY = 1e-10  # below the tolerance of diff
 BALL = "links: {{base: {{visual: [{{sphere: {{radius: {}}}, rgba: [1, {}, 0, 1]}}]}}}}\n"
 
-CASES: dict[str, tuple[str, str, list[str]]] = {
-    "modes": (
-        "links: {base: {}}\nmodes: {slam: a map is made}\n",
-        "links: {base: {}}\nmodes: {slam: a map is made, replay: no}\n",
-        ["robot modes slam -> replay slam"],
-    ),
-    "elements of a link and of a joint": (
-        "links: {base: {urdf_elements: [<a/>]}, arm: {}}\n"
-        "joints: {j: {type: fixed, parent: base, child: arm, urdf_elements: [<b/>]}}\n",
-        "links: {base: {urdf_elements: [<a/>, <c/>]}, arm: {}}\njoints: {j: {type: fixed, parent: base, child: arm}}\n",
-        ["URDF elements of base: 1 new (<c/>)", "URDF elements of j: 1 removed (<b/>)"],
-    ),
-    "a size and a colour of one shape": (
-        BALL.format(0.1, 0),
-        BALL.format(0.2, 1),
-        ["base visual: sphere radius 0.1 -> 0.2 m (+100.0 mm)", "base visual colour 1 0 0 1 -> 1 1 0 1"],
-    ),
-    "a place and a turn": (
-        TWO + ARM + HAND,
-        TWO + ARM.replace("[0, 0, 0.1]", "[0, 0, 0.2], rpy: [0.1, 0, 0]") + HAND,
-        ["arm moved 100.0 mm and turned 5.7 deg in base: origin z 0.1 -> 0.2 m, roll 0 -> 0.1 rad"],
-    ),
-    "a joint that became fixed, elsewhere": (
-        TWO + ARM + HAND,
-        TWO + ARM + PLATE.replace("plate:", "bend:").replace("0.2, 0", "0.3, 0"),
-        ["hand moved 100.0 mm in arm: origin x 0.2 -> 0.3 m", "bend type revolute -> fixed"],
-    ),
-    "a joint that hangs on another body, elsewhere, about another axis": (
-        TWO + ARM + HAND,
-        TWO
-        + ARM
-        + HAND.replace("parent: arm", "parent: base").replace("0.2, 0", "0.3, 0").replace("0, 0, 1", "0, 1, 0"),
-        ["hand parent arm -> base", "hand origin x 0.2 -> 0.3 m", "bend axis 0 0 1 -> 0 1 0 (turned 90.0 deg)"],
-    ),
-    "a fixed joint that moves now, under another name": (
-        TWO + ARM + PLATE,
-        TWO + ARM + HAND,
-        ["plate type fixed -> revolute", "joint plate renamed to bend"],
-    ),
-    "two joints that changed their names with each other": (
-        TWO + ARM + HAND,
-        TWO + ARM.replace("turn:", "bend:") + HAND.replace("bend:", "turn:"),
-        ["joint turn renamed to bend", "joint bend renamed to turn"],
-    ),
-    "a joint that has the name of another one, which has a new one": (
-        TWO + ARM + HAND,
-        TWO + ARM.replace("turn:", "bend:") + HAND.replace("bend:", "fold:"),
-        ["joint turn renamed to bend", "joint bend renamed to fold"],
-    ),
-    "a joint that moves a body without the link that it moved, elsewhere": (
-        FOUR + f"  turn: {{type: revolute, parent: low, child: arm, xyz: [0, 0, 0.1], {HINGE}}}\n"
-        "  f: {type: fixed, parent: arm, child: p, xyz: [0.1, 0, 0]}\n",
-        FOUR.replace("arm: {}, ", "")
-        + f"  turn: {{type: revolute, parent: low, child: p, xyz: [0.1, 0, 0.3], {HINGE}}}\n",
-        [
-            "p moved 200.0 mm in low: origin z 0.1 -> 0.3 m",
-            "turn axis moved 100.0 mm in p: p off by up to 221.8 mm at turn = -1, only when turn is away from 0",
-            "removed: frame arm (revolute on low, turn)",
-        ],
-    ),
-    "a joint that moves a body without the link that it moved, on another one": (
-        FOUR + f"  turn: {{type: revolute, parent: low, child: arm, xyz: [0, 0, 0.1], {HINGE}}}\n"
-        "  f: {type: fixed, parent: arm, child: p, xyz: [0.1, 0, 0]}\n",
-        FOUR.replace("arm: {}, ", "")
-        + f"  turn: {{type: revolute, parent: base, child: p, xyz: [0.1, 0, 0.3], {HINGE}}}\n".replace(
-            "0, 0, 1", "0, 1, 0"
-        ),
-        [
-            "arm parent low -> base",
-            "arm origin x 0 -> 0.1 m, z 0.1 -> 0.3 m",
-            "turn axis 0 0 1 -> 0 1 0 (turned 90.0 deg)",
-            "removed: frame arm (revolute on low, turn)",
-        ],
-    ),
-    "a joint on a link that is fixed to another one": (
-        PLATED + ON_PLATE + OF_PLATE + HAND,
-        PLATED + ON_PLATE + OF_PLATE.replace("0.1]", "0.2]") + HAND,
-        ["arm moved 100.0 mm in plate: origin z 0.1 -> 0.2 m"],
-    ),
-    "a joint on a link that went": (
-        PLATED + ON_PLATE + OF_PLATE + HAND,
-        PLATED.replace("plate: {}, ", "") + ARM.replace("0, 0, 0.1", "0, 0.1, 0.2") + HAND,
-        ["arm moved 100.0 mm in base: origin z 0.1 -> 0.2 m", "removed: frame plate (fixed on base, p)"],
-    ),
-    "a link that moved below a joint that did not": (
-        PLATED + ON_PLATE + OF_PLATE + HAND,
-        PLATED + ON_PLATE.replace("0.1", "0.2") + OF_PLATE.replace("0, 0, 0.1", "0, -0.1, 0.1") + HAND,
-        ["plate moved 100.0 mm in base: origin y 0.1 -> 0.2 m"],
-    ),
-    "a joint that moved, and the next one back": (
-        TWO + ARM + HAND,
-        TWO + ARM.replace("0.1]", "0.2]") + HAND.replace("0.2, 0, 0]", "0.2, 0, -0.1]"),
-        ["arm moved 100.0 mm in base: origin z 0.1 -> 0.2 m"],
-    ),
-    "a joint that slides now, and moves a body without the link that it moved": (
-        FOUR + f"  turn: {{type: revolute, parent: low, child: arm, xyz: [0, 0, 0.1], {HINGE}}}\n"
-        "  f: {type: fixed, parent: arm, child: p, xyz: [0.1, 0, 0]}\n",
-        FOUR.replace("arm: {}, ", "")
-        + f"  turn: {{type: prismatic, parent: low, child: p, xyz: [0.1, 0, 0.3], {HINGE}}}\n",
-        [
-            "p moved 200.0 mm in low: origin z 0.1 -> 0.3 m",
-            "turn axis moved 100.0 mm in p",
-            "turn type revolute -> prismatic",
-            "removed: frame arm (revolute on low, turn)",
-        ],
-    ),
-    "an axis that moved below a link that stays": (
-        TWO + ARM + PLATE,
-        TWO.replace("arm: {}, ", "") + ARM.replace("child: arm, xyz: [0, ", "child: hand, xyz: [0.2, "),
-        [
-            "turn axis moved 200.0 mm in hand: hand off by up to 191.8 mm at turn = -1, only when turn is away from 0",
-            "removed: frame arm (revolute on base, turn)",
-        ],
-    ),
-    "an axis of a slide that was turned, far from the link that it moves": (
-        SLIDE + OFF_SIDE,
-        SLIDE.replace("arm: {}, ", "")
-        .replace("child: arm", "child: p, xyz: [0.5, 0, 0]")
-        .replace("axis: [0, 0, 1]", "axis: [0, 0.28, 0.96]"),
-        [
-            "lift axis 0 0 1 -> 0 0.28 0.96 (turned 16.3 deg): p off by up to 282.8 mm at lift = -1,"
-            " only when lift is away from 0",
-            "removed: frame arm (prismatic on base, lift)",
-        ],
-    ),
-    "numbers of a joint that are as good as the same": (
-        TWO + ARM + HAND.replace("lower: -1", "lower: 0"),
-        TWO + ARM + HAND.replace("lower: -1", f"lower: {TINY}").replace("effort: 1", f"effort: {1 + TINY}"),
-        [],
-    ),
-    "a number near zero that is no length and no angle": (
-        TWO + ARM + HAND,
-        TWO + ARM + HAND.replace("velocity: 1}", f"velocity: 1}}, dynamics: {{friction: {TINY}, damping: 0}}"),
-        ["bend friction 0 -> 1e-10 N*m"],
-    ),
-}
+CASES = yaml.safe_load(data_text("cases/diff_corners.yaml"))["cases"]
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -12,25 +12,11 @@ import pytest
 from rosorin_compile.cli.main import main
 from rosorin_compile.viewer.page import data_of, html
 from support.commands import Shown, edit, write_files
-from support.paths import ROOT
+from support.paths import ROOT, data_text
 from support.schemas import schema
 
 VALID = jsonschema.Draft7Validator(schema("page"))
-CART = """\
-robot: {0}
-links:
-  base_link: {{collision: [{{box: {{size: [400 mm, 300 mm, 100 mm]}}}}]}}
-  mast: {{collision: [{{box: {{size: [20 mm, 20 mm, 200 mm]}}, xyz: [0, 0, 100 mm]}}]}}
-  camera: {{visual: [{{mesh: {{file: camera.stl}}}}]}}
-joints:
-  mast_joint: {{type: revolute, parent: base_link, child: mast, xyz: [100 mm, 0, 50 mm], axis: [0, 0, 1],
-               limit: {{lower: -1 rad, upper: 1 rad, effort: 5, velocity: 1}}}}
-  camera_joint: {{type: fixed, parent: mast, child: camera, xyz: [0, 0, 200 mm]}}
-sensors:
-  lidar: {{type: lidar_2d, parent: base_link, frame: laser, joint: laser_joint, xyz: [0, 0, 120 mm],
-          publisher: {{static_transform_publisher: tf_laser}}}}
-outputs: {{urdf: {{file: {0}.urdf}}, static_tf: {{file: tf.py}}, frames: {{file: frames.md}}}}
-"""
+CART = data_text("robots/changes_cart.yaml")
 NAMES = ("arm", "cart")
 PROJECT = {f"descriptions/{name}/robot.yaml": CART.format(name) for name in NAMES}
 

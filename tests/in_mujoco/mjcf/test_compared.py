@@ -24,19 +24,18 @@ EVERYTHING = DATA / "mjcf" / "compared" / "everything.xml"
 TEXT = EVERYTHING.read_text("utf-8")
 
 
-def compiled(text: str) -> tuple[Any, Any]:
+def compiled(text: str) -> Any:
     spec = mujoco.MjSpec.from_string(text)
     spec.compiler.fusestatic = spec.compiler.discardvisual = False
-    return spec.compile(), spec.stat
+    return spec.compile()
 
 
 def told(one: str, other: str, names: Any = None) -> list[str]:
-    (source, said), (ours, _) = compiled(one), compiled(other)
-    return [one.text for one in compared(source, ours, names, said)]
+    return [difference.text for difference in compared(compiled(one), compiled(other), names)]
 
 
-def compared(source: Any, ours: Any, names: Any = None, said: Any = None) -> list[compare_models.Difference]:
-    return compare_models.Comparison(mujoco, source, ours, names or {}).run(said)
+def compared(source: Any, ours: Any, names: Any = None) -> list[compare_models.Difference]:
+    return compare_models.Comparison(mujoco, source, ours, names or {}).run()
 
 
 def edited(old: str, new: str, text: str = TEXT) -> str:
@@ -217,7 +216,7 @@ def _no_log() -> Any:
 
 @pytest.fixture(name="everything", scope="module")
 def _everything() -> Any:
-    return compiled(TEXT)[0]
+    return compiled(TEXT)
 
 
 # Arrays of mjModel that are not compared, besides those that follow from others and addresses.
@@ -248,8 +247,8 @@ SOME_ROWS = re.compile(
 
 def _arrays() -> Iterator[str]:
     for field in structs.STRUCTS["mjModel"].fields:
-        is_derived = compare_models._DERIVED.fullmatch(field.name) or IN_NO_OBJECT.fullmatch(field.name)
-        if getattr(field, "array_extent", None) and not is_derived and field.name not in NOT_ALONE:
+        is_compared = field.name in dict(compare_models.arrays()) and not IN_NO_OBJECT.fullmatch(field.name)
+        if is_compared and field.name not in NOT_ALONE:
             yield field.name
 
 
@@ -285,8 +284,7 @@ def _planted(model: Any, field: str, row: int) -> Iterator[Any]:
 
 
 def _moved(one: str, other: str) -> Any:
-    (source, _), (ours, _) = compiled(one), compiled(other)
-    return compare_models.Comparison(mujoco, source, ours, {}).motion()
+    return compare_models.Comparison(mujoco, compiled(one), compiled(other), {}).motion()
 
 
 def test_a_model_moves_as_itself() -> None:

@@ -9,7 +9,6 @@ import zlib
 from functools import cache
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -19,9 +18,7 @@ pytest.importorskip("mujoco", minversion="4")
 from dataclasses import replace
 
 from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.model import Inertial, Joint, Link, Pose, Robot
-from rosorin_compile.mujoco.mjcf.bodies import Masks
-from rosorin_compile.mujoco.mjcf.contacts import contacts
+from rosorin_compile.model import Joint
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf
 from support.mjcf_oracle import Case, frames_differ, imported, inertias_differ, limits_differ, shapes_differ
 from support.paths import DATA, OUTPUTS, ROOT
@@ -86,12 +83,6 @@ def test_our_own_mjcf_comes_back() -> None:
     }
     assert {name: driven(j) for name, j in moving.items()} == {name: driven(j) for name, j in ours.items()}
     assert {pose.name for pose in case.robot.poses} == {"home", *(pose.name for pose in robot.poses)}
-    excluded = ElementTree.parse(OUTPUTS / "rosorin.xml").iter("exclude")
-    back = {frozenset(pair) for pair in contacts(case.robot).excluded}
-    assert back == {frozenset((one.get("body1"), one.get("body2"))) for one in excluded}
-    masks = Masks(case.robot, True)  # of hubs and rollers the bits of their shapes say it
-    assert not [pair for pair in robot.disabled_contacts if frozenset(pair) not in back and masks.meet(*pair)]
-    assert not case.robot.disabled_contacts
     for name, link in robot.link.items():
         solids = [solid for shape in link.collision for solid in shape.solids("merged")]
         assert len(case.robot.link[name].collision) == len(solids)
@@ -291,28 +282,6 @@ def test_a_position_keeps_its_side(tmp_path: Path) -> None:
     made = read_mjcf(path, ReadOptions()).tree
     assert made is not None
     assert made["poses"] == {"back": {"positions": {"arm": -math.pi}}}
-
-
-def test_planar_and_floating_joints_come_back_from_our_mjcf(tmp_path: Path) -> None:
-    body = Inertial(1.0, Pose(), 0.1, 0.1, 0.1)
-    links = tuple(Link(name, body) for name in ("base", "tray", "drone", "tilted"))
-    joints = (
-        Joint("plane", "planar", "base", "tray", Pose((1.0, 2.0, 3.0), (0.0, 0.0, 0.5)), (0.0, 0.0, 1.0)),
-        Joint("fly", "floating", "tray", "drone", Pose((0.0, 0.0, 1.0), (0.25, 0.0, 0.0))),
-        Joint("slope", "planar", "base", "tilted", Pose(), (0.6, 0.0, 0.8)),
-    )
-    file = tmp_path / "robot.xml"
-    file.write_text(emit(Robot("free_things", links, joints)), "utf-8")
-    made = imported(file).robot
-    assert [(j.name, j.type, j.parent, j.child) for j in made.joints] == [
-        (j.name, j.type, j.parent, j.child) for j in (joints[0], joints[1], joints[2])
-    ]
-    for joint in joints:
-        again = made.joint[joint.name]
-        assert again.origin.xyz == pytest.approx(joint.origin.xyz, abs=1e-12)
-        assert again.origin.rpy == pytest.approx(joint.origin.rpy, abs=1e-12)
-        if joint.type == "planar":
-            assert again.axis == pytest.approx(joint.axis, abs=1e-12)
 
 
 @pytest.mark.parametrize("name", ["anchors", "balls", "hopper", "masses"])

@@ -131,7 +131,7 @@ def _proof(mujoco: Any, asked: dict[str, Any], here: Path) -> dict[str, Any]:
     except Exception as problem:  # whatever MuJoCo has against it
         return {"refused": " ".join(str(problem).split())}
     comparison = Comparison(mujoco, source, made, given)
-    answer: dict[str, Any] = {"differences": comparison.run(theirs.stat)}
+    answer: dict[str, Any] = {"differences": comparison.run()}
     answer["counts"] = {kind: len(names) for kind, names in comparison.source.names.items()}
     return {**answer, "motion": comparison.motion()} if comparison.moves_alike() else answer
 

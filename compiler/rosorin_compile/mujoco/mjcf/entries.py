@@ -14,8 +14,7 @@ from rosorin_compile.source.diagnostics import Span, counted
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Element
 
-from .bodies import STIFF, TOUCHES, shifted
-from .contacts import Contacts, contacts
+from .bodies import STIFF, shifted
 from .reading import (
     BALL,
     Node,
@@ -256,29 +255,14 @@ def _add_constraint(
 
 
 def add_contacts(reading: Reading) -> None:
-    """Add the pairs of links that do not touch in the file, and the contact pairs that it has.
-
-    An MJCF of ours excludes and pairs by itself (``contacts``). If the file has these too, only the rest of it is in
-    the tree; if not, the tree has all that the file has, and no more is written: ``contacts: described``.
-    """
-    from rosorin_compile.language.lower import lower
-
+    """Add the pairs of links that do not touch in the file, and keep its contact pairs."""
     nodes = reading.facts["elements"]["pairs"]
     touching = {geom["bodyid"] for geom in reading.facts["geoms"] if geom["contype"] or geom["conaffinity"]}
-    robot = lower(reading.tree).robot if touching or reading.facts["exclude_signature"] else None
-    ours = contacts(robot) if robot else Contacts([], [], [])
     excludes = list(_excludes(reading))
     excluded = {frozenset(names) for names, _ in excludes}
-    implied = set(map(frozenset, ours.excluded))
-    named = {frozenset((one.solid.shape.name, other.solid.shape.name)) for one, other in ours.pairs}
-    paired = [frozenset(reading.called("geom", node["attributes"][f"geom{n}"]) for n in (1, 2)) for node in nodes]
-    reading.implied_contacts = implied <= excluded and named <= set(paired)
-    if not reading.implied_contacts:
-        implied, named = set(), set()
     pairs = Seq(reading.markup.root.span)
     found = [(sorted(n, key=lambda name: name != e.get("body1")), e, _EXCLUDED) for n, e in excludes]
-    found = [one for one in found if frozenset(one[0]) not in implied]
-    found += [(names, element, _FILTERED) for names, element in _filtered(reading, touching, excluded | implied)]
+    found += [(names, element, _FILTERED) for names, element in _filtered(reading, touching, excluded)]
     for names, element, reason in found:
         entry, links = Map(element.span), Seq(element.span)
         spans = {attribute.value: attribute.span for attribute in element.attributes.values()}
@@ -289,10 +273,8 @@ def add_contacts(reading: Reading) -> None:
         pairs.put(entry, element.span)
     if pairs:
         put(reading.tree, "disabled_contacts", pairs)
-    for node, element, both in zip(nodes, reading.elements_of("contact", nodes, "pair"), paired, strict=True):
-        more = {word: text for word, text in node["attributes"].items() if word not in ("geom1", "geom2")}
-        if more not in TOUCHES or both not in named:  # ours has the others by itself
-            reading.keep_in_section("contact", node, "contact", element.span)
+    for node, element in zip(nodes, reading.elements_of("contact", nodes, "pair"), strict=True):
+        reading.keep_in_section("contact", node, "contact", element.span)
 
 
 def _excludes(reading: Reading) -> Iterator[tuple[list[str], Element]]:

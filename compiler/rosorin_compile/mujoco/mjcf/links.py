@@ -5,8 +5,7 @@ MuJoCo moves a body by any number of joints anywhere in it; here one joint moves
 - A body without joints is fixed. A hinge with a range is revolute, one without continuous; a slide is prismatic.
 - A joint whose ``pos`` is not the origin of its body gets a link at that anchor, and the body is fixed to it: every
   body keeps its frame.
-- Several joints in one body are a chain of links without mass, in MuJoCo's order; those that an MJCF of ours has for a
-  planar or floating joint are that.
+- Several joints in one body are a chain of links without mass, in MuJoCo's order.
 - Zero is that of the file. If a body is at another position than zero (``ref``), the origin of its joint is turned or
   moved back by it, and ``mjcf`` of the joint keeps it.
 - A ball stays one; its range (a cone) is among MuJoCo's own words.
@@ -23,7 +22,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rosorin_compile.model import Link, Transform, Vector
-from rosorin_compile.model.geometry import plane_axes, rotation_about
+from rosorin_compile.model.geometry import rotation_about
 from rosorin_compile.model.link import limited_fields
 from rosorin_compile.source.diagnostics import Span, counted, first_of, listed
 from rosorin_compile.source.tree import Map
@@ -63,7 +62,6 @@ STAND_IN_EFFORT = 1000.0  # N*m or N
 STAND_IN_VELOCITY = 10.0  # rad/s or m/s
 STAND_IN_TRAVEL = 1000.0  # m
 _SAME = 1e-9  # relative: MuJoCo's way through principal axes and back
-_SAME_AXIS = 1e-12
 _UNFELT = 1e6  # times the inertia of a link without mass
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _POSED = ("name", "pos", "quat")
@@ -76,13 +74,6 @@ _READ = (
 )
 _OF_LIMITS = ("solreflimit", "solimplimit", "margin")
 _OF_DYNAMICS = {"damping": "damping", "frictionloss": "friction", "armature": "armature", "stiffness": "stiffness"}
-# Several joints that are one: their types, what they are together, and the ends of their names.
-_TOGETHER = {
-    (SLIDE, SLIDE, HINGE): ("planar", ("_TX", "_TY", "_RZ")),
-    (SLIDE, SLIDE, SLIDE, BALL): ("floating", ("_TX", "_TY", "_TZ", "_R")),
-}
-_OF_TOGETHER = {"name", "type", "axis", "group"}  # attributes of such joints
-_ALONG: Sequence[Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
@@ -105,31 +96,12 @@ def name_all(reading: Reading) -> None:
             above = reading.link_of.get(body["parentid"], "")
             made_up = f"{names[-1]}_link" if names and names[-1] else f"{above}_body" if above else "base_link"
             reading.link_of[index] = reading.unique("link", made_up)
-    for index, held in reading.joints_in.items():
-        together = _together([joints[at] for at in held])
-        if together is not None:
-            reading.motion_of[index] = (reading.unique("joint", together[0]), *together[1:])
     named = {BALL: reading.ball_of, SLIDE: reading.joint_of, HINGE: reading.joint_of}
     for index, joint in sorted(enumerate(joints), key=lambda one: not one[1]["name"]):  # names of the file come first
-        if joint["type"] in named and joint["bodyid"] not in reading.motion_of:
+        if joint["type"] in named:
             name = reading.unique("joint", joint["name"] or f"{reading.link_of[joint['bodyid']]}_joint")
             named[joint["type"]][index] = name
             reading.rename("joint", joint["name"], name)
-
-
-def _together(held: Sequence[Mapping[str, Any]]) -> tuple[str, str, Any] | None:
-    """Return name, type and axis of the planar or floating joint that the joints of a body are, or None."""
-    kind, ends = _TOGETHER.get(tuple(joint["type"] for joint in held), ("", ()))
-    if not ends or any(set(joint["element"]["attributes"]) - _OF_TOGETHER for joint in held):
-        return None
-    name = held[0]["name"].removesuffix(ends[0])
-    if not name or [joint["name"] for joint in held] != [name + end for end in ends]:
-        return None
-    axis = unit(held[-1]["axis"]) if kind == "planar" else None
-    pairs = zip([joint["axis"] for joint in held[:-1]], plane_axes(axis) if axis else _ALONG, strict=True)
-    if any(abs(a - b) > _SAME_AXIS for one, own in pairs for a, b in zip(one, own, strict=True)):
-        return None
-    return name, kind, axis
 
 
 def add_links(reading: Reading) -> None:
@@ -203,9 +175,9 @@ def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any])
     link, element, node = reading.link_of[thing["bodyid"]], reading.places.of(kind, index), thing["element"]
     place, name = transform(thing["pos"], thing.get("quat")), thing["name"]
     more = {key: text for key, text in node["attributes"].items() if key not in _POSED}
-    is_plain = not more or (reading.is_ours and more.keys() == {"group"})
-    if kind == "sites" and name == link and is_plain and tidy_vector(place.xyz) == _ORIGIN and is_unturned(place):
-        return  # the frame of the link itself, as the compiler writes it
+    is_at_origin = tidy_vector(place.xyz) == _ORIGIN and is_unturned(place)
+    if kind == "sites" and name == link and is_at_origin and more.keys() <= {"group"}:
+        return  # every link has a site of its name
     if tag == "site" and name in reading.taken["link"]:  # each link has a site of its own
         given = reading.name(tag, f"{name}_site")
         reading.rename(tag, name, given)
@@ -237,14 +209,7 @@ def add_joints(reading: Reading, drives: Mapping[int, Drive]) -> None:
         held = [(at, reading.facts["joints"][at]) for at in reading.joints_in.get(index, ())]
         ends = reading.link_of[body["parentid"]], reading.link_of[index]
         place, element = transform(body["pos"], body["quat"]), reading.places.body(index)
-        if index in reading.motion_of:
-            first, *_, last = (reading.places.of("joints", at) for at in reading.joints_in[index])
-            name, kind, axis = reading.motion_of[index]
-            joint = reading.add_joint(name, kind, *ends, first)
-            put_pose(joint, place, element)
-            if axis is not None:
-                put(joint, "axis", numbers(axis, last, "axis"))
-        elif held and held[0][1]["type"] != FREE:
+        if held and held[0][1]["type"] != FREE:
             chain.add(index, place, held)
         else:
             own = reading.places.of("joints", held[0][0]) if held else element

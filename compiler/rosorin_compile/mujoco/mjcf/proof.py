@@ -18,18 +18,16 @@ from .process import prove as prove_in_child
 _GONE = r".*: is not in ours$"
 # Words of messages of an import, and what may then differ: a pattern for "kind field: text".
 LISTED = {
-    "of the world: the scene": rf"(geom|mesh|hfield|material|texture|site|camera|light) {_GONE}|geom user"
+    "of the world: the scene": rf"(geom|mesh|hfield|site|camera) {_GONE}|geom user"
     r"|contact : body world and .* may touch in the source alone$",
     "that no geom has": rf"(mesh|hfield) {_GONE}",
-    "that no material has": rf"texture {_GONE}",
     "becomes the link": r"\w+ name:",
     'is called "': r"\w+ name:",
     "no range limit": r"joint (range|limited):",
     " of the free joint ": r"joint (?!name)",
     " of the joint ": r"joint (?!name)",
-    " of a geom ": r"geom (?!name|matid|rgba|contype|conaffinity)",
+    " of a geom ": r"geom (?!name|contype|conaffinity)",
     " of the body ": r"body (gravcomp|mocapid|sleep|user):",
-    " of the material ": r"(material (?!rgba|name)|geom matid|texture)",
     " of the actuator ": r"actuator (?!name)",
     "its control is not where it was": r"order |key ",
     "sensor data is in another order": r"order sensor",
@@ -69,7 +67,7 @@ def is_listed(feature: str, difference: str, messages: Sequence[str]) -> bool:
 
 
 def _summary(known: Sequence[str], motion: Mapping[str, Any] | None) -> str:
-    but = f"except for what is listed above ({listed(known)})" if known else "in every field that it decides"
+    but = f"except for what is listed above ({listed(known)})" if known else "in every field but its appearance"
     sentence = f"MuJoCo's model of the MJCF is that of the source, {but}"
     if not motion:
         return sentence

@@ -24,7 +24,6 @@ from rosorin_compile.source.messages import and_here
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Attribute, Element
 
-from .bodies import COLLISION, SHOWN, SHOWN_WHEEL, WHEEL
 from .source import Markup, Places
 
 FREE, BALL, SLIDE, HINGE = range(4)
@@ -44,8 +43,7 @@ class Reading:
 
     ``links`` and ``joints`` are sections of ``tree``. ``link_of`` is the link of each body by its index, 0 being the
     world; the world is a link only if ``ground`` is true. ``joint_of`` is the name of each hinge and slide, ``ball_of``
-    that of each ball, and ``motion_of`` the name, type and axis of the planar or floating joint of a body. ``servos``
-    are the joints of the position servos by the number of the actuator.
+    that of each ball. ``servos`` are the joints of the position servos by the number of the actuator.
     """
 
     def __init__(self, markup: Markup, places: Places, facts: Mapping[str, Any]) -> None:
@@ -55,13 +53,11 @@ class Reading:
         self.link_of: dict[int, str] = {}
         self.joint_of: dict[int, str] = {}
         self.ball_of: dict[int, str] = {}
-        self.motion_of: dict[int, tuple[str, str, Any]] = {}
         self.material_of: dict[int, str] = {}
         self.actuator_of: dict[int, str] = {}
         self.servos: dict[int, int] = {}
         self.in_order = True  # the actuators, as an MJCF of ours has them
         self.sensor_order: list[str] = []  # names, if it is not that of an MJCF of ours
-        self.implied_contacts = True  # are those of the file
         self.reported: set[Element] = set()
         self.groups: dict[str, int] = {}
         self.of_scene: set[tuple[str, str]] = set()  # what is kept of the scene and of the assets, by kind and name
@@ -76,8 +72,6 @@ class Reading:
         held = [facts["joints"][at]["type"] for top in self.tops for at in self.joints_in.get(top, ())]
         self.ground = len(self.tops) != 1 or any(kind != FREE for kind in held)
         self.free_base = not self.ground and held == [FREE]
-        ours = [f"{facts['name']}_{purpose}" for purpose in (COLLISION, WHEEL, SHOWN, SHOWN_WHEEL)]
-        self.is_ours = any(geom["class"] in ours for geom in facts["geoms"])
 
     def unique(self, kind: str, name: str) -> str:
         """Return a name, or with a number behind it if another object of its kind has it."""

@@ -12,7 +12,6 @@ from typing import Any
 
 from rosorin_compile.formats.imported import END, INSIDE, Comment, Imported, ReadOptions, comments_of
 from rosorin_compile.formats.reading import accept
-from rosorin_compile.mujoco.rest_pose import HOME
 from rosorin_compile.source.diagnostics import Diagnostic, Span, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
@@ -135,12 +134,9 @@ def _outputs(reading: Reading) -> Map:
         put(mjcf, "actuators", listing(reading.actuator_of.values(), reading.markup.root))
     if reading.sensor_order:
         put(mjcf, "sensors", listing(reading.sensor_order, reading.markup.root))
-    if not reading.implied_contacts:
-        put(mjcf, "contacts", "described")
-    seen = any("visual" in link for link in reading.links.values())
-    shown = any(shapes.has_our_look(reading, geom) for geom in reading.facts["geoms"])
-    if seen == shown:  # else it is as usual: collision shapes are shown where there is no visual
-        put(mjcf, "visuals", "from_collision" if shown else "own")
+    put(mjcf, "contacts", "described")
+    if not any("visual" in link for link in reading.links.values()):
+        put(mjcf, "visuals", "own")
     for purpose, group in reading.groups.items():
         put(groups, purpose, group)
     if groups:
@@ -192,10 +188,6 @@ def _add_poses(reading: Reading) -> None:
         for name, value in _positions(reading, key["qpos"]):
             if value and "mimic" not in reading.joints[name]:
                 put_number(positions, name, value, element)
-        if key["name"] == HOME and reading.is_ours and _is_usual(reading, positions):
-            if len(keys) > 1:  # simulators begin at the first key: the order of keys matters
-                put(poses, HOME, pose)
-            continue
         put(pose, "positions", positions)
         if reading.free_base:
             base = Map(element.span)
@@ -223,7 +215,7 @@ def _positions(reading: Reading, qpos: list[float]) -> Iterator[tuple[str, float
 def _is_beyond(reading: Reading, qpos: list[float]) -> bool:
     """Return True if a keyframe has what a pose cannot have: a follower off its way, or a place of what floats."""
     for joint in reading.facts["joints"]:
-        floats = joint["bodyid"] in reading.motion_of or (joint["type"] == FREE and not reading.free_base)
+        floats = joint["type"] == FREE and not reading.free_base
         place = range(joint["qposadr"], joint["qposadr"] + _SIZES.get(joint["type"], 1))
         if (floats or joint["type"] == BALL) and any(abs(qpos[i] - reading.facts["qpos0"][i]) > _NEAR for i in place):
             return True
@@ -240,8 +232,7 @@ def _all_positions(reading: Reading, qpos: list[float]) -> Iterator[float]:
     """Yield the positions of all joints as an MJCF of ours counts them, in the order of the file."""
     for joint in reading.facts["joints"]:
         at, kind = joint["qposadr"], joint["type"]
-        slides = joint["bodyid"] in reading.motion_of or kind in (FREE, BALL, SLIDE)
-        yield from (tidy_position(value, slides) for value in qpos[at : at + _SIZES.get(kind, 1)])
+        yield from (tidy_position(value, kind in (FREE, BALL, SLIDE)) for value in qpos[at : at + _SIZES.get(kind, 1)])
 
 
 def _controls(reading: Reading, key: Mapping[str, Any], element: Element) -> Map:
@@ -256,17 +247,6 @@ def _controls(reading: Reading, key: Mapping[str, Any], element: Element) -> Map
         if follows or abs(control - usual) > _NEAR:
             put_number(controls, name, tidy(control), element)
     return controls
-
-
-def _is_usual(reading: Reading, positions: Mapping[str, float]) -> bool:
-    """Return True if positions (rad or m) are those of the key home that a robot without such a pose has."""
-    for name, joint in reading.joints.items():
-        limit = joint.get("limit") or {}
-        lower, upper = limit.get("lower", 0.0), limit.get("upper", 0.0)
-        usual = lower if lower > 0.0 else upper if upper < 0.0 else 0.0
-        if "mimic" not in joint and abs(positions.get(name, 0.0) - usual) > _NEAR:
-            return False
-    return True
 
 
 def _comments(reading: Reading) -> list[Comment]:

@@ -22,7 +22,6 @@ from rosorin_compile.source.diagnostics import Span, counted
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Element
 
-from .bodies import SHOWN, SHOWN_WHEEL
 from .omissions import texture_path
 from .reading import (
     Node,
@@ -63,7 +62,7 @@ def add_shapes(reading: Reading) -> None:
     geoms, purposes = reading.facts["geoms"], _purposes(reading)
     for purpose in ("visual", "collision"):  # the groups that most geoms have
         of_it = [geoms[index] for index, found in purposes.items() if found[0] == purpose]
-        counts = Counter(geom["group"] for geom in of_it if not has_our_look(reading, geom))
+        counts = Counter(geom["group"] for geom in of_it)
         if counts:
             reading.groups[purpose] = counts.most_common(1)[0][0]
     looks, held = Looks(reading), dict[tuple[str, str], Seq]()
@@ -106,17 +105,17 @@ def _put_more(
     reading: Reading, looks: Looks, geom: Thing, shape: Map, element: Element, purposes: list[str], purpose: str
 ) -> None:
     """Set what a shape has for a simulation alone; of two that are one geom only one has it."""
-    attributes, ours = geom["element"]["attributes"], has_our_look(reading, geom)
+    attributes = geom["element"]["attributes"]
     more = {key: text for key, text in attributes.items() if key not in (*_READ, *_OF_CONTACT)}
     if len(purposes) > 1:
         more = {key: text for key, text in more.items() if (key in _LOOKS) == (purpose == "visual")}
-    if purposes[0] == purpose and not ours and geom["group"] != reading.groups[purpose]:
+    if purposes[0] == purpose and geom["group"] != reading.groups[purpose]:
         more["group"] = str(geom["group"])
     elif purposes[0] != purpose and reading.groups.get(purpose, _HIDDEN) != _HIDDEN:
         more["group"] = str(_HIDDEN)  # the visual is what is seen of it
     if purposes == ["collision"] and "rgba" in attributes:
         more["rgba"] = " ".join(map(repr, _colour(geom)))
-    if purposes == ["collision"] and geom["matid"] >= 0 and not ours:
+    if purposes == ["collision"] and geom["matid"] >= 0:
         more["material"] = looks.material(geom["matid"])
     inner = Map(element.span)
     reading.put_words(inner, more, "mjcf_geom", element, f'a geom of link "{reading.link_of[geom["bodyid"]]}"')
@@ -187,11 +186,6 @@ def _is_carried(reading: Reading, geom: Thing) -> bool:
 def is_scene(geom: Thing) -> bool:
     """Return True if a geom is ground for the robot to be on."""
     return geom["bodyid"] == 0 and geom["type"] in (_PLANE, _HFIELD)
-
-
-def has_our_look(reading: Reading, geom: Thing) -> bool:
-    """Return True if a geom collides and is seen in a colour that our writer gave it, for want of a visual."""
-    return geom["class"] in [f"{reading.facts['name']}_{purpose}" for purpose in (SHOWN, SHOWN_WHEEL)]
 
 
 def _collides(geom: Thing) -> bool:
@@ -304,8 +298,7 @@ class Looks:
         if _asset(reading, "material", name)["inner"]:
             keep_asset(reading, "material", name, element.span)
             return name
-        own = name.removeprefix(f"{reading.facts['name']}_" if reading.is_ours else "") or name
-        given = reading.material_of[index] = reading.name("material", own)
+        given = reading.material_of[index] = reading.name("material", name)
         reading.renamed.setdefault("material", {})[name] = given
         entry, more = Map(element.span), self._more(material)
         put(entry, "rgba", numbers(_colour(material), element, "rgba"))
@@ -320,14 +313,12 @@ class Looks:
         return given
 
     def finish(self) -> None:
-        reading, used = self.reading, {"ours": set[int](), "own": set[int](), "scene": set[int]()}
-        for geom in reading.facts["geoms"]:
-            where = "ours" if has_our_look(reading, geom) else "own" if _is_carried(reading, geom) else "scene"
-            used[where].add(geom["matid"])
+        reading, geoms = self.reading, self.reading.facts["geoms"]
+        used = {geom["matid"] for geom in geoms if _is_carried(reading, geom)}
+        left = {geom["matid"] for geom in geoms} - used - {-1}
         for index in range(len(reading.facts["materials"])):
-            if index in used["own"] or index not in used["scene"] | used["ours"]:
+            if index not in left:
                 self.material(index)
-        left = used["scene"] - used["own"] - {-1}
         if left:
             message = f"{counted(len(left), 'material')} of the world: the scene is no part of the robot"
             reading.ignored(message, reading.markup.first("asset").span)

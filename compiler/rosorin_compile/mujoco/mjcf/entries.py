@@ -1,6 +1,6 @@
-"""Sections of an MJCF besides its bodies: equalities, contacts, sensors, and what is kept as it is, such as tendons.
+"""Sections of an MJCF besides its bodies: couplings of joints, contacts, sensors, and elements kept as XML.
 
-What an element names of the scene (a site or a geom of the world, if that is no link) is kept with it.
+What an element names of the scene (a site or a geom of the world, if the world is not a link) is kept with it.
 """
 
 from __future__ import annotations
@@ -9,24 +9,21 @@ import posixpath
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.language.schema import schema
 from rosorin_compile.source.diagnostics import Span, counted
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Element
 
-from .bodies import STIFF, shifted
+from .bodies import STIFF
 from .reading import (
     BALL,
     Node,
     Reading,
-    floats,
     listing,
     numbers,
     plain,
     put,
     put_number,
     put_pose,
-    put_words,
     text_of,
     tidy,
     transform,
@@ -42,8 +39,6 @@ _KINDS = {
     **dict.fromkeys(("tendon", "tendon1", "tendon2"), "tendon"),
     **{kind: kind for kind in ("actuator", "camera", "material")},
 }
-_OF_CONSTRAINT = {"torquescale": "torque_scale", "polycoef": "polynomial", "anchor": "at"}
-_PAIRED = {"body": "links", "site": "sites", "joint": "joints"}
 # The types of sensors that other formats know, by the element of MuJoCo.
 _TYPES = {"gyro": "imu", "accelerometer": "imu", "force": "force_torque", "torque": "force_torque"}
 _TYPES |= {"touch": "contact", "rangefinder": "range_finder", "magnetometer": "magnetometer"}
@@ -109,22 +104,23 @@ def add_sensors(reading: Reading) -> None:
         at = "" if kind == "range_finder" else site["name"]  # the rays of a lidar have a site each
         group = groups.setdefault((reading.link_of[site["bodyid"]], kind, at), [])
         group.append(_Measured(index, name, node, element, site))
-    sensors, taken = Map(reading.markup.root.span), {one.name for some in groups.values() for one in some}
-    for (link, kind, _), some in groups.items():
-        first, last = (function([one.name for one in some]) for function in (min, max))
-        shared = posixpath.commonprefix([first, last]).rpartition("_")[0] if len(some) > 1 else first
-        is_one = len(some) == 1 or (shared and shared not in taken and shared not in sensors)
-        for name, members in [(shared, some)] if is_one else [(one.name, [one]) for one in some]:
-            entry = _sensor(reading, link, kind, name, members)
-            if members[0] is not some[0]:
+    sensors, taken = Map(reading.markup.root.span), {one.name for group in groups.values() for one in group}
+    for (link, kind, _), group in groups.items():
+        shared = posixpath.commonprefix([one.name for one in group]).rpartition("_")[0]
+        if len(group) > 1 and shared and shared not in taken and shared not in sensors:
+            put(sensors, shared, _sensor(reading, link, kind, shared, group))
+            continue
+        for one in group:
+            entry = _sensor(reading, link, kind, one.name, [one])
+            if one is not group[0]:
                 put(entry, "gazebo", Seq(entry.span))  # the first of the group has its sensor of Gazebo
-            sensors.put(name, entry, entry.span, entry.span)
+            put(sensors, one.name, entry)
     if sensors:
         put(reading.tree, "sensors", sensors)
-    order = [one.number for some in groups.values() for one in some] + kept
-    named = reading.given.get("sensor", {})
-    if order != sorted(order) and all(at in named and not nodes[at]["inner"] for at in order):
-        reading.sensor_order = [named[at] for at in sorted(order)]
+    order = [one.number for group in groups.values() for one in group] + kept
+    names = reading.given.get("sensor", {})
+    if order != sorted(order) and all(at in names and not nodes[at]["inner"] for at in order):
+        reading.sensor_order = [names[at] for at in sorted(order)]
     elif order != sorted(order):
         message = "the sensors that other formats know come first: sensor data is in another order"
         reading.changed(message, elements[order[0]].span)
@@ -170,28 +166,24 @@ def _number_or_text(text: str) -> float | int | str:
 
 
 def add_equalities(reading: Reading) -> None:
-    """Let joints follow others where an equality couples them; add the other equalities as constraints."""
-    nodes, constraints = reading.facts["elements"]["equalities"], Map(reading.markup.root.span)
+    """Let joints follow others where an equality couples them in proportion; keep the other equalities."""
+    nodes = reading.facts["elements"]["equalities"]
     elements = reading.elements_of("equality", nodes)
     for index, (fact, node, element) in enumerate(zip(reading.facts["equalities"], nodes, elements, strict=True)):
-        zeros = (0.0, 0.0)  # MuJoCo counts from the positions at which the file has the joints
-        if fact["type"] == _EQ_JOINT:
-            joints, zero = reading.facts["joints"], reading.facts["qpos0"]
-            first, second = (zero[joints[at]["qposadr"]] if at >= 0 else 0.0 for at in (fact["obj1id"], fact["obj2id"]))
-            zeros = first, second
-        if _is_mimic(reading, fact):
-            follower = reading.joint_of[fact["obj1id"]]
-            name, mimic = (
-                reading.name("constraint", fact["name"], follower, index),
-                _mimic(reading, fact, element, *zeros),
+        if not _is_mimic(reading, fact):
+            attributes = node["attributes"]
+            targets = (
+                attributes[f"{kind}1"] for kind in ("body", "site", "joint", "tendon") if f"{kind}1" in attributes
             )
-            if name != follower:
-                put(mimic, "name", name)
-            put(reading.joints[follower], "mimic", mimic)
-        else:
-            _add_constraint(reading, constraints, index, node, element, *zeros)
-    if constraints:
-        put(reading.tree, "constraints", constraints)
+            made_up = f"{next(targets, 'robot')}_{node['tag']}"
+            name = {"name": reading.name("constraint", attributes.get("name", ""), made_up, index)}
+            reading.keep_in_section("equality", {**node, "attributes": attributes | name}, "equality", element.span)
+            continue
+        follower = reading.joint_of[fact["obj1id"]]
+        name, mimic = reading.name("constraint", fact["name"], follower, index), _mimic(reading, fact, element)
+        if name != follower:
+            put(mimic, "name", name)
+        put(reading.joints[follower], "mimic", mimic)
 
 
 def _is_mimic(reading: Reading, fact: Mapping[str, Any]) -> bool:
@@ -207,8 +199,11 @@ def _is_mimic(reading: Reading, fact: Mapping[str, Any]) -> bool:
     return not here and "mimic" not in reading.joints[follower]
 
 
-def _mimic(reading: Reading, fact: Mapping[str, Any], element: Element, first: float, second: float) -> Map:
+def _mimic(reading: Reading, fact: Mapping[str, Any], element: Element) -> Map:
+    """Return the entry of a joint that follows another. MuJoCo counts both from the positions in the file."""
     mimic, leader = Map(element.span), element.attributes.get("joint2")
+    joints, zero = reading.facts["joints"], reading.facts["qpos0"]
+    first, second = (zero[joints[fact[word]]["qposadr"]] for word in ("obj1id", "obj2id"))
     put(mimic, "joint", reading.joint_of[fact["obj2id"]], leader.span if leader else None)
     factor = tidy(fact["data"][1])
     offset = tidy(fact["data"][0] + first - factor * second)
@@ -221,37 +216,6 @@ def _mimic(reading: Reading, fact: Mapping[str, Any], element: Element, first: f
         if tuple(values[: len(usual)]) != usual or values[len(usual) :] != _DEFAULTS[word]:
             put(mimic, word, numbers(values, element, word))
     return mimic
-
-
-def _add_constraint(
-    reading: Reading, constraints: Map, index: int, node: Node, element: Element, first: float, second: float
-) -> None:
-    attributes, entry = node["attributes"], Map(element.span)
-    of = next((attributes[word] for word in ("body1", "site1", "joint1", "tendon1") if word in attributes), "robot")
-    name = reading.name("constraint", attributes.get("name", ""), f"{of}_{node['tag']}", index)
-    named = {**node, "attributes": attributes | {"name": name}}
-    if node["tag"] not in schema()["$defs"]["constraint"]["properties"]["type"]["enum"]:
-        reading.keep_in_section("equality", named, "equality", element.span)
-        return
-    put(entry, "type", node["tag"])
-    rest = dict(attributes)
-    for word, key in _PAIRED.items():
-        names = [rest.pop(end) for end in (f"{word}1", f"{word}2") if end in rest]
-        for one in names:
-            _keep_of_scene(reading, word, one)
-        if names:
-            put(entry, key, listing([reading.called(word, one) for one in names], element))
-    pose = floats({"relpose": rest.pop("relpose", "")}, "relpose", [0, 1, 0, 0, 0, 0, 0])
-    if any(pose[3:]):  # where one link of a weld is in the other; a quaternion of zeros is the first pose
-        put(entry, "xyz", numbers([tidy(value) for value in pose[:3]], element))
-        put_pose(entry, transform(pose[:3], pose[3:]), element)
-    if first or second:
-        offset, *others = shifted(floats(rest, "polycoef", [0, 1, 0, 0, 0]), -second)
-        rest["polycoef"] = " ".join(repr(tidy(value)) for value in (offset + first, *others))
-    if put_words(entry, rest, "constraint", element, _OF_CONSTRAINT):
-        reading.keep_in_section("equality", named, "equality", element.span)
-    else:
-        constraints.put(name, entry, element.span, element.span)
 
 
 def add_contacts(reading: Reading) -> None:

@@ -13,21 +13,9 @@ from rosorin_compile.source.diagnostics import Span, counted
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Element
 
+from . import convert
 from .bodies import STIFF
-from .reading import (
-    BALL,
-    Node,
-    Reading,
-    listing,
-    numbers,
-    plain,
-    put,
-    put_number,
-    put_pose,
-    text_of,
-    tidy,
-    transform,
-)
+from .reading import BALL, Reading
 from .shapes import ASSETS, is_scene, keep_asset, whole_geom
 
 # The kinds of objects that attributes name.
@@ -53,7 +41,7 @@ class _Measured(NamedTuple):
 
     number: int
     name: str
-    node: Node
+    node: convert.Node
     element: Element
     site: Mapping[str, Any]
 
@@ -70,7 +58,7 @@ def keep_tendons(reading: Reading) -> None:
         _keep_named(reading, "tendon", index, node, element)
 
 
-def _keep_named(reading: Reading, section: str, index: int, node: Node, element: Element) -> None:
+def _keep_named(reading: Reading, section: str, index: int, node: convert.Node, element: Element) -> None:
     own = node["attributes"].get("name", "")
     name = {"name": reading.name(section, own, index=index)} if own else {}
     reading.keep_in_section(section, {**node, "attributes": node["attributes"] | name}, section, element.span)
@@ -108,15 +96,15 @@ def add_sensors(reading: Reading) -> None:
     for (link, kind, _), group in groups.items():
         shared = posixpath.commonprefix([one.name for one in group]).rpartition("_")[0]
         if len(group) > 1 and shared and shared not in taken and shared not in sensors:
-            put(sensors, shared, _sensor(reading, link, kind, shared, group))
+            convert.put(sensors, shared, _sensor(reading, link, kind, shared, group))
             continue
         for one in group:
             entry = _sensor(reading, link, kind, one.name, [one])
             if one is not group[0]:
-                put(entry, "gazebo", Seq(entry.span))  # the first of the group has its sensor of Gazebo
-            put(sensors, one.name, entry)
+                convert.put(entry, "gazebo", Seq(entry.span))  # the first of the group has its sensor of Gazebo
+            convert.put(sensors, one.name, entry)
     if sensors:
-        put(reading.tree, "sensors", sensors)
+        convert.put(reading.tree, "sensors", sensors)
     order = [one.number for group in groups.values() for one in group] + kept
     names = reading.given.get("sensor", {})
     if order != sorted(order) and all(at in names and not nodes[at]["inner"] for at in order):
@@ -130,37 +118,37 @@ def _sensor(reading: Reading, link: str, kind: str, name: str, members: Sequence
     """Return the entry of a sensor: its elements in MuJoCo, and one sensor in Gazebo at the site of the first."""
     first = members[0]
     entry, item, elements = Map(first.element.span), Map(first.element.span), []
-    put(entry, "type", kind)
-    put(entry, "frame", link)
+    convert.put(entry, "type", kind)
+    convert.put(entry, "frame", link)
     for one in members:
         made, attributes = Map(one.element.span), Map(one.element.span)
-        put(made, "sensor", one.node["tag"])
+        convert.put(made, "sensor", one.node["tag"])
         if one.name != name:
-            put(made, "name", one.name.removeprefix(f"{name}_"))
+            convert.put(made, "name", one.name.removeprefix(f"{name}_"))
         for word, text in one.node["attributes"].items():
             if word == "site" and reading.called("site", text) != link:
-                put(attributes, word, reading.called("site", text))
+                convert.put(attributes, word, reading.called("site", text))
             elif word not in ("name", "site"):
-                put(attributes, word, _number_or_text(text))
+                convert.put(attributes, word, _number_or_text(text))
         if attributes:
-            put(made, "attributes", attributes)
+            convert.put(made, "attributes", attributes)
         elements.append(made)
-    put(entry, "mjcf", listing(elements, first.element))
-    put(item, "sensor", kind)
+    convert.put(entry, "mjcf", convert.listing(elements, first.element))
+    convert.put(item, "sensor", kind)
     if kind == "contact":
-        put(item, "feels", "sensor")
+        convert.put(item, "feels", "sensor")
     elif kind == "force_torque":
-        put(item, "frame", "joint")
+        convert.put(item, "frame", "joint")
     else:
-        put_pose(item, transform(first.site["pos"], first.site["quat"]), first.element)
+        convert.put_pose(item, convert.transform(first.site["pos"], first.site["quat"]), first.element)
     # MuJoCo has single rays, from which no scan of Gazebo follows.
-    put(entry, "gazebo", listing([] if kind == "range_finder" else [item], first.element))
+    convert.put(entry, "gazebo", convert.listing([] if kind == "range_finder" else [item], first.element))
     return entry
 
 
 def _number_or_text(text: str) -> float | int | str:
     try:
-        return plain(float(text))
+        return convert.plain(float(text))
     except (ValueError, OverflowError):
         return text
 
@@ -172,18 +160,17 @@ def add_equalities(reading: Reading) -> None:
     for index, (fact, node, element) in enumerate(zip(reading.facts["equalities"], nodes, elements, strict=True)):
         if not _is_mimic(reading, fact):
             attributes = node["attributes"]
-            targets = (
-                attributes[f"{kind}1"] for kind in ("body", "site", "joint", "tendon") if f"{kind}1" in attributes
-            )
-            made_up = f"{next(targets, 'robot')}_{node['tag']}"
-            name = {"name": reading.name("constraint", attributes.get("name", ""), made_up, index)}
-            reading.keep_in_section("equality", {**node, "attributes": attributes | name}, "equality", element.span)
+            ends = (attributes.get(f"{kind}1", "") for kind in ("body", "site", "joint", "tendon"))
+            made_up = f"{next(filter(None, ends), 'robot')}_{node['tag']}"
+            own = reading.name("constraint", attributes.get("name", ""), made_up, index)
+            named = {**node, "attributes": {**attributes, "name": own}}
+            reading.keep_in_section("equality", named, "equality", element.span)
             continue
         follower = reading.joint_of[fact["obj1id"]]
         name, mimic = reading.name("constraint", fact["name"], follower, index), _mimic(reading, fact, element)
         if name != follower:
-            put(mimic, "name", name)
-        put(reading.joints[follower], "mimic", mimic)
+            convert.put(mimic, "name", name)
+        convert.put(reading.joints[follower], "mimic", mimic)
 
 
 def _is_mimic(reading: Reading, fact: Mapping[str, Any]) -> bool:
@@ -204,17 +191,17 @@ def _mimic(reading: Reading, fact: Mapping[str, Any], element: Element) -> Map:
     mimic, leader = Map(element.span), element.attributes.get("joint2")
     joints, zero = reading.facts["joints"], reading.facts["qpos0"]
     first, second = (zero[joints[fact[word]]["qposadr"]] for word in ("obj1id", "obj2id"))
-    put(mimic, "joint", reading.joint_of[fact["obj2id"]], leader.span if leader else None)
-    factor = tidy(fact["data"][1])
-    offset = tidy(fact["data"][0] + first - factor * second)
+    convert.put(mimic, "joint", reading.joint_of[fact["obj2id"]], leader.span if leader else None)
+    factor = convert.tidy(fact["data"][1])
+    offset = convert.tidy(fact["data"][0] + first - factor * second)
     if factor != 1:
-        put_number(mimic, "multiplier", factor, element, "polycoef", 1)
+        convert.put_number(mimic, "multiplier", factor, element, "polycoef", 1)
     if offset:
-        put_number(mimic, "offset", offset, element, "polycoef", 0)
+        convert.put_number(mimic, "offset", offset, element, "polycoef", 0)
     for word, usual in STIFF.items():
-        values = [tidy(value) for value in fact[word]]
+        values = [convert.tidy(value) for value in fact[word]]
         if tuple(values[: len(usual)]) != usual or values[len(usual) :] != _DEFAULTS[word]:
-            put(mimic, word, numbers(values, element, word))
+            convert.put(mimic, word, convert.numbers(values, element, word))
     return mimic
 
 
@@ -232,11 +219,11 @@ def add_contacts(reading: Reading) -> None:
         spans = {attribute.value: attribute.span for attribute in element.attributes.values()}
         for name in names:
             links.put(name, spans.get(name, element.span))
-        put(entry, "links", links)
-        put(entry, "reason", reason)
+        convert.put(entry, "links", links)
+        convert.put(entry, "reason", reason)
         pairs.put(entry, element.span)
     if pairs:
-        put(reading.tree, "disabled_contacts", pairs)
+        convert.put(reading.tree, "disabled_contacts", pairs)
     for node, element in zip(nodes, reading.elements_of("contact", nodes, "pair"), strict=True):
         reading.keep_in_section("contact", node, "contact", element.span)
 
@@ -289,7 +276,7 @@ def add_kept(reading: Reading) -> None:
     """
     for node in reading.facts["elements"]["whole"]:
         reading.keep(node, node["tag"], reading.markup.first(node["tag"]).span)
-    by_link: dict[str, list[Node]] = {}
+    by_link: dict[str, list[convert.Node]] = {}
     by_tag: dict[str, list[Span]] = {}
     for one in reading.elements:  # which grow: elements name others
         _keep_named_by(reading, one.node, one.span)
@@ -302,15 +289,15 @@ def add_kept(reading: Reading) -> None:
             section["inner"].extend(node["inner"])
         by_tag.setdefault(one.tag, []).append(one.span)
     for link, nodes in by_link.items():
-        texts = listing(map(text_of, nodes), reading.markup.root)
-        put(reading.links[link] if link else reading.tree, "mjcf_elements" if link else "mjcf", texts)
+        texts = convert.listing(map(convert.text_of, nodes), reading.markup.root)
+        convert.put(reading.links[link] if link else reading.tree, "mjcf_elements" if link else "mjcf", texts)
     for tag, spans in by_tag.items():
         what = f"{counted(len(spans), 'element')} ({tag})" if len(spans) > 1 else f"an element ({tag})"
         message = f"{what}, for which the language has no keys: kept as XML under mjcf"
         reading.note("import-verbatim", message, spans[0], others=spans[1:])
 
 
-def _keep_named_by(reading: Reading, node: Node, span: Span) -> None:
+def _keep_named_by(reading: Reading, node: convert.Node, span: Span) -> None:
     """Keep the assets, and what is in the world, that an element and its inner elements name."""
     for word, text in node["attributes"].items():
         _keep_of_scene(reading, _kind_of(word, node["attributes"]), text)
@@ -320,7 +307,7 @@ def _keep_named_by(reading: Reading, node: Node, span: Span) -> None:
         _keep_named_by(reading, inner, span)
 
 
-def _renamed(reading: Reading, node: Node) -> Node:
+def _renamed(reading: Reading, node: convert.Node) -> convert.Node:
     """Return an element with the names that the description has for what it names; materials are kept with it."""
     attributes = dict(node["attributes"])
     if node["tag"] == "skin" and "file" in attributes:

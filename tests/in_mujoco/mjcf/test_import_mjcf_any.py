@@ -15,8 +15,8 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.model.geometry import rotation_of_rpy  # noqa: E402
 from rosorin_compile.mujoco.mjcf import engine, robot  # noqa: E402
-from rosorin_compile.mujoco.mjcf.process import Answer  # noqa: E402
 from rosorin_compile.mujoco.mjcf.convert import full_inertia, rotation, rpy_of, tidy, tidy_angle  # noqa: E402
+from rosorin_compile.mujoco.mjcf.process import Answer  # noqa: E402
 from support.mjcf_oracle import frames_differ, imported, inertias_differ, limits_differ  # noqa: E402
 
 pytestmark = pytest.mark.slow

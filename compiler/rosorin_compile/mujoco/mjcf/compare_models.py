@@ -84,7 +84,7 @@ _VERTEX = 1e-5  # of the size of a mesh
 _SHOWN = 20  # numbers in a message
 
 STATES = 20
-_TOLERANCE = 1e-6  # m, an entry of a rotation, and a share of the largest acceleration
+TOLERANCE = 1e-6  # m, an entry of a rotation, and a share of the largest acceleration
 # Differences that do not change a motion: kinds of objects, and fields. A missing scene touches nothing.
 _STILL = re.compile(r"(camera|numeric|text|tuple|sensor|key) .*|site (type|size)|\w+ (name|user|nuserdata)")
 _SCENE = ("geom", "mesh", "hfield", "site")
@@ -472,28 +472,16 @@ class Comparison:
             for one in self.differences
         )
 
-    def motion(self) -> dict[str, Any]:
+    def motion(self) -> tuple[float, str]:
         """Return the largest difference of frames and accelerations in random states, under random controls, and where.
 
-        Frames differ by m or an entry of a rotation, accelerations by a share of the largest one. If they differ, both
-        are compared without constraints: of two meshes deep in each other a contact comes and goes by one bit, and
-        constraints that exclude each other have no single solution. The fields of contacts, limits and equalities are
-        compared in any case. Geoms that ours does not have (``scene``) touch nothing.
+        Frames differ by m or an entry of a rotation, accelerations by a share of the largest one. There are no
+        constraints: of two meshes deep in each other a contact comes and goes by one bit.
         """
-        models = self.source.mj, self.ours.mj
-        scene = [geom for geom in range(models[0].ngeom) if geom not in self.maps["geom"]]
-        models[0].geom_contype[scene] = models[0].geom_conaffinity[scene] = 0
-        largest, where, constraints = self._motion()
-        if largest > _TOLERANCE and constraints:
-            for model in models:
-                model.opt.disableflags |= int(self.mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
-            largest, where, constraints = self._motion()
-        found = {"largest": largest, "where": where, "constraints": constraints, "scene": len(scene)}
-        return {**found, "states": STATES, "differs": largest > _TOLERANCE}
-
-    def _motion(self) -> tuple[float, str, int]:
         source, ours, first, second = self.source, self.ours, self.source.data, self.ours.data
-        chance, constraints, found = np.random.default_rng(1), 0, [(0.0, "")]
+        chance, found = np.random.default_rng(1), [(0.0, "")]
+        for model in (source, ours):
+            model.mj.opt.disableflags |= int(self.mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
         for _ in range(STATES):
             self.place(chance)
             for one, other in self.maps["joint"].items():
@@ -508,7 +496,6 @@ class Comparison:
                 first.act[here] = second.act[there] = chance.uniform(0, 1, here.stop - here.start)
             for model in (source, ours):
                 self.mujoco.mj_forward(model.mj, model.data)
-            constraints += int(first.nefc)
             for one, other in self.maps["body"].items():
                 pairs = zip(source.frame("body", one), ours.frame("body", other), strict=True)
                 found.append((max(float(np.abs(a - b).max()) for a, b in pairs), source.called("body", one)))
@@ -516,7 +503,7 @@ class Comparison:
             for one, other in self.maps["joint"].items():
                 apart = np.abs(first.qacc[source.piece("nv", one)] - second.qacc[ours.piece("nv", other)]).max()
                 found.append((float(np.nan_to_num(apart, nan=np.inf)) / scale, source.called("joint", one)))
-        return *max(found, key=lambda one: one[0]), constraints
+        return max(found)
 
 
 @cache

@@ -116,7 +116,7 @@ def _proof(mujoco: Any, asked: dict[str, Any], here: Path) -> dict[str, Any]:
     ``asked`` has the ``path``, the ``text``, the files of its meshes by the names that it has for them (``files``), and
     the ``names`` that the import gave by kind and index.
     """
-    from .compare_models import Comparison
+    from .compare_models import STATES, TOLERANCE, Comparison
 
     theirs, ours = _spec(mujoco, Path(asked["path"]), here), mujoco.MjSpec.from_string(asked["text"])
     ours.modelfiledir = str(Path(asked["path"]).parent)
@@ -131,9 +131,14 @@ def _proof(mujoco: Any, asked: dict[str, Any], here: Path) -> dict[str, Any]:
     except Exception as problem:  # whatever MuJoCo has against it
         return {"refused": " ".join(str(problem).split())}
     comparison = Comparison(mujoco, source, made, given)
-    answer: dict[str, Any] = {"differences": comparison.run()}
-    answer["counts"] = {kind: len(names) for kind, names in comparison.source.names.items()}
-    return {**answer, "motion": comparison.motion()} if comparison.moves_alike() else answer
+    differences: list[tuple[str, str, str]] = list(comparison.run())
+    if not comparison.moves_alike():
+        return {"differences": differences}
+    largest, where = comparison.motion()
+    if largest > TOLERANCE:
+        text = f"frames or accelerations differ by {largest:.2g} ({where})"
+        differences.insert(0, ("motion", "", text))
+    return {"differences": differences, "motion": f"in {STATES} random states: largest difference {largest:.2g}"}
 
 
 def _spec(mujoco: Any, path: Path, here: Path) -> Any:

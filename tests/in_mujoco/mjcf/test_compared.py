@@ -78,13 +78,6 @@ def test_what_is_added_is_told() -> None:
 
 
 ARM = data_text("robots/compared_arm.mjcf.xml")
-FROM_ZERO = (
-    ('range="-1 2" ref="0.5" stiffness="3" springref="0.7"', 'range="-1.5 1.5" stiffness="3" springref="0.2"'),
-    ('range="0 3"', 'range="-1 2"'),
-    ('springlength="1"', 'springlength="0"'),
-    ('ctrlrange="-0.5 1.5"', 'ctrlrange="-1 1"'),
-    ('qpos="0.6 1 0 0 0" ctrl="0.8 0.1"', 'qpos="0.1 1 0 0 0" ctrl="0.3 0.1"'),
-)
 BY_RIGHT = {
     "a site more": [('<site name="tip"', '<site name="arm"/><site name="tip"')],
     "a site that became a body": [
@@ -128,72 +121,6 @@ def test_what_differs_by_right_is_not_told(what: str) -> None:
     assert told(ARM, text) == []
     if what in SYMMETRIC:
         assert told(text, ARM) == []
-
-
-@pytest.mark.parametrize("number", range(len(FROM_ZERO)))
-def test_a_number_that_is_counted_from_another_zero_is_told(number: int) -> None:
-    assert told(ARM, edited(*FROM_ZERO[number], ARM))
-
-
-def test_a_chain_of_links_is_a_body_with_several_joints() -> None:
-    """The anchor of a joint becomes a link; its joints move links without mass."""
-    one = """<mujoco><worldbody><body name="base"><geom size="0.1" mass="1"/>
-    <body name="arm" pos="0 0 1" euler="0 30 0"><joint name="a" axis="1 0 0"/>
-    <joint name="b" axis="0 1 0" pos="0.1 0 0"/>
-    <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></body></worldbody></mujoco>"""
-    least = '<inertial pos="0 0 0" mass="1e-15" diaginertia="1e-15 1e-15 1e-15"/>'
-    other = f"""<mujoco><worldbody><body name="base"><geom size="0.1" mass="1"/>
-    <body name="a_link" pos="0 0 1" euler="0 30 0"><joint name="a" axis="1 0 0"/>{least}
-    <body name="b_anchor" pos="0.1 0 0"><joint name="b" axis="0 1 0"/>
-    <body name="arm" pos="-0.1 0 0"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></body></body></body>
-    </worldbody></mujoco>"""
-    assert told(one, other) == []
-    assert told(one, edited('pos="0.1 0 0"', 'pos="0.2 0 0"', other)) != []
-
-
-def test_a_mesh_stands_where_its_file_has_it() -> None:
-    """MuJoCo puts its origin where the mass of a body of it would be; that depends on what it is taken for."""
-    solid = """<mujoco><asset><mesh name="m" inertia="legacy" vertex="0 0 0  1 0 0  0 1 0  0 0 1"
-    face="0 2 1  0 1 3  0 3 2  1 2 3"/></asset><worldbody><body name="b"><geom name="g" type="mesh" mesh="m" mass="0"/>
-    <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
-    assert told(solid, solid.replace("legacy", "shell")) == []
-    assert told(solid, solid.replace('mesh="m" mass="0"', 'mesh="m" mass="0" pos="0 0 0.1"')) == [
-        "geom g: position 0 0 0 in the source, 0 0 0.1 in ours"
-    ]
-
-
-def test_a_mesh_may_be_there_several_times() -> None:
-    mesh = '<mesh name="{}" vertex="0 0 0  1 0 0  0 1 0  0 0 1" face="0 2 1  0 1 3  0 3 2  1 2 3"/>'
-    geoms = '<geom name="a" type="mesh" mesh="m"/><geom name="b" type="mesh" mesh="{}" pos="2 0 0"/>'
-    body = f'<worldbody><body name="body">{geoms}</body></worldbody></mujoco>'
-    one = f"<mujoco><asset>{mesh.format('m')}</asset>{body.format('m')}"
-    twice = f"<mujoco><asset>{mesh.format('m')}{mesh.format('n')}</asset>{body.format('n')}"
-    assert told(one, twice) == []
-
-
-def test_what_has_no_mass_has_no_centre_of_mass() -> None:
-    one = """<mujoco><worldbody><body name="base"><geom size="0.1"/><body name="frame">
-    <inertial pos="0 0 0" mass="{}" diaginertia="1 1 1"/></body></body></worldbody></mujoco>"""
-    assert told(one.format("1e-12"), one.format("1e-12").replace("0 0 0", "0.1 0 0")) == []
-    assert told(one.format("2e-12"), one.format("2e-12").replace("0 0 0", "0.1 0 0")) == [
-        "body frame: centre of mass 0 0 0 in the source, 0.1 0 0 in ours"
-    ]
-
-
-def test_a_range_that_does_not_limit_is_not_compared() -> None:
-    free = edited('ctrlrange="-0.5 1.5"', "", ARM)
-    assert told(ARM, free) == ["actuator servo: ctrllimited 1 in the source, 0 in ours"]
-    assert told(free, ARM) == ["actuator servo: ctrllimited 0 in the source, 1 in ours"]
-
-
-def test_where_a_key_has_a_joint_is_told() -> None:
-    assert told(ARM, edited('qpos="0.6', 'qpos="0.7', ARM)) == [
-        "key home: position of joint turn 0.6 in the source, 0.7 in ours"
-    ]
-    fast = edited('ctrl="0.8 0.1"', 'qvel="0.1 0 0 0.2" ctrl="0.8 0.1"', ARM)
-    assert told(fast, edited('qvel="0.1 0 0 0.2"', 'qvel="0.1 0 0 0.3"', fast)) == [
-        "key home: speed of joint wrist 0 0 0.2 in the source, 0 0 0.3 in ours"
-    ]
 
 
 def test_names_that_the_import_gave_are_no_difference() -> None:

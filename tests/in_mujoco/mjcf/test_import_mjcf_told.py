@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.mujoco.mjcf import process
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf
 from rosorin_compile.source.system import pip_install
@@ -35,19 +34,6 @@ def test_message(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert all(one.span and one.help for one in made.diagnostics if one.severity == "error")
     carried_not = [one for one in made.diagnostics if one.rule == "import-cannot-carry"]
     assert len([left for left in made.left_out if left.span]) == len(made.left_out) == len(carried_not)
-
-
-def test_a_folder_may_be_allowed() -> None:
-    options = ReadOptions(packages={"corners": MJCF / "corners"})
-    made = read_mjcf(MJCF / "bad" / "outside.xml", options)
-    assert made.tree is not None
-    assert [file.name for file in made.files] == ["outside.xml", "classes.xml"]
-
-
-def test_any_format_is_known_by_its_root() -> None:
-    made = read_robot(MJCF / "corners" / "defaults.xml", ReadOptions())
-    assert made.tree is not None
-    assert made.tree["robot"] == "defaults"
 
 
 def test_a_warning_of_mujoco_is_passed_on() -> None:

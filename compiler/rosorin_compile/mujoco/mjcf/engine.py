@@ -45,6 +45,7 @@ _HELD = {"joints": ("joint", "freejoint"), "geoms": ("geom",), "sites": ("site",
 _HELD["lights"] = ("light",)
 _LISTED = {"tendons": "tendon", "equalities": "equality", "actuators": "actuator", "sensors": "sensor"}
 _WHOLE = ("extension", "size", "visual", "statistic", "custom", "deformable")  # sections that are kept as they are
+_OF_SPATIAL = ("rgba", "width", "material")  # what a class of tendons has that a fixed one does not take
 _NO_NAME = "rosorin-compile without name "  # begins the names that nameless objects have while MuJoCo writes
 # Attributes of any number of values, which replace those of a class; of all others the first ones do.
 _OPEN = ("user", "data", "qpos", "qvel", "act", "ctrl", "mpos", "mquat", "vertex", "face")
@@ -315,7 +316,8 @@ def _elements(root: Any) -> dict[str, Any]:
 
 
 def _node(element: Any) -> dict[str, Any]:
-    attributes = {key: value for key, value in element.attrib.items() if key not in ("class", "childclass")}
+    without = ("class", "childclass", *(_OF_SPATIAL if element.tag == "fixed" else ()))
+    attributes = {key: value for key, value in element.attrib.items() if key not in without}
     if attributes.get("name", _NO_NAME).startswith(_NO_NAME) or not attributes["name"]:
         attributes.pop("name", None)
     return {"tag": element.tag, "attributes": attributes, "inner": [_node(child) for child in element]}

@@ -85,7 +85,7 @@ def _basics(robot: Robot, output: Output) -> tuple[_Basics | None, list[Found]]:
         return None, wrong
     base = str(output.options.get("base_frame", frames.moved))
     wrong += _problems(robot, output, frames, base)
-    return _Basics(frames, base, poses.get(pose, {})), wrong
+    return _Basics(frames, base, poses.get(str(pose), {})), wrong
 
 
 def _problems(robot: Robot, output: Output, frames: Frames, base: str) -> Iterator[Found]:

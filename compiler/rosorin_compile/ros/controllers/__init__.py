@@ -19,7 +19,7 @@ from rosorin_compile.source.tree import Path, Seq, at, exists
 from ..parameters import parameter_file
 from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
-from ..parameters.tables import MANAGER, manager
+from ..parameters.tables import MANAGER, kinds
 from ..ports import full_type
 from .checking import against_robot, claims, frames_of, missing, of_type
 from .derived import owned
@@ -49,7 +49,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         message = f'output "{output.name}" is for controllers, and the description has none'
         help = "name them: controllers: {NAME: {type: diff_drive}}"
         yield case.problem("controllers-none", message, entry, help, severity=WARNING, key=True)
-    for found in against_kind(f"the {MANAGER}", manager(distribution), managed(output, distribution)):
+    for found in against_kind(f"the {MANAGER}", kinds(distribution)[MANAGER], managed(output, distribution)):
         yield _placed(case, found, entry, "manager")
     if is_first:
         yield from _joint_states(case)

@@ -36,7 +36,7 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
     message = f'the controller "{name}" is of type "{kind}"'
     if plugin in every:
         others = listed(one.capitalize() for one in DISTRIBUTIONS if plugin in plugins(one))
-        message += f", which {distribution.capitalize()} does not have; {others} has it"
+        message += f", which {distribution.capitalize()} does not have; it is one of {others}"
         return Finding("controller-type", message, "type", "take another type, or ask for that distribution")
     words = [*known, *(word for word, of in short_words().items() if of in known)]
     packages = {*every.values(), *(one.partition("/")[0] for one in every)}

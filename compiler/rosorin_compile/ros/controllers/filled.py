@@ -16,7 +16,7 @@ from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
 from ..parameters import files
 from ..parameters.files import Node, asked
-from ..parameters.tables import MANAGER, Kind, controller, converted, manager
+from ..parameters.tables import MANAGER, Kind, controller, converted, kinds
 from ..ports import ODOMETRY, VELOCITY, full_type, port_of
 from ..sections.controllers import flat
 from .derived import Derived, derived
@@ -66,7 +66,7 @@ def managed(output: Output, distribution: str) -> dict[str, Any]:
         "update_rate": output.options.get("update_rate", UPDATE_RATE),
         **flat(output.options.get("manager") or {}),
     }
-    return {key: _typed(manager(distribution), key, value) for key, value in values.items()}
+    return {key: _typed(kinds(distribution)[MANAGER], key, value) for key, value in values.items()}
 
 
 def _typed(found: Kind | None, key: str, value: Any) -> Any:
@@ -96,7 +96,7 @@ def _namespace(output: Output) -> str:
 def _nodes(output: Output, controllers: Sequence[Filled]) -> list[Node]:
     distribution, space = known_distribution(asked(output)), _namespace(output)
     types = {f"{one.controller.name}.type": one.type for one in controllers}
-    nodes = [Node(MANAGER, manager(distribution), {**managed(output, distribution), **types})]
+    nodes = [Node(MANAGER, kinds(distribution)[MANAGER], {**managed(output, distribution), **types})]
     nodes += [Node(one.controller.name, one.kind, one.values) for one in controllers]
     return [one._replace(name=f"{space}/{one.name}") for one in nodes]
 

@@ -24,7 +24,7 @@ from rosorin_compile.source.diagnostics import (
 )
 from rosorin_compile.source.wording import suggest
 
-from .tables import Key, Kind, as_type, fits, is_of_all_nodes, refused, type_in_words, value_text
+from .tables import Key, Kind, as_type, fits, is_of_all_nodes, refused, type_in_words, written
 
 REMOVE = "remove it"
 
@@ -60,7 +60,7 @@ def against_kind(name: str, kind: Kind, values: Mapping[str, Any]) -> Iterator[F
             yield from _unknown(name, kind, key, values)
         elif not kind.has(known):
             others = listed(map(str.capitalize, known.only))
-            message = f'{name} of {kind.distribution.capitalize()} has no key "{key}"; {others} knows it'
+            message = f'{name} of {kind.distribution.capitalize()} has no key "{key}"; it is one of {others}'
             help = _near(kind, key, values) or REMOVE
             yield Finding("parameters-unknown-key", message, key, help, at_key=True)
         else:
@@ -73,7 +73,7 @@ def unwritable(name: str, values: Mapping[str, Any]) -> Iterator[Finding]:
     for key, value in values.items():
         kinds = {type(one) for one in value} if isinstance(value, (list, tuple)) else {type(value)}
         if len(kinds) > 1 or kinds & {list, tuple, NoneType}:
-            message = f'"{key}" of {name} is {value_text(value)}: no parameter can be that'
+            message = f'"{key}" of {name} is {written(value)}: no parameter can be that'
             yield Finding("parameters-wrong-type", message, key, "write a value, or a list of values of one type")
 
 
@@ -116,7 +116,7 @@ def _unlisted(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Ite
 
 def _value(name: str, key: str, value: Any, known: Key) -> Iterator[Finding]:
     if not fits(value, known.type):
-        message = f'"{key}" of {name} is {value_text(value)}, and has to be {type_in_words(known.type)}'
+        message = f'"{key}" of {name} is {written(value)}, and has to be {type_in_words(known.type)}'
         yield Finding("parameters-wrong-type", f"{message}: the node does not start", key, as_type(value, known.type))
     elif known.forced and value not in ("", known.forced):
         message = f'"{key}" of {name} is always "{known.forced}": this value has no effect'

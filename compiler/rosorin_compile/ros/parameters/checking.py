@@ -118,6 +118,9 @@ def _value(name: str, key: str, value: Any, known: Key) -> Iterator[Finding]:
     if not fits(value, known.type):
         message = f'"{key}" of {name} is {written(value)}, and has to be {type_in_words(known.type)}'
         yield Finding("parameters-wrong-type", f"{message}: the node does not start", key, as_type(value, known.type))
+    elif isinstance(value, str) and value in known.renamed:
+        message = f'"{key}" of {name} is "{value}", which was renamed: the node does not start'
+        yield Finding("parameters-wrong-value", message, key, f"write {known.renamed[value]}")
     elif known.forced and value not in ("", known.forced):
         message = f'"{key}" of {name} is always "{known.forced}": this value has no effect'
         yield Finding("parameters-wrong-value", message, key, "remove it", WARNING)

@@ -163,7 +163,8 @@ class Key(NamedTuple):
 
     ``valid`` are its validators with their arguments, ``forced`` is what sets it whatever a file says. ``frame`` says
     what the frame is for that it names, empty if it names none; ``only`` the distributions that know it, and ``stock``,
-    if not empty, those whose stock plug-in has it. Without one that is ``needed`` its node does not start.
+    if not empty, those whose stock plug-in has it. Without one that is ``needed`` its node does not start. ``renamed``
+    has values that are refused now, with their replacements.
     """
 
     name: str
@@ -175,6 +176,7 @@ class Key(NamedTuple):
     forced: str = ""
     needed: bool = False
     stock: tuple[str, ...] = ()
+    renamed: Mapping[str, str] = {}
 
     @property
     def many(self) -> bool:
@@ -343,6 +345,7 @@ def _key(name: str, entry: Mapping[str, Any], distribution: str) -> Key:
         forced=values.get("forced", ""),
         needed=bool(values.get("needed")),
         stock=tuple(values.get("stock", ())),
+        renamed=values.get("renamed", {}),
     )
 
 

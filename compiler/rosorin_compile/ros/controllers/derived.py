@@ -7,16 +7,16 @@ Who drives on the ground is asked by ``drive``: joints by their roles, radius an
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from itertools import takewhile
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import Controller, Edge, Robot
-from rosorin_compile.model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, OMNI, TRICYCLE, Driving, Wheel, driving_of
+from rosorin_compile.model.drive import DIFFERENTIAL, MECANUM, OMNI, Driving, driving_of
 from rosorin_compile.ros.sections.control.hardware import EFFORT, JOINT_WORDS, POSITION, VELOCITY
 
 from ..parameters import tables
-from ..ports import full_type, interfaces_of
+from ..ports import facts, full_type, interfaces_of
 
 _EVEN = 1e-6  # m and rad: wheels that the controller takes to be alike, or evenly around, are so to this
 _ZERO = 1e-9
@@ -53,7 +53,9 @@ def _of_drive(robot: Robot, controller: Controller, kind: str) -> Derived:
         driving = driving_of(robot)
     except ValueError as problem:
         return Derived({}, str(problem))
-    values = {**_frames(robot, controller, driving), **_DRIVES[drive.kind](robot, driving)}
+    known = _quantities(robot, driving, drive.joints)
+    keys = facts("ros2_controllers")["derived"]["steered" if driving.steering else drive.kind]
+    values = _frames(robot, controller, driving) | {key: known[what] for key, what in keys.items() if what in known}
     if not _has_positions(robot, [one.joint for one in driving.wheels]):
         values["position_feedback"] = False
     return Derived({key: _short(value) for key, value in values.items()})
@@ -108,103 +110,72 @@ def _base(robot: Robot, frame: str) -> str:
     return base
 
 
-def _mecanum(robot: Robot, driving: Driving) -> dict[str, Any]:
-    drive = robot.drive
-    joints = drive.joints if drive else {}
-    values: dict[str, Any] = {f"{role}_wheel_command_joint_name": names[0] for role, names in joints.items()}
-    if _navigates(robot):
-        values["reference_timeout"] = _TIMEOUT
-    around = (driving.wheelbase + driving.track) / 2
-    values["kinematics.wheels_radius"] = _radius(driving)
-    values["kinematics.sum_of_robot_center_projection_on_X_Y_axis"] = around
-    # The base seen from the centre of the wheels: the controller has vx + y * wz (mecanum_drive_controller.cpp).
-    for axis, centre in zip("xy", driving.centre, strict=True):
-        if abs(centre) > _ZERO:
-            values[f"kinematics.base_frame_offset.{axis}"] = -centre
-    return values | _speeds(robot, driving, around, ("linear.x", "linear.y"))
+def _quantities(robot: Robot, driving: Driving, joints: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    """Return what the drive says, by the names that ``derived`` of ``ros2_controllers.json`` has for it (m, rad)."""
+    radii = [wheel.radius for wheel in driving.wheels]
+    radius = radii[0] if _spread(radii) < _EVEN else sum(radii) / len(radii)
+    found: dict[str, Any] = {"radius": radius, "wheelbase": driving.wheelbase, "track": driving.track}
+    if driving.kind == MECANUM:
+        around = (driving.wheelbase + driving.track) / 2
+        found |= {role: names[0] for role, names in joints.items()}
+        found |= {"half_sum": around, **({"timeout": _TIMEOUT} if _navigates(robot) else {})}
+        # The base seen from the centre of the wheels: the controller has vx + y * wz (mecanum_drive_controller.cpp).
+        found |= {f"offset_{axis}": -at for axis, at in zip("xy", driving.centre, strict=True) if abs(at) > _ZERO}
+        return found | _speeds(robot, driving, around)
+    if driving.kind == DIFFERENTIAL:
+        found |= {"left": list(joints["left"]), "right": list(joints["right"]), "per_side": len(joints["left"])}
+        return found | _speeds(robot, driving, driving.track / 2)
+    return found | (_omni(driving) if driving.kind == OMNI else _steered(driving))
 
 
-def _differential(robot: Robot, driving: Driving) -> dict[str, Any]:
-    drive = robot.drive
-    joints = drive.joints if drive else {}
-    values: dict[str, Any] = {f"{side}_wheel_names": list(joints[side]) for side in ("left", "right")}
-    values |= {"wheels_per_side": len(joints["left"]), "wheel_separation": driving.track}
-    values["wheel_radius"] = _radius(driving)
-    speeds = _speeds(robot, driving, driving.track / 2, ("linear.x",))
-    if speeds:  # on Humble limits count where this says so
-        speeds |= {"linear.x.has_velocity_limits": True, "angular.z.has_velocity_limits": True}
-    return values | speeds
-
-
-def _omni(_: Robot, driving: Driving) -> dict[str, Any]:
+def _omni(driving: Driving) -> dict[str, Any]:
+    """Return the wheels in their order around the robot, if they are even."""
     wheels = sorted(driving.wheels, key=lambda one: math.atan2(one.y, one.x) % math.tau)
     angles = [math.atan2(one.y, one.x) % math.tau for one in wheels]
-    step = math.tau / len(wheels)
-    away = math.hypot(wheels[0].x, wheels[0].y)
-    values: dict[str, Any] = {"wheel_radius": _radius(driving)}
-    turns = ((angle - angles[0]) - step * index for index, angle in enumerate(angles))
-    if all(abs(turn) < _EVEN for turn in turns) and all(abs(math.hypot(w.x, w.y) - away) < _EVEN for w in wheels):
-        values |= {"wheel_names": [one.joint for one in wheels], "wheel_offset": angles[0], "robot_radius": away}
-    return values
+    away = [math.hypot(one.x, one.y) for one in wheels]
+    turns = [angle - angles[0] - math.tau / len(wheels) * index for index, angle in enumerate(angles)]
+    if max(map(abs, turns)) >= _EVEN or _spread(away) >= _EVEN:
+        return {}
+    return {"wheels": [one.joint for one in wheels], "first_angle": angles[0], "away": away[0]}
 
 
-def _steered(_: Robot, driving: Driving) -> dict[str, Any]:
+def _steered(driving: Driving) -> dict[str, Any]:
     steering, wheels = [one.joint for one in driving.steering], [one.joint for one in driving.wheels]
+    tracks = {
+        "steering": _spread([one.y for one in driving.steering]),
+        "wheel": _spread([one.y for one in driving.wheels]),
+    }
     front = driving.steering[0].x > 0
-    radius = _radius(driving)
-    track = _spread([one.y for one in driving.wheels])
-    steered_track = _spread([one.y for one in driving.steering])
-    values: dict[str, Any] = {"wheelbase": driving.wheelbase, "wheel_radius": radius, "front_steering": front}
+    at_front, at_rear = ("steering", "wheel") if front else ("wheel", "steering")
+    names = {"steering": steering, "wheel": wheels}
+    found: dict[str, Any] = {f"{what}_joints": joints for what, joints in names.items()} | {"front": front}
+    found |= {f"{what}_track": track for what, track in tracks.items()}
+    found |= {"front_joints": names[at_front], "rear_joints": names[at_rear]}
+    found |= {"front_track": tracks[at_front], "rear_track": tracks[at_rear]}
     if len(wheels) == 1 and len(steering) == 1:
-        values |= {"traction_joint_name": wheels[0], "steering_joint_name": steering[0]}
-    values |= {"traction_joints_names": wheels, "steering_joints_names": steering}
-    values |= {"traction_wheels_radius": radius, "traction_wheel_radius": radius}
-    at_front, at_rear = (steering, wheels) if front else (wheels, steering)
-    values |= {"front_wheels_names": at_front, "rear_wheels_names": at_rear}
-    for end in ("front", "rear"):
-        values |= {f"{end}_wheels_radius": radius, f"{end}_wheel_radius": radius}
-    values |= {"wheel_track": track, "traction_track_width": track, "steering_track_width": steered_track}
-    ends = (steered_track, track) if front else (track, steered_track)
-    return values | {"front_wheel_track": ends[0], "rear_wheel_track": ends[1]}
-
-
-_DRIVES: Mapping[str, Callable[[Robot, Driving], dict[str, Any]]] = {
-    MECANUM: _mecanum,
-    DIFFERENTIAL: _differential,
-    OMNI: _omni,
-    TRICYCLE: _steered,
-    ACKERMANN: _steered,
-}
+        found |= {"wheel_joint": wheels[0], "steering_joint": steering[0]}
+    return found
 
 
 def _spread(numbers: list[float]) -> float:
     return max(numbers) - min(numbers)
 
 
-def _radius(driving: Driving) -> float:
-    radii = [wheel.radius for wheel in driving.wheels]
-    return radii[0] if _spread(radii) < _EVEN else sum(radii) / len(radii)
-
-
-def _speeds(robot: Robot, driving: Driving, around: float, along: tuple[str, ...]) -> dict[str, Any]:
+def _speeds(robot: Robot, driving: Driving, around: float) -> dict[str, Any]:
     """Return the largest velocities of the base that no wheel turns too fast for; nothing where one has no limit.
 
     ``around`` (m) is what a turn of the base by 1 rad rolls of a wheel.
     """
-
-    def rim(wheel: Wheel) -> float | None:
+    rims = []
+    for wheel in driving.wheels:
         limit = robot.joint[wheel.joint].limit
         speed = limit.known("velocity") if limit is not None else None
-        return None if speed is None else speed * wheel.radius
-
-    rims = [rim(wheel) for wheel in driving.wheels]
-    least = min((one for one in rims if one is not None), default=0.0)
-    if None in rims or not least or not around:
+        rims.append(0.0 if speed is None else speed * wheel.radius)
+    least = min(rims, default=0.0)
+    if not least or not around:
         return {}
-    values: dict[str, Any] = {}
-    for axis, most in (*((one, least) for one in along), ("angular.z", least / around)):
-        values |= {f"{axis}.max_velocity": most, f"{axis}.min_velocity": -most}
-    return values
+    turn = least / around
+    return {"speed": least, "back": -least, "turn": turn, "turn_back": -turn, "limited": True}
 
 
 def _of_sensor(robot: Robot, controller: Controller, kind: str) -> Derived:

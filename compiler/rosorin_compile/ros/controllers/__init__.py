@@ -11,7 +11,6 @@ from functools import partial
 
 from rosorin_compile.formats.format import Unsupported, described_by
 from rosorin_compile.model import Edge, Output, Robot
-from rosorin_compile.ros.sections.control.hardware import POSITION, VELOCITY
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, first_of, quoted
 from rosorin_compile.source.tree import Path, Seq, at, exists
@@ -20,22 +19,13 @@ from ..parameters import parameter_file
 from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
 from ..parameters.tables import MANAGER, kinds
-from ..ports import full_type
+from ..ports import facts, full_type
 from .checking import against_robot, claims, frames_of, missing, of_type
 from .derived import owned
 from .filled import Filled, filled, is_whole, managed, view, write
 
 _BLOCKS = "control"  # the option of a URDF that asks for hardware blocks
 _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
-# What parameters of a kind look like; those that name joints take them from the robot.
-_SAMPLES = {
-    "command_interfaces": f"[{POSITION}]",
-    "command_interface": POSITION,
-    "state_interfaces": f"[{POSITION}, {VELOCITY}]",
-    "reference_and_state_interfaces": f"[{POSITION}, {VELOCITY}]",
-}
-_JOINTS = "joints"
-_SHOWN = 4
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -146,48 +136,44 @@ def _help_about_missing(robot: Robot, one: Filled, needed: list[str]) -> str:
     if one.known.why_not:
         return f"{one.known.why_not}; give it in params"
     blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
-    if blocks and not one.controller.hardware and _JOINTS in needed:
-        named = blocks[0] if len(blocks) == 1 else f"NAME, one of {first_of(blocks, _SHOWN)}"
+    if blocks and not one.controller.hardware and "joints" in needed:
+        named = blocks[0] if len(blocks) == 1 else f"NAME, one of {first_of(blocks, 4)}"
         return f"say whose joints it moves: hardware: {named}"
-    driven = {name for names in (robot.drive.joints if robot.drive else {}).values() for name in names}
-    free = [j.name for j in robot.joints if not (j.is_fixed or j.mimic or j.name in driven)]
-    joints = f"[{', '.join(free[:_SHOWN])}{', ...' if len(free) > _SHOWN or not free else ''}]"
-    samples = {_JOINTS: joints, "dof_names": joints, "joint": free[0] if free else "NAME", **_SAMPLES}
-    return f"write params: {{{', '.join(f'{key}: {samples.get(key, key.upper())}' for key in needed)}}}"
+    examples = facts("ros2_controllers")["examples"]
+    return f"write params: {{{', '.join(f'{key}: {examples.get(key, key.upper())}' for key in needed)}}}"
 
 
 def _odometry(case: Case, one: Filled) -> Iterator[Diagnostic]:
     """Yield where a controller does not publish the edge that the description says it does, or another one."""
     controller, entry, edges = one.controller, ("controllers", one.controller.name), case.robot.edges
     given = [key for key in ("enable_odom_tf", "odom_frame_id", "base_frame_id") if key in controller.params]
-    path = (*entry, "params", given[0]) if given else entry
     mine = owned(case.robot, controller)
     parent, child = (one.values.get(key, default) for key, default in _ENDS)
     into = next((edge for edge in edges if edge.child == child), None)
-
-    def problem(rule: str, message: str, help: str, edge: Edge | None = None) -> Diagnostic:
-        related = [] if edge is None else [("the edge", case.edge(edges.index(edge), "child"))]
-        return case.problem(rule, message, path, help, related=related)
-
-    if not one.values.get("enable_odom_tf"):
-        if mine and "enable_odom_tf" in given:
-            message = f'controller "{controller.name}" owns {_edge(mine[0])}, and enable_odom_tf is false'
-            yield problem("parameters-no-owner", message, "remove enable_odom_tf", mine[0])
-        elif into is None:
-            message = f'no edge says that controller "{controller.name}" publishes where {child} is: it does not'
-            help = f"edges: [{{parent: {parent}, child: {child}, publisher: {controller.name}}}]"
-            yield case.problem("controllers-odometry", message, entry, help, key=True)
+    publishes = one.values.get("enable_odom_tf")
+    name, edge = f'controller "{controller.name}"', None
+    if not publishes and mine and "enable_odom_tf" in given:
+        rule, edge = "parameters-no-owner", mine[0]
+        message, help = f"{name} owns {_edge(edge)}, and enable_odom_tf is false", "remove enable_odom_tf"
+    elif not publishes and not mine and into is None:
+        message = f"no edge says that {name} publishes where {child} is: it does not"
+        help = f"edges: [{{parent: {parent}, child: {child}, publisher: {controller.name}}}]"
+        yield case.problem("controllers-odometry", message, entry, help, key=True)
         return
-    message = f'controller "{controller.name}" publishes {parent} -> {child}'
-    if not mine and into is not None:
-        message += f", and by the description {_edge(into)} is of {into.publisher.name}"
-        yield problem("parameters-two-owners", message, "remove enable_odom_tf", into)
-    elif not mine:
-        help = "remove enable_odom_tf, or add the edge"
-        yield problem("parameters-other-edge", f"{message}, an edge that there is not", help)
-    elif not any((edge.parent, edge.child) == (parent, child) for edge in mine):
-        message += f", and by the description it is {_edge(mine[0])}"
-        yield problem("parameters-other-edge", message, "leave the frames to the description", mine[0])
+    elif not publishes or any((other.parent, other.child) == (parent, child) for other in mine):
+        return
+    elif mine:
+        rule, edge, help = "parameters-other-edge", mine[0], "leave the frames to the description"
+        message = f"{name} publishes {parent} -> {child}, and by the description it is {_edge(edge)}"
+    elif into is not None:
+        rule, edge, help = "parameters-two-owners", into, "remove enable_odom_tf"
+        message = f"{name} publishes {parent} -> {child}, and by the description {_edge(into)} is of "
+        message += into.publisher.name
+    else:
+        rule, help = "parameters-other-edge", "remove enable_odom_tf, or add the edge"
+        message = f"{name} publishes {parent} -> {child}, an edge that the description does not have"
+    related = [] if edge is None else [("the edge", case.edge(edges.index(edge), "child"))]
+    yield case.problem(rule, message, (*entry, "params", given[0]) if given else entry, help, related=related)
 
 
 def _edge(edge: Edge) -> str:

@@ -39,28 +39,24 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
         message += f", which {distribution.capitalize()} does not have; it is one of {others}"
         return Finding("controller-type", message, "type", "take another type, or ask for that distribution")
     words = [*known, *(word for word, of in short_words().items() if of in known)]
-    packages = {*every.values(), *(one.partition("/")[0] for one in every)}
-    package = kind.partition("/")[0]
+    package, packages = kind.partition("/")[0], {*every.values(), *(one.partition("/")[0] for one in every)}
+    help = Suggestion(kind, words, instead=f"short words: {', '.join(short_words())}; any other is PACKAGE/CLASS")
     if "/" not in kind or package in packages:
-        own = [one for one, its in known.items() if its == package]
-        instead = f"short words: {', '.join(short_words())}; any other is PACKAGE/CLASS"
-        help = Suggestion(kind, words, instead=f"{package} has {listed(own)}" if own else instead)
-        message += ", which there is not" + (f" on {distribution.capitalize()}" if distribution else "")
-        return Finding("controller-type", message, "type", help)
+        return Finding("controller-type", f"{message}, which does not exist", "type", help)
     message += ", of a package that is not known: its parameters are not checked"
     meant = nearest(package, packages)  # vendors call theirs after those that they know
     if meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words):
-        return Finding("controller-type", message, "type", Suggestion(kind, words), WARNING)
+        return Finding("controller-type", message, "type", help, WARNING)
     return Finding("controller-type", message, "type", "", NOTE)
 
 
 def missing(
     name: str, kind: Kind | None, given: Iterable[str], help: Callable[[list[str]], str] | None = None
 ) -> Iterator[Finding]:
-    """Yield the parameters that a controller needs and that are not given; ``help`` makes the help about them."""
+    """Yield that a controller lacks parameters that it needs; ``help`` makes the help about them."""
     if kind is None:
         return
-    meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # which is told
+    meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # misspelt, and reported
     needed = [key.name for key in kind.own() if key.needed and key.name not in given and key.name not in meant]
     if needed:
         message = f"{name} needs {quoted(needed, most=4)}: it does not start"
@@ -123,9 +119,7 @@ def _differing(name: str, key: str, value: Any, wanted: Any, severity: str) -> I
         if not isinstance(value, (int, float)) or abs(value - wanted) <= allowed:
             return
         message = f'"{key}" of {name} is {value:.6g}, and the robot says {wanted:.6g}'
-        factors = (("twice", 2.0), ("half", 0.5))
-        help = next((f"it is {word} that: " for word, by in factors if abs(value / by - wanted) <= allowed), "")
-        help += f"write {wanted:.6g}, or correct the robot"
+        help = f"write {wanted:.6g}, or correct the robot"
         yield Finding("controller-differs", message, key, help, severity)
 
 

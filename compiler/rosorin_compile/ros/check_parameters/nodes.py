@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Controller, Publisher
+from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, Suggestion, error, nearest, quoted
 from rosorin_compile.source.wording import suggest
 
@@ -212,8 +213,7 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
     prefix = node.setting("frame_prefix")
     if node.kind.name == ROBOT_STATE_PUBLISHER and prefix.value and isinstance(prefix.value, str):
         message = f'"frame_prefix" of {node.shown} is "{prefix.value}": it writes that before every frame of the robot'
-        help = "remove it, or give the links of the robot these names"
-        yield error("parameters-frame", f"{message}, and no other node does", prefix.span, help)
+        yield error("parameters-frame", f"{message}, and no other node does", prefix.span, "remove it")
     if node.kind.name == "ekf":
         yield from _inputs(node)
         yield from _frames_of_filter(node)
@@ -245,8 +245,7 @@ def _inputs(node: Node) -> Iterator[Diagnostic]:
         gap = next((n for n in ([number] if is_about else range(number)) if f"{kind}{n}" not in found), None)
         if gap is not None:
             message = f'"{name}" of {node.shown} is never read: there is no {kind}{gap}'
-            help = f"add {kind}{gap}: TOPIC" if is_about else f"number them from 0: {kind}{gap}"
-            yield error("parameters-gap", message, parameter.key, help)
+            yield report("parameters-gap", message, parameter.key)
         config = node.parameters.get(f"{name}_config")
         if is_about or (config is not None and (not isinstance(config.value, list) or any(config.value))):
             continue

@@ -65,7 +65,7 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
             yield from _unread(case, block)
 
 
-def _problem(case: Case, block: Block, rule: str, message: str, path: Path, help: Help, **more: Any) -> Diagnostic:
+def _problem(case: Case, block: Block, rule: str, message: str, path: Path, help: Help = "", **more: Any) -> Diagnostic:
     """Return a diagnostic at a path in a hardware block."""
     return case.problem(rule, f'hardware block "{block.name}": {message}', ("control", block.name, *path), help, **more)
 
@@ -81,19 +81,18 @@ def _block(case: Case, block: Block) -> Iterator[Diagnostic]:
     problem = partial(_problem, case, block)
     if block.type == ACTUATOR and len(block.joints) != 1:
         message = f"an actuator has one joint, not {counted(len(block.joints), 'joint')}"
-        yield problem("control-type", message, ("type",), "write type: system, or split it")
+        yield problem("control-type", message, ("type",))
     yield from _params(case, block, block.params, "the block", ())
     for section, one in block.components():
         path, of = (section, one.name), f'{section.removesuffix("s")} "{one.name}"'
         if one.command and block.type == SENSOR:
             message = f'"{one.name}" has commands, and a sensor takes none'
-            help = "leave them out, or write type: system"
-            yield problem("control-type", message, (*path, "command"), help, key=True)
+            yield problem("control-type", message, (*path, "command"), key=True)
         yield from _params(case, block, one.params, of, path)
         for name in ("mimic", "multiplier") if section == "joints" else ():
             if name in one.params:
                 message = f'{of} has a parameter "{name}", which comes from the mimic of the joint'
-                yield problem("control-param", message, (*path, "params", name), "leave it out", key=True)
+                yield problem("control-param", message, (*path, "params", name), key=True)
         yield from _words(case, block, section, one, of)
         if section == "joints" and one.name in case.robot.joint:
             yield from _numbers(case, block, case.robot.joint[one.name], one)
@@ -103,20 +102,18 @@ def _params(case: Case, block: Block, params: Words, of: str, path: Path) -> Ite
     for name, value in params.items():
         if isinstance(value, str) and not value.strip():
             message = f'the parameter "{name}" of {of} is empty: ros2_control does not read the URDF then'
-            help = "give it a value, or leave it out"
-            yield _problem(case, block, "control-param", message, (*path, "params", name), help)
+            yield _problem(case, block, "control-param", message, (*path, "params", name))
 
 
 def _words(case: Case, block: Block, section: str, one: Component, of: str) -> Iterator[Diagnostic]:
     """Yield a component without interfaces, and interfaces that are nearly words of ros2_control."""
     problem, path = partial(_problem, case, block, "control-interface"), (section, one.name)
     types = {sensor.name: sensor.type for sensor in case.robot.sensors}
-    if not one.command and not one.state and section == "sensors":
-        details = "list its state interfaces: state; or give it the name of a sensor of the description"
-        yield problem(f"{of} has no interface", path, Suggestion(one.name, types, details=details), key=True)
-    elif not one.command and not one.state:
-        help = "list its command and state interfaces: command, state"
-        yield problem(f"{of} has no interface", path, help, severity=WARNING, key=True)
+    if not one.command and not one.state:
+        details = "list its interfaces: command, state"
+        help: Help = Suggestion(one.name, types, details=details) if section == "sensors" else details
+        severity = ERROR if section == "sensors" else WARNING
+        yield problem(f"{of} has no interface", path, help, severity=severity, key=True)
     known: tuple[str, ...] = JOINT_WORDS if section == "joints" else ()
     if section == "sensors":
         known = SENSOR_WORDS.get(types.get(one.name, ""), ())
@@ -148,68 +145,60 @@ def _numbers(case: Case, block: Block, joint: Joint, one: Component) -> Iterator
                 message = f'the {interface.name} of joint "{joint.name}" is {describe(unit[1])}, but '
                 message += f"{value.text or number(value)} is {describe(value.dimension)}"
                 yield _problem(case, block, "wrong-unit", message, (*path, key), f"write it in {wanted}")
-        if interface.min is not None and interface.max is not None and interface.min > interface.max:
-            message = f'the {interface.name} of joint "{one.name}" goes from {number(interface.min)} to '
-            message += number(interface.max)
-            yield _problem(case, block, "control-limit", message, (*path, "min"), "give the smaller one as min")
+        low, high = interface.min, interface.max
+        if low is not None and high is not None and low > high:
+            message = f'the {interface.name} of joint "{one.name}" goes from {number(low)} to {number(high)}'
+            yield _problem(case, block, "control-limit", message, (*path, "min"))
 
 
 def _shared(case: Case) -> Iterator[Diagnostic]:
     """Yield the interfaces that two blocks have: the resource manager takes each once."""
-    owners: dict[tuple[str, str, str], tuple[Block, Path]] = {}
+    owners: dict[tuple[str, str, str], Block] = {}
     for block in case.robot.control:
         for section, one in block.components():
             if section == "joints" and one.name not in case.robot.joint:
                 continue  # which has a rule of its own
-            path: Path = (section, one.name)
             for key, names in (("command", one.commands), ("state", one.states)):
-                entries = [(key, one.name, name) for name in names]
-                taken = [entry for entry in entries if owners.setdefault(entry, (block, path))[0] is not block]
+                firsts = {name: owners.setdefault((key, one.name, name), block) for name in names}
+                taken = [name for name, first in firsts.items() if first is not block]
                 if taken:
-                    first, there = owners[taken[0]]
-                    words = quoted(name for *_, name in taken)
-                    message = f'"{one.name}" has the {key} {words}, which hardware block "{first.name}" has, too'
-                    related = [case.related("first defined here", ("control", first.name, *there), key=True)]
-                    help = "each interface has one owner"
-                    yield _problem(case, block, "control-interface", message, path, help, related=related, key=True)
+                    first = firsts[taken[0]]
+                    message = (
+                        f'"{one.name}" has the {key} {quoted(taken)}, which hardware block "{first.name}" has, too'
+                    )
+                    there = ("control", first.name, section, one.name)
+                    related = [case.related("first defined here", there, key=True)]
+                    path = (section, one.name)
+                    yield _problem(case, block, "control-interface", message, path, related=related, key=True)
 
 
 def _joint(case: Case, block: Block, one: Component, output: Output, is_carried: bool) -> Iterator[Diagnostic]:
     """Yield what is wrong with a joint of a block in one URDF; ``is_carried`` says if the URDF has the joint."""
-    problem, path = partial(_problem, case, block), ("joints", one.name)
-    humble, joint = asked(output) == HUMBLE, case.robot.joint[one.name]
-    related = [case.related("the joint", case.joint(joint), key=True)]
+    humble, joint, path = asked(output) == HUMBLE, case.robot.joint[one.name], ("joints", one.name)
+    problem = partial(_problem, case, block, related=[case.related("the joint", case.joint(joint), key=True)], key=True)
+    name = f'joint "{one.name}"'
     if not joint.moves:
-        message = f'joint "{one.name}" is {joint.type}: it has no position to control'
-        help = "leave it out of the block, or correct the type of the joint"
-        yield problem("control-joint", message, path, help, related=related, key=True)
+        yield problem("control-joint", f"{name} is {joint.type}: it has no position to control", path)
         return
     if not is_carried:
-        message = f'joint "{one.name}" is not in {output.file}: '
-        message += "Humble does not miss it, other readers do" if humble else "Jazzy refuses the URDF"
-        help = "robot_state_publisher publishes what is in it; frames: all has every joint"
+        why = "Humble does not miss it, other readers do" if humble else "Jazzy refuses the URDF"
         severity = WARNING if humble else ERROR
-        yield problem("control-joint", message, path, help, related=related, severity=severity, key=True)
+        yield problem("control-joint", f"{name} is not in {output.file}: {why}", path, severity=severity)
     if one.mimic and joint.mimic is None:
-        message = f'joint "{one.name}" is to follow a leader, and the joint has no mimic'
-        yield problem("control-mimic", message, (*path, "mimic"), "give the joint its mimic, or remove this")
+        message = f"{name} is to follow a leader, and the joint has no mimic"
+        yield problem("control-mimic", message, (*path, "mimic"), "give the joint its mimic, or remove this", key=False)
     if not follows(joint, one) or joint.mimic is None:
         return
-    message = f'joint "{one.name}" follows "{joint.mimic.joint}"'
-    related = [case.related("its mimic", case.joint(joint, "mimic"), key=True)]
+    name = f'{name} follows "{joint.mimic.joint}"'
+    problem = partial(
+        problem, "control-mimic", related=[case.related("its mimic", case.joint(joint, "mimic"), key=True)]
+    )
     if one.command and not humble:
-        help = "leave the command out; or mimic: false, if the hardware moves it by itself"
-        text = f"{message}: on Jazzy a follower has no command"
-        yield problem("control-mimic", text, (*path, "command"), help, related=related, key=True)
+        yield problem(f"{name}: on Jazzy a follower has no command", (*path, "command"))
     if joint.mimic.joint not in [other.name for other in block.joints]:
-        help = "add it to the block; or mimic: false, if the hardware moves this one by itself"
-        yield problem("control-mimic", f"{message}, which is not in the block", path, help, related=related, key=True)
+        yield problem(f"{name}, which is not in the block", path)
     if humble and joint.mimic.offset:
-        text, help = (
-            f"{message} with an offset, which the mock hardware of Humble ignores",
-            "there it follows by the multiplier alone",
-        )
-        yield problem("control-mimic", text, path, help, related=related, severity=WARNING, key=True)
+        yield problem(f"{name} with an offset, which the mock hardware of Humble ignores", path, severity=WARNING)
 
 
 def _unread(case: Case, block: Block) -> Iterator[Diagnostic]:
@@ -221,8 +210,5 @@ def _unread(case: Case, block: Block) -> Iterator[Diagnostic]:
             words = [word for word, value in values.items() if value not in (None, "")]
             unread += [(section, one.name, key, interface.name, word) for word in words]
     for path in unread:
-        message, help = (
-            f"{HUMBLE.capitalize()} does not read {path[-1]}",
-            "leave it out, or ask for a later distribution",
-        )
-        yield _problem(case, block, "control-ignored", message + (" here" if path[1:] else ""), path, help, key=True)
+        message = f"Humble does not read {path[-1]}{' here' if path[1:] else ''}"
+        yield _problem(case, block, "control-ignored", message, path, key=True)

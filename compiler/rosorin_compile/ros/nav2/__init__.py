@@ -61,15 +61,25 @@ class _Basics:
 
 
 @dataclass(frozen=True)
-class _Size:
-    """The footprint of the robot, and between which heights (m) something is an obstacle.
+class _Source:
+    """An observation source: its sensor, topic ("" if unknown) and type, and what it ignores above the floor (m)."""
 
-    ``padding`` (m) is that of the costmap; None for its default. ``remark`` is a comment about the footprint.
+    name: str
+    sensor: Sensor
+    topic: str
+    type: str
+    clearance: float
+
+
+@dataclass(frozen=True)
+class _Size:
+    """The parameters of a costmap about the footprint, and the heights (m) between which something is an obstacle.
+
+    ``remark`` is a comment about the footprint.
     """
 
-    outline: Footprint
+    parameters: Mapping[str, Any]
     heights: tuple[float, float]
-    padding: float | None
     remark: str = ""
 
 
@@ -115,17 +125,36 @@ def _problems(robot: Robot, output: Output, frames: Frames, base: str) -> Iterat
 
 
 def _check_sources(robot: Robot, output: Output) -> Iterator[Found]:
-    sensors = {sensor.name: sensor for sensor in robot.sensors}
+    sensors = {sensor.name: sensor.type for sensor in robot.sensors}
     for name, source in (output.options.get("sources") or {}).items():
-        sensor, path = sensors.get(source["sensor"]), ("sources", name, "sensor")
-        if sensor is None:
-            suggestion = Suggestion(source["sensor"], sensors, none="the robot has no sensors")
-            yield Found("nav2-source", f'there is no sensor "{source["sensor"]}"', path, suggestion)
-        elif sensor.type not in _SEEING:
-            message = f'sensor "{sensor.name}" has the type {sensor.type}, which sees no obstacles for a costmap'
+        sensor, path = source["sensor"], ("sources", name, "sensor")
+        if sensor not in sensors:
+            suggestion = Suggestion(sensor, sensors, none="the robot has no sensors")
+            yield Found("nav2-source", f'there is no sensor "{sensor}"', path, suggestion)
+        elif sensors[sensor] not in _SEEING:
+            message = f'sensor "{sensor}" has the type {sensors[sensor]}, which sees no obstacles for a costmap'
             yield Found("nav2-source", message, path, "name a lidar or a depth camera")
-        elif not topic_of(robot, source):
-            yield Found("nav2-source", f'sensor "{sensor.name}" has no topic', path, "add topic: NAME")
+    for found in _sources(robot, output):
+        if not found.topic:
+            path = ("sources", found.name, "sensor")
+            yield Found("nav2-source", f'sensor "{found.sensor.name}" has no topic', path, "add topic: NAME")
+
+
+def _sources(robot: Robot, output: Output) -> list[_Source]:
+    """Return the observation sources: those of the output, else all sensors with a topic that see obstacles."""
+    seeing = {one.name: one for one in robot.sensors if one.type in _SEEING}
+    given: Mapping[str, Mapping[str, Any]] = output.options.get("sources") or {}
+    if not given:
+        names = [name for name in seeing if stated_topic(robot, name)]
+        given = {_SOURCE if len(names) == 1 else name: {"sensor": name} for name in names}
+    found = []
+    for name, source in given.items():
+        if sensor := seeing.get(source["sensor"]):
+            kind = short_type(message_of_sensor(sensor.type))
+            clearance = _CLEARANCE if kind == "PointCloud2" and "clearance" not in output.options else 0.0
+            topic = str(source.get("topic") or stated_topic(robot, sensor.name))
+            found.append(_Source(name, sensor, topic, kind, clearance))
+    return found
 
 
 def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None, list[Diagnostic]]:
@@ -145,17 +174,22 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
         message = f'the base frame "{made.base}" is not within the footprint, which Nav2 takes for granted'
         said.append(Diagnostic("nav2-footprint", WARNING, message, help="name a frame in the middle: base_frame"))
     heights = _heights(robot, output, made, outline)
-    for sensor in _sensors_of(robot, output).values():
-        at = _above(robot, made, sensor)
-        if sensor.type == _PLANAR and at <= heights[0]:
-            message = f'lidar "{sensor.name}" sees nothing: it is at {at:.3g} m, and what is below {heights[0]:g} m is '
-            said.append(error("nav2-source", f"{message}no obstacle", None, "make clearance less"))
-    padding = output.options.get("padding")
+    for source in _sources(robot, output):
+        at = _above(robot, made, source.sensor)
+        if source.sensor.type == _PLANAR and at <= heights[0]:
+            message = f'lidar "{source.sensor.name}" sees nothing: it is at {at:.3g} m, and what is below '
+            message += f"{heights[0]:g} m is no obstacle"
+            said.append(error("nav2-source", message, None, "make clearance less"))
+    padding, remark = output.options.get("padding"), ""
     free = float(_PADDING if padding is None else padding)
-    if circle or holds(solids, padded(outline.corners, free)):
-        return _Size(outline, heights, None if padding is None else free), said
-    remark = f"It has {free:g} m of padding: Nav2's own would move a corner inwards."
-    return _Size(footprint(solids, corners, free), heights, 0.0, remark), said
+    if not circle and not holds(solids, padded(outline.corners, free)):
+        outline, padding = footprint(solids, corners, free), 0.0
+        remark = f"It has {free:g} m of padding: Nav2's own would move a corner inwards."
+    around = outline.circumscribed / math.cos(math.pi / _CORNERS_OF_CIRCLE)
+    points = "" if circle else ", ".join(f"[{x!r}, {y!r}]" for x, y in outline.corners)
+    values: dict[str, Any] = {"footprint": f"[{points}]", "robot_radius": math.ceil(around * 1e4) / 1e4}
+    values |= {} if padding is None else {"footprint_padding": float(padding)}
+    return _Size(values, heights, remark), said
 
 
 def _unmeasured(robot: Robot, unknown: Sequence[str]) -> Diagnostic:
@@ -207,7 +241,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         pose = output.options.get("pose")
         head.append(f"The footprint is that {'with all joints at zero' if pose is None else f'in the pose {pose}'}.")
         head += [size.remark] if size.remark else []
-        if any(_clearance(output, sensor) for sensor in _sensors_of(robot, output).values()):
+        if any(source.clearance for source in _sources(robot, output)):
             head.append(
                 f"That points are obstacles from {_CLEARANCE:g} m above the floor is a stand-in: set clearance."
             )
@@ -269,30 +303,20 @@ def _odometry(robot: Robot, frames: Frames) -> str:
 def _costmap(robot: Robot, output: Output, name: str, size: _Size | None) -> dict[str, Any]:
     """Return the footprint, the heights and the sources of obstacles of a costmap."""
     layer = (output.options.get("layers") or {}).get(name, _LAYERS[name])
-    values: dict[str, Any] = {}
-    if size is not None:
-        around = size.outline.circumscribed / math.cos(math.pi / _CORNERS_OF_CIRCLE)
-        circle = output.options.get("outline") == _CIRCLE
-        corners = "" if circle else ", ".join(f"[{x!r}, {y!r}]" for x, y in size.outline.corners)
-        values |= {"footprint": f"[{corners}]", "robot_radius": math.ceil(around * 1e4) / 1e4}
-        values |= {} if size.padding is None else {"footprint_padding": size.padding}
-    values |= _band(layer, size)
-    sources = sources_of(robot, output)
+    values = {**size.parameters, **_band(layer, size)} if size is not None else {}
+    sources = _sources(robot, output)
     if sources:
-        values[f"{layer}.observation_sources"] = " ".join(sources)
-    for name, sensor in _sensors_of(robot, output).items():
-        own = f"{layer}.{name}"
-        values[f"{own}.topic"] = topic_of(robot, sources[name])
-        values[f"{own}.data_type"] = short_type(message_of_sensor(sensor.type))
-        values[f"{own}.sensor_frame"] = sensor.optical_frame or sensor.frame
+        values[f"{layer}.observation_sources"] = " ".join(source.name for source in sources)
+    for source in sources:
+        own = f"{layer}.{source.name}"
+        values |= {f"{own}.topic": source.topic, f"{own}.data_type": source.type}
+        values[f"{own}.sensor_frame"] = source.sensor.optical_frame or source.sensor.frame
         values |= {f"{own}.{key}": value for key, value in _facts()["source"].items()}
-        values |= _band(own, size, _clearance(output, sensor))
+        values |= _band(own, size, source.clearance) if size is not None else {}
     return values
 
 
-def _band(place: str, size: _Size | None, clearance: float = 0.0) -> dict[str, float]:
-    if size is None:
-        return {}
+def _band(place: str, size: _Size, clearance: float = 0.0) -> dict[str, float]:
     low, high = size.heights
     return {f"{place}.min_obstacle_height": _round(low + clearance), f"{place}.max_obstacle_height": high}
 
@@ -301,53 +325,27 @@ def _round(height: float) -> float:
     return round(height * 1000) / 1000 + 0.0
 
 
-def _clearance(output: Output, sensor: Sensor) -> float:
-    """Return what is left out above the floor (m) of the points of a sensor, where the output does not set it."""
-    has_points = short_type(message_of_sensor(sensor.type)) == "PointCloud2"
-    return _CLEARANCE if has_points and "clearance" not in output.options else 0.0
-
-
 def _monitored(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> dict[str, Any]:
     """Return the sources of the collision_monitor, with heights in the base frame."""
-    sources = sources_of(robot, output)
+    sources = _sources(robot, output)
     up = robot.transform(made.frames.moved, made.base, made.positions).xyz[2]
     values: dict[str, Any] = {}
     for port in ports(asked(output), node="collision_monitor", role=OBSTACLES) if sources else ():
-        values[port.each] = list(sources)
-        for name, sensor in _sensors_of(robot, output).items():
-            kind, topic = _MONITORED[short_type(message_of_sensor(sensor.type))], topic_of(robot, sources[name])
-            values |= {f"{name}.type": kind, port.parameter.replace("<source>", name): topic}
+        values[port.each] = [source.name for source in sources]
+        for source in sources:
+            name, kind = source.name, _MONITORED[source.type]
+            values |= {f"{name}.type": kind, port.parameter.replace("<source>", name): source.topic}
             if kind == "pointcloud" and size is not None:
-                low, high = size.heights[0] + _clearance(output, sensor), size.heights[1]
+                low, high = size.heights[0] + source.clearance, size.heights[1]
                 values |= {f"{name}.min_height": _round(low - up), f"{name}.max_height": _round(high - up)}
     return values
 
 
-def sources_of(robot: Robot, output: Output) -> dict[str, Mapping[str, Any]]:
-    """Return the observation sources by name: those of the output, else all sensors with a topic that see obstacles."""
-    seeing = [one.name for one in robot.sensors if one.type in _SEEING]
-    if given := output.options.get("sources"):
-        return {name: one for name, one in given.items() if one["sensor"] in seeing}
-    seeing = [name for name in seeing if stated_topic(robot, name)]
-    return {_SOURCE if len(seeing) == 1 else name: {"sensor": name} for name in seeing}
-
-
-def _sensors_of(robot: Robot, output: Output) -> dict[str, Sensor]:
-    """Return the sensors of the observation sources, by the names of these."""
-    sensors = {sensor.name: sensor for sensor in robot.sensors}
-    return {name: sensors[source["sensor"]] for name, source in sources_of(robot, output).items()}
-
-
-def topic_of(robot: Robot, source: Mapping[str, Any]) -> str:
-    """Return the topic of an observation source, or "" if nothing in the description names it."""
-    return str(source.get("topic") or stated_topic(robot, source["sensor"]))
-
-
 def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
     """Return the parameter of a node with the topic of the only lidar of one plane; empty if the topic is unknown."""
-    lidars = [sensor.name for sensor in robot.sensors if sensor.type == _PLANAR]
-    topics = {topic_of(robot, one) for one in sources_of(robot, output).values() if one["sensor"] in lidars}
-    topics |= {stated_topic(robot, lidars[0])} if len(lidars) == 1 and not topics else set()
+    topics = {source.topic for source in _sources(robot, output) if source.sensor.type == _PLANAR}
+    if not topics:
+        topics = {stated_topic(robot, one.name) for one in robot.sensors if one.type == _PLANAR}
     topic = topics.pop() if len(topics) == 1 else ""
     return {port.parameter: topic for port in ports(asked(output), node=node, role=SCAN)} if topic else {}
 

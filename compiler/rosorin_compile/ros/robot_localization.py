@@ -17,8 +17,7 @@ from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic,
 
 from .controllers.filled import drivers, intended_topic
 from .navigation import FILTER, Found, Frames, Lead, diagnose, frames_of, kind_of, stated_topic
-from .parameters import parameter_file
-from .parameters.files import Node, Parameters, asked, parameters_of, text
+from .parameters.files import Node, Parameters, asked, parameter_file, parameters_of, text
 from .ports import facts
 
 # What a filter estimates, in the order of its fifteen booleans (robot_localization: filter_common.hpp).

@@ -28,14 +28,14 @@ from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import no_file
 
-from ..controllers.checking import against_robot, missing, of_type
-from ..controllers.derived import derived
+from ..controllers import against_robot, missing, of_type
+from ..controllers.filled import derived
 from ..parameters.files import PARAMETERS, NoParameters, Section, read_file
 from ..parameters.tables import MANAGER
 from ..ports import full_type
 from . import owners, topics
 from .nodes import Node, check_node, nodes_of
-from .remaps import Remap, of_launch, of_word
+from .topics import Remap, of_launch, of_word
 
 # Keys of the configuration files of MoveIt, which are no parameter files.
 _MOVEIT = re.compile(

@@ -15,7 +15,7 @@ from rosorin_compile.source.tree import Path
 
 from ..parameters.tables import Key, written
 from .nodes import Node, Setting
-from .remaps import Remap, is_tf, topic
+from .topics import Remap, is_tf, topic
 
 
 @dataclass(frozen=True)

@@ -1,24 +1,101 @@
-"""The topics of nodes in parameter files: between them, and against the sensors of a robot."""
+"""The topics of nodes in parameter files: remaps, topics between the nodes, and those of the sensors of a robot.
+
+Remaps of the command line and of launch files say which topic a node really reads or publishes.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from rosorin_compile.model import Robot
 from rosorin_compile.rules.case import report
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Related, Span, listed
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Related, Span, error, listed
 
 from ..controllers.filled import intended_topic
 from ..graph import End, Graph, mismatched_qos, source_message, topics_of_sensors
-from ..ports import IMU, ODOMETRY, SCAN, VELOCITY, controller_ports, full_topic, full_type, ports, short_type
+from ..launch_reader import LaunchError, nodes_of
+from ..ports import IMU, ODOMETRY, SCAN, TF, VELOCITY, controller_ports, full_topic, full_type, ports, short_type
 from .nodes import Node
-from .remaps import Remap
 
 _ODOM = "odom"  # the usual topic
 _OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # as controllers of a drive are called
 _LISTING = "observation_sources"
+# Nodes that run others in their process: what they are told holds for all of them.
+_HOSTS = ("controller_manager", "ros2_control_node")
+_FLAGS = ("-r", "--remap")
+
+
+class Remap(NamedTuple):
+    """One rule: names as they are written. ``node`` is the name of the node that it is for; empty for all."""
+
+    node: str
+    name: str
+    to: str
+
+
+def of_word(word: str) -> Remap | None:
+    """Return what a text such as NODE:FROM:=TO says; None if it is no remap."""
+    left, mark, to = word.partition(":=")
+    node, colon, name = left.rpartition(":")
+    if not mark or not name or not to or (colon and not node):
+        return None
+    return Remap(node.strip("/").rsplit("/", 1)[-1], name, to)
+
+
+def topic(name: str, namespace: str, node: str, remaps: Iterable[Remap]) -> str:
+    """Return the topic that a node publishes on under ``name``: the first rule that fits is followed."""
+    full = full_topic(name, namespace, node)
+    for remap in remaps:
+        if remap.node in ("", node) and full_topic(remap.name, namespace, node) == full:
+            return full_topic(remap.to, namespace, node)
+    return full
+
+
+def is_tf(topic: str, namespace: str) -> bool:
+    """Return True if a topic is the one that tf2 listens to: /tf, or that of the namespace."""
+    return topic in (f"/{TF}", full_topic(TF, namespace, ""))
+
+
+def of_launch(path: Path) -> tuple[list[Remap], list[Diagnostic]]:
+    """Return the remaps of a launch file, and diagnostics about those that only a run of it knows."""
+    from rosorin_compile.source.load import LoadError, read_utf8
+
+    remaps: list[Remap] = []
+    diagnostics: list[Diagnostic] = []
+    try:
+        for node in nodes_of(read_utf8(path, str(path))):
+            name = "" if node.name in _HOSTS else node.name
+            if node.remaps is None:
+                diagnostics.append(_unknown("which remaps this node has is", "them", node.span))
+            for remap in node.remaps or ():
+                if "$(" in remap.name + remap.to:
+                    diagnostics.append(_unknown("which topic is remapped is", "it", remap.span))
+                else:
+                    remaps.append(Remap(name, remap.name, remap.to))
+            remaps += _of_arguments([word or "" for word in node.arguments or ()], name)
+    except LoadError as problem:
+        return [], [problem.diagnostic]
+    except LaunchError as problem:
+        return [], [error("parameters-launch", f"{path} is no launch file: {problem}", None, "name a launch file")]
+    return remaps, diagnostics
+
+
+def _unknown(what: str, these: str, span: Span) -> Diagnostic:
+    message, help = f"{what} known only when the launch file runs", f"say {these}: --remap NODE:FROM:=TO"
+    return Diagnostic("parameters-launch", WARNING, message, span, help=help)
+
+
+def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
+    for flag, word in pairwise(words):
+        if flag in _FLAGS and (remap := of_word(word)) is not None:
+            yield remap if remap.node else remap._replace(node=node)
+        elif flag == "--controller-ros-args":
+            spawned = next((one for one in words if not one.startswith("-")), "")
+            yield from _of_arguments(word.split(), spawned)
 
 
 def check(robot: Robot, nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) -> Iterator[Diagnostic]:

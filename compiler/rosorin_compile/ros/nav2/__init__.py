@@ -18,11 +18,9 @@ from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error, listed
 
-from ..controllers.derived import owned
-from ..controllers.filled import drivers
+from ..controllers.filled import drivers, owned
 from ..navigation import AMCL, FILTER, SLAM, Found, Frames, diagnose, frames_of, kind_of, stated_topic
-from ..parameters import parameter_file
-from ..parameters.files import Node, Parameters, asked, parameters_of, text
+from ..parameters.files import Node, Parameters, asked, parameter_file, parameters_of, text
 from ..ports import (
     IN,
     OBSTACLES,

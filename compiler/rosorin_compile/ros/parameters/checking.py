@@ -125,13 +125,5 @@ def _value(name: str, key: str, value: Any, known: Key) -> Iterator[Finding]:
         message = f'"{key}" of {name} is always "{known.forced}": this value has no effect'
         yield Finding("parameters-wrong-value", message, key, "remove it", WARNING)
     elif (why := refused(known.valid, value)) is not None:
-        message, help = f'"{key}" of {name} {why[0]}', why[1] or _order(key, known) or "correct it"
+        message, help = f'"{key}" of {name} {why[0]}', why[1] or "correct it"
         yield Finding("parameters-wrong-value", message, key, help)
-
-
-def _order(name: str, key: Key) -> str:
-    sizes = key.valid.get("fixed_size", [])
-    if key.type == "bool_array" and sizes == [15]:
-        return "x y z, roll pitch yaw, vx vy vz, vroll vpitch vyaw, ax ay az"
-    rows = ", row by row" if name.endswith("covariance") else ""
-    return f"write {' or '.join(map(str, sizes))} of them{rows}" if sizes else ""

@@ -20,11 +20,12 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from rosorin_compile.formats.format import JAZZY
+from rosorin_compile.formats.format import DISTRIBUTIONS, JAZZY, Format
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, DiagnosticError, Related, Source, Span, error
 
+from ..ports import facts
 from .tables import Kind, converted, kinds, written
 
 PARAMETERS = "ros__parameters"
@@ -399,3 +400,25 @@ def _text(value: str) -> str:
     if _PLAIN.fullmatch(value) and value.lower() not in _WORDS:
         return value
     return json.dumps(value, ensure_ascii=False)
+
+
+# The option of every format that is a parameter file.
+DISTRIBUTION: Mapping[str, Any] = {
+    "enum": DISTRIBUTIONS,
+    "description": "The distribution of ROS 2 whose nodes it is for; default jazzy.",
+}
+
+
+def parameter_file(name: str, **more: Any) -> Format:
+    """Return the format of a parameter file by its name, with the fields that it does not share with others."""
+    return Format(
+        name=name,
+        article="a",
+        options={"distribution": DISTRIBUTION, **facts("ros2_options")[name]},
+        read=read,
+        names_robot=False,
+        syntax=nodes_of,
+        folder="config",
+        deploys=True,
+        **more,
+    )

@@ -1,8 +1,8 @@
 """What is known of nodes: their keys, types and defaults, as ``ros2_nodes.json`` and ``ros2_controllers.json`` have it.
 
 The ``about`` of each file says what its fields mean, and where its facts are from. They are read when a node is looked
-at. Validators are those of ``PickNikRobotics/generate_parameter_library`` and two of joint_trajectory_controller
-(``validate_jtc_parameters.hpp`` of ros2_controllers).
+at. Validators are those of ``PickNikRobotics/generate_parameter_library``, and the combinations of interfaces of
+joint_trajectory_controller (``validate_jtc_parameters.hpp`` of ros2_controllers).
 """
 
 from __future__ import annotations
@@ -132,24 +132,9 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
         return "is empty", ""
     elif name == "unique" and (repeated := [str(one) for one in dict.fromkeys(value) if value.count(one) > 1]):
         return f"has {quoted(repeated)} twice", ""
-    return _combination(name.rpartition("::")[2], set(value) if isinstance(value, (list, tuple)) else set()), ""
-
-
-def _combination(name: str, words: set[str]) -> str:
-    """Return why joint_trajectory_controller refuses a combination of interfaces."""
-    lacks_both = "acceleration" in words and not {"position", "velocity"} & words
-    if name == "command_interface_type_combinations":
-        if "velocity" in words and len(words) > 1 and "position" not in words:
-            return "has to have velocity alone, or beside position"
-        if lacks_both:
-            return "has to have position and velocity beside acceleration"
-        return "has to have effort alone" if "effort" in words and len(words) > 1 else ""
-    if name == "state_interface_type_combinations":
-        if "velocity" in words and "position" not in words:
-            return "has to have position beside velocity"
-        if "acceleration" in words and not {"position", "velocity"} <= words:
-            return "has to have position and velocity beside acceleration"
-    return ""
+    elif name == "set_of" and set(value) not in map(set, arguments):
+        return f"is {written(value)}, and has to be {' or '.join(map(written, arguments))}", ""
+    return "", ""
 
 
 # Keys that every node has, and those below which any name may stand.

@@ -15,7 +15,7 @@ from rosorin_compile.model.drive import driving_of
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Suggestion, error, listed, quoted
 
-from .controllers.filled import drivers, intended_topic
+from .controllers.filled import drivers
 from .navigation import FILTER, Found, Frames, Lead, diagnose, frames_of, kind_of, stated_topic
 from .parameters.files import Node, Parameters, asked, parameter_file, parameters_of, text
 from .ports import facts
@@ -92,8 +92,10 @@ def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
             yield Found(rule, f'there is no IMU "{sensor}"', (*path, "sensor"), suggestion)
         if not topic(robot, name, one):
             yield Found(rule, f'"{name}" has no topic', path, "add topic: NAME", key=True)
-        if kind == "odom":
-            yield from _odometry(robot, name, one)
+        controller, driving = one.get("controller"), [driver.name for driver in drivers(robot)]
+        if controller is not None and (controller not in driving or kind != "odom"):
+            message = f'"{controller}" is no controller of the drive, whose odometry "{name}" could be'
+            yield Found(rule, message, (*path, "controller"), Suggestion(controller, driving))
         for index, state in enumerate(uses or ()):
             if state not in about["states"]:
                 message = f'"{name}" has no {state}: its messages have {listed(about["states"])}'
@@ -106,22 +108,6 @@ def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
             yield Found(rule, message, path, f"such as uses: [{', '.join(about['example'])}]", key=True)
         for key in sorted(one.keys() - {*about["keys"], "topic", "sensor", "controller", "uses"}):
             yield Found(rule, f'"{name}" has no {key}', (*path, key), "remove it", key=True)
-
-
-def _odometry(robot: Robot, name: str, one: Mapping[str, Any]) -> Iterator[Found]:
-    """Yield a controller that is none of the drive, and a topic that is nearly that of one."""
-    driving, controller = drivers(robot), one.get("controller")
-    if controller is not None and controller not in [driver.name for driver in driving]:
-        message = f'"{controller}" is no controller of the drive, whose odometry "{name}" could be'
-        suggestion = Suggestion(controller, [driver.name for driver in driving])
-        yield Found("filter-input", message, ("inputs", name, "controller"), suggestion)
-    # In a namespace a controller is known by its name alone, too: that is what people write.
-    names = ((own, driver) for driver in driving for own in (driver.name, driver.topic("").strip("/")))
-    heard = topic(robot, name, one)
-    meant = intended_topic(heard, {own: driver.topic(driver.odometry) for own, driver in names})
-    if meant:
-        message = f'no node publishes "{heard}", which "{name}" listens to: the controller publishes "{meant}"'
-        yield Found("filter-input", message, ("inputs", name, "topic"), f'write "{meant}"', WARNING)
 
 
 def remaps(robot: Robot, output: Output) -> list[tuple[str, str]]:

@@ -15,7 +15,6 @@ from rosorin_compile.model import Robot
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Related, Span, error, listed
 
-from ..controllers.filled import intended_topic
 from ..graph import End, Graph, mismatched_qos, source_message, topics_of_sensors
 from ..launch_reader import LaunchError, nodes_of
 from ..ports import IMU, ODOMETRY, SCAN, TF, VELOCITY, controller_ports, full_topic, full_type, ports, short_type
@@ -159,14 +158,14 @@ def _unheard(node: Node, end: End, made: Graph, by_name: Mapping[str, Node], is_
 
 def _unpublished_odometry(node: Node, end: End, sources: Mapping[Node, str]) -> Iterator[Diagnostic]:
     heard, setting = end.topic, node.setting(end.key)
-    meant = intended_topic(heard, {source.full.strip("/"): topic for source, topic in sources.items()})
+    meant = next((one for one in sources if one.full == heard.rpartition("/")[0] and sources[one] != heard), None)
     of_drive = heard in (full_topic(_ODOM, node.namespace, ""), f"/{_ODOM}") or _OF_CONTROLLER.search(heard)
-    if not meant and not of_drive:
+    if meant is None and not of_drive:
         return  # of somebody else, such as a camera
-    source, topic = next((one for one in sources.items() if one[1] == meant), next(iter(sources.items())))
+    source = meant or next(iter(sources))
     message = f'{node.shown} listens to the odometry {heard} ("{end.key}"{setting.how}), and no node in the files '
-    message += f"publishes that: {source.shown} publishes {topic}"
-    help = f"{end.key}: {topic.strip('/')}" + ("" if meant else "; or say the remap: --remap NODE:FROM:=TO")
+    message += f"publishes that: {source.shown} publishes {sources[source]}"
+    help = f"{end.key}: {sources[source].strip('/')}" + ("" if meant else "; or say the remap: --remap NODE:FROM:=TO")
     related = (Related(f"{source.shown} is here", source.span),)
     yield report("parameters-odometry", message, setting.span, help, related, WARNING if meant else NOTE)
 

@@ -375,12 +375,3 @@ def is_whole(robot: Robot) -> bool:
         return True
     names = [name for names in drive.joints.values() for name in names]
     return all(name in robot.joint for name in names) and (not drive.frame or drive.frame in robot.link)
-
-
-def intended_topic(topic: str, published: Mapping[str, str]) -> str:
-    """Return the odometry topic of the controller whose name ``topic`` begins with; empty if it is ``topic`` itself.
-
-    ``published`` has the odometry topics by name of the controller. Topics of other nodes give an empty text, too.
-    """
-    meant = published.get(topic.strip("/").rpartition("/")[0], "")
-    return meant if meant.strip("/") != topic.strip("/") else ""

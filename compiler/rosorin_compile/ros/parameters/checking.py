@@ -6,6 +6,7 @@ where that was written.
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from types import NoneType
 from typing import Any, NamedTuple
@@ -20,13 +21,13 @@ from rosorin_compile.source.diagnostics import (
     Suggestion,
     diagnostic,
     listed,
-    nearest,
 )
 from rosorin_compile.source.wording import suggest
 
 from .tables import Key, Kind, as_type, fits, is_of_all_nodes, refused, type_in_words, written
 
 REMOVE = "remove it"
+_SIMILAR = 0.9
 
 
 class Finding(NamedTuple):
@@ -92,18 +93,11 @@ def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Iter
 def _near(kind: Kind, key: str, values: Mapping[str, Any]) -> Help:
     names = kind.like(key)
     if not kind.complete:
-        close = nearest(key, names - values.keys())
-        return suggest(close) if close and _is_misspelt(key, close) else ""
+        close = difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=_SIMILAR)
+        return suggest(close[0]) if close else ""
     last = key.rpartition(".")[2]
     same = [one for one in names if one.rpartition(".")[2] == last]
     return Suggestion(key, names, instead=suggest(same[0]) if len(same) == 1 else REMOVE)
-
-
-def _is_misspelt(name: str, close: str) -> bool:
-    import difflib
-
-    one, other = name.replace("_", "").lower(), close.replace("_", "").lower()
-    return one == other or (len(name) > 5 and difflib.SequenceMatcher(None, one, other).ratio() > 0.9)
 
 
 def _unlisted(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Iterator[Finding]:

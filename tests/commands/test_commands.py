@@ -19,7 +19,7 @@ import pytest
 
 from rosorin_compile import __version__
 from support.commands import HANDY, write_files
-from support.pages import ELLIPSIS, Ran, play_text
+from support.pages import ELLIPSIS, Ran, blocks, play_text
 from support.paths import TESTS
 from support.robots import copy_of_rosorin
 
@@ -38,7 +38,9 @@ class Scenario(NamedTuple):
     text: str
 
     def play(self, folder: Path) -> list[Ran]:
-        """Run the scenario in an empty folder; paths in that folder are printed as they are seen from it."""
+        """Run the scenario in a new folder "here"; absolute paths in it are shown as /here."""
+        folder /= "here"
+        folder.mkdir()
         for name in PROJECT.findall(self.head):
             copy_of_rosorin(folder) if name == "rosorin" else write_files(folder, HANDY)
         made = play_text(self.head + self.text, folder, with_codes=True)
@@ -52,7 +54,8 @@ class Scenario(NamedTuple):
 def scenarios(page: Path) -> list[Scenario]:
     """Return the scenarios of a page."""
     lines = page.read_text("utf-8").splitlines(keepends=True)
-    starts = [number for number, line in enumerate(lines) if line.startswith("## ")]
+    inside = {number for one in blocks("".join(lines)) for number in range(one.start, one.start + len(one.lines))}
+    starts = [number for number, line in enumerate(lines) if line.startswith("## ") and number not in inside]
     head = "".join(lines[: starts[0]])
     ends = [*starts[1:], len(lines)]
     return [Scenario(lines[a][3:].strip(), a, head, "".join(lines[a:b])) for a, b in zip(starts, ends, strict=True)]

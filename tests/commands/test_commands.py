@@ -2,7 +2,8 @@
 
 A page is a list of scenarios, one a heading "## ". Each runs in an empty folder, with the files and commands above the
 first heading before it. ``<!-- project: rosorin -->`` or ``handy`` there copies that robot first; ``<!-- needs: mujoco
--->`` anywhere skips the page where that module is not installed. ``[exit N]`` ends the output of a command that fails. ``rosorin-compile ... < FILE`` and ``cd FOLDER`` are understood, the rest is bash.
+-->`` anywhere skips a scenario where that module is not installed. ``[exit N]`` ends the output of a command that
+fails. ``rosorin-compile ... < FILE`` and ``cd FOLDER`` are understood; the rest is bash.
 
     python tests/renew.py commands [PAGE...]
 

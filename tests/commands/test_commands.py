@@ -1,9 +1,11 @@
-"""Command lines: each page here has calls and what they print, in the format of the pages in docs (test_docs.py).
+"""Command lines, and sessions of Python: what they print, in pages of the format of those in docs (test_docs.py).
 
 A page is a list of scenarios, one a heading "## ". Each runs in an empty folder, with the files and commands above the
-first heading before it. ``<!-- project: rosorin -->`` or ``handy`` there copies that robot first; ``<!-- needs: mujoco
--->`` anywhere skips a scenario where that module is not installed. ``[exit N]`` ends the output of a command that
-fails. ``rosorin-compile ... < FILE`` and ``cd FOLDER`` are understood; the rest is bash.
+first heading before it. ``<!-- project: rosorin -->`` there copies that robot first, ``handy`` another, ``toy``
+installs the plug-in examples/rosorin-toy; ``<!-- copy: FOLDER -->`` copies what a folder of the repository contains.
+``<!-- slow -->`` there makes a page slow; ``<!-- needs: mujoco -->`` anywhere skips a scenario where that module is not
+installed. ``[exit N]`` ends the output of a command that fails. ``rosorin-compile ... < FILE`` and ``cd FOLDER`` are
+understood; the rest is bash.
 
     python tests/renew.py commands [PAGE...]
 
@@ -11,8 +13,11 @@ writes what the commands print now. It changes neither an exit code nor the rule
 """
 
 import re
+import shutil
 import sys
 import tempfile
+from collections.abc import Callable
+from functools import cache, partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,14 +25,36 @@ import pytest
 
 from rosorin_compile import __version__
 from support.commands import HANDY, write_files
-from support.pages import ELLIPSIS, Ran, blocks, play_text
-from support.paths import TESTS
+from support.pages import ELLIPSIS, PACKAGES, Ran, blocks, install, play_text
+from support.paths import ROOT, TESTS
 from support.robots import copy_of_rosorin
 
 PAGES = sorted((TESTS / "commands").glob("*.md"))
 NEEDS = re.compile(r"<!-- needs: (\w+) -->")
-PROJECT = re.compile(r"<!-- project: (rosorin|handy) -->")
+PROJECT = re.compile(r"<!-- project: (rosorin|handy|toy) -->")
+COPY = re.compile(r"<!-- copy: (\S+) -->")
+SLOW = "<!-- slow -->"
 BY_HAND = re.compile(r"^\[exit \d+\]$|^\S*:\d+:\d+: (?:error|warning|note)\[[^]]+\]|^(?:error|warning|note)\[[^]]+\]")
+
+
+@cache
+def toy() -> tempfile.TemporaryDirectory[str]:
+    """Return a folder where examples/rosorin-toy is installed."""
+    folder = tempfile.TemporaryDirectory()
+    shutil.copytree(ROOT / "examples" / "rosorin-toy", Path(folder.name, "rosorin-toy"))
+    assert install("./rosorin-toy", Path(folder.name)) == ("", 0)
+    return folder
+
+
+def with_toy(folder: Path) -> None:
+    shutil.copytree(Path(toy().name, PACKAGES), folder / PACKAGES, ignore=shutil.ignore_patterns("__pycache__"))
+
+
+PROJECTS: dict[str, Callable[[Path], object]] = {
+    "rosorin": copy_of_rosorin,
+    "handy": partial(write_files, files=HANDY),
+    "toy": with_toy,
+}
 
 
 class Scenario(NamedTuple):
@@ -43,8 +70,10 @@ class Scenario(NamedTuple):
         folder /= "here"
         folder.mkdir()
         for name in PROJECT.findall(self.head):
-            copy_of_rosorin(folder) if name == "rosorin" else write_files(folder, HANDY)
-        made = play_text(self.head + self.text, folder, with_codes=True)
+            PROJECTS[name](folder)
+        for name in COPY.findall(self.head):
+            shutil.copytree(ROOT / name, folder, dirs_exist_ok=True)
+        made = play_text(self.head + self.text, folder, testing=True)
         return [one._replace(printed=[self._plain(line, folder) for line in one.printed]) for one in made]
 
     @staticmethod
@@ -64,8 +93,13 @@ def scenarios(page: Path) -> list[Scenario]:
 
 ALL = [(page, scenario) for page in PAGES for scenario in scenarios(page)]
 
+CASES = [
+    pytest.param(page, one, id=f"{page.stem}: {one.title}", marks=[pytest.mark.slow] if SLOW in one.head else [])
+    for page, one in ALL
+]
 
-@pytest.mark.parametrize(("page", "scenario"), ALL, ids=[f"{page.stem}: {one.title}" for page, one in ALL])
+
+@pytest.mark.parametrize(("page", "scenario"), CASES)
 def test_commands(page: Path, scenario: Scenario, tmp_path: Path) -> None:
     for module in NEEDS.findall(scenario.head + scenario.text):
         pytest.importorskip(module)

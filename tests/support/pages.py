@@ -74,8 +74,12 @@ def play(page: Path, folder: Path) -> list[Ran]:
     return play_text(page.read_text("utf-8"), folder)
 
 
-def play_text(text: str, folder: Path, *, with_codes: bool = False) -> list[Ran]:
-    """Do in a folder what the text of a page says; ``with_codes`` appends ``[exit N]`` to the output of a failure."""
+def play_text(text: str, folder: Path, *, testing: bool = False) -> list[Ran]:
+    """Do in a folder what the text of a page says.
+
+    ``testing`` appends ``[exit N]`` to the output of a failure, and runs Python in the folder too, not at the top of
+    the project.
+    """
     for kind, name in MARK.findall(text):
         if kind == "continues":
             play(DOCS / name, folder)
@@ -90,9 +94,9 @@ def play_text(text: str, folder: Path, *, with_codes: bool = False) -> list[Ran]
         elif kind == "edit":
             edit(folder / name, block.lines)
         elif block.language == "console":
-            ran += commands(block, folder, with_codes)
+            ran += commands(block, folder, testing)
         elif is_session(block):
-            ran += session(block, names)
+            ran += session(block, names, folder if testing else ROOT)
     return ran
 
 
@@ -101,12 +105,12 @@ def is_session(block: Block) -> bool:
     return block.language == "python" and block.lines[0].startswith(">>> ")
 
 
-def session(block: Block, names: dict[str, object]) -> Iterator[Ran]:
-    """Run the lines of a session at the top of the project and yield them; ``names`` are those of its page."""
+def session(block: Block, names: dict[str, object], folder: Path) -> Iterator[Ran]:
+    """Run the lines of a session in a folder and yield them; ``names`` are those of its page."""
     for example in doctest.DocTestParser().get_examples("\n".join(block.lines) + "\n"):
         terminal = io.StringIO()
         with pytest.MonkeyPatch.context() as patch, redirect_stdout(terminal), redirect_stderr(terminal):
-            patch.chdir(ROOT)
+            patch.chdir(folder)
             patch.setattr(sys, "displayhook", lambda value: None if value is None else print(repr(value)))
             try:
                 exec(compile(example.source, "<session>", "single"), names)  # noqa: S102 - a page of ours
@@ -129,7 +133,7 @@ def edit(path: Path, diff: list[str]) -> None:
     path.write_text(text.replace(old, new), "utf-8")
 
 
-def commands(block: Block, folder: Path, with_codes: bool) -> Iterator[Ran]:
+def commands(block: Block, folder: Path, testing: bool) -> Iterator[Ran]:
     """Run the commands of a block and yield them; ``cd`` holds until the end of the block."""
     starts = [number for number, line in enumerate(block.lines) if line.startswith("$ ")]
     assert starts[:1] == [0], f"a console block begins with a command: {block.lines[:1]}"
@@ -144,7 +148,7 @@ def commands(block: Block, folder: Path, with_codes: bool) -> Iterator[Ran]:
         else:
             printed, code = run(command, here)
         lines = [line.rstrip() for line in printed.splitlines()]
-        lines += [f"[exit {code}]"] if with_codes and code else []
+        lines += [f"[exit {code}]"] if testing and code else []
         yield Ran(command, block.start + first + 1, block.lines[first + 1 : following], lines)
 
 
@@ -196,4 +200,5 @@ def _environment(folder: Path) -> dict[str, str]:
     environment = {**os.environ, "LC_ALL": "C", "PATH": path}
     if (folder / PACKAGES).is_dir():
         environment |= {"PYTHONPATH": str(folder / PACKAGES), "ROSORIN_COMPILE_CACHE": str(folder / ".cache")}
+        environment["PYTHONDONTWRITEBYTECODE"] = "1"
     return environment

@@ -27,7 +27,7 @@ from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.language.arguments import as_texts, of_api, takes_no_arguments
 from rosorin_compile.language.arguments import read as read_argument_files
 from rosorin_compile.language.expand.description import Expanded
-from rosorin_compile.source.diagnostics import Diagnostic, error, has_errors
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, error, has_errors
 from rosorin_compile.source.files import shown
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.messages import arrange
@@ -36,9 +36,14 @@ from rosorin_compile.source.project import ENDINGS, Description, NoDescription, 
 if TYPE_CHECKING:
     from rosorin_compile.formats.mesh_files import Searched
     from rosorin_compile.model import Output
+    from rosorin_compile.rules.case import Case
     from rosorin_compile.source.tree import Map
 
 FilePath = str | os.PathLike[str]
+Values = Mapping[str, Any] | None  # arguments by name
+Packages = Mapping[str, FilePath] | None  # folders of ROS packages by name
+Warn = Callable[[Diagnostic], None] | None  # receives a warning before code is executed
+EXECUTED = "xacro-runs-code"  # the rule of that warning
 
 
 @dataclass(frozen=True)
@@ -63,11 +68,11 @@ class Request:
     def of(
         cls,
         robot: FilePath | Request,
-        arguments: Mapping[str, Any] | None = None,
-        packages: Mapping[str, FilePath] | None = None,
+        arguments: Values = None,
+        packages: Packages = None,
         outputs: FilePath | None = None,
         trust: bool = False,
-        warn: Callable[[Diagnostic], None] | None = None,
+        warn: Warn = None,
     ) -> Request:
         """Return the request for a robot that an argument of the API names.
 
@@ -147,6 +152,13 @@ class Request:
         except LoadError as problem:
             return Understood(Expanded(None, [], (path,)), None, [problem.diagnostic])
 
+    def load_case(self) -> tuple[Case | None, tuple[Diagnostic, ...]]:
+        """Return the robot with its positions in files, or None with its errors; the warnings about executed code."""
+        found = self.understand()
+        if found.case is None:
+            return None, tuple(one for one in found.diagnostics if one.severity == ERROR)
+        return found.case, tuple(one for one in found.diagnostics if one.rule == EXECUTED and not self.trust)
+
     def read(self, lenient: bool = False) -> Reading:
         """Read the robot in any format; ``lenient`` accepts one that violates the specification of its format."""
         path = self.description.path
@@ -191,6 +203,15 @@ class Request:
             if folder not in written and any(map(folder.resolve().is_relative_to, projects)):
                 folders[Path(shown(folder))] = None
         return [*self.inputs(compiled), *folders]
+
+
+def read_options(
+    arguments: Values, packages: Packages, trust: bool, warn: Warn, lenient: bool = False
+) -> tuple[ReadOptions, list[Diagnostic]]:
+    """Return how a robot in another format is read, and the errors in the arguments and packages."""
+    found = of_api("", arguments, packages)
+    texts, wrong = as_texts(found.arguments)
+    return ReadOptions(texts, found.packages, lenient, tell=warn, trust=trust), [*found.diagnostics, *wrong]
 
 
 def prove(compiled: Compiled) -> Compiled:

@@ -6,7 +6,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import rosorin_compile
-from rosorin_compile.results import Compiled
+from rosorin_compile import Compiled
 
 BODY = "{inertial: {mass: 1, inertia: {ixx: 0.1, iyy: 0.1, izz: 0.1}}}"
 LIMIT = "limit: {lower: -1, upper: 1, effort: 5, velocity: 2}"

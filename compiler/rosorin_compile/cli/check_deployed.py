@@ -3,7 +3,7 @@
 from contextlib import suppress
 from pathlib import Path
 
-from rosorin_compile import api
+from rosorin_compile.ros.package.checking import check_deployed
 from rosorin_compile.source.diagnostics import RequestError, error
 from rosorin_compile.source.project import Description
 
@@ -29,7 +29,7 @@ def run(options: Options) -> int:
             raise RequestError(f'there is no folder "{folder}"')
 
     def check_robot(run: Run, description: Description) -> int:
-        result = api.check_deployed(run.request(description), folder, full=options.full)
+        result = check_deployed(run.request(description), folder, full=options.full)
         console = run.console
         console.print_read(result.inputs)
         if result.differing:

@@ -3,8 +3,8 @@
 import re
 from pathlib import Path
 
-from rosorin_compile import api
 from rosorin_compile.request import is_foreign
+from rosorin_compile.ros.check_parameters.checking import check_parameters
 from rosorin_compile.ros.parameters import DISTRIBUTION
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import RequestError
@@ -45,7 +45,7 @@ def run(options: Options) -> int:
 
     def check_robot(run: Run, description: Description) -> int:
         picked = options.pick("controllers launch namespace distribution")
-        result = api.check_parameters(run.request(description), parameters, **picked, remaps=options.remap)
+        result = check_parameters(run.request(description), parameters, **picked, remaps=options.remap)
         failed = run.show(result)
         if not result.robot:
             return run.no_robot(description)

@@ -1,7 +1,6 @@
 """rosorin-compile check physics: find collisions and impossible masses with MuJoCo and the meshes."""
 
-from rosorin_compile import api
-from rosorin_compile.mujoco.physics.checking import require
+from rosorin_compile.mujoco.physics.checking import check_physics, require
 from rosorin_compile.source.project import Description
 
 from .command import Options, check, check_options, hook_option
@@ -19,7 +18,7 @@ def run(options: Options) -> int:
 
 
 def _check(run: Run, description: Description) -> int:
-    result = api.check_physics(run.request(description))
+    result = check_physics(run.request(description))
     run.console.show(result.diagnostics)
     run.console.robots[-1]["looked_at"] = result.looked_at
     if result.looked_at is None:

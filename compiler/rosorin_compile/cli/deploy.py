@@ -1,6 +1,6 @@
 """rosorin-compile deploy: write the artifacts into a ROS 2 package that exists."""
 
-from rosorin_compile import api
+from rosorin_compile.ros.package.deploy import deploy
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
 from . import command as cli
@@ -26,7 +26,7 @@ def run(options: cli.Options) -> int:
     run, description = Run.alone(options, stdin=False)
     console = run.console
     console.begin(description.name)
-    result = api.deploy(run.request(description), options.output, **options.pick("places install dry_run full"))
+    result = deploy(run.request(description), options.output, **options.pick("places install dry_run full"))
     console.print_read(result.inputs)
     failed = run.show(result)
     if not result.robot:

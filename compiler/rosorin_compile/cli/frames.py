@@ -5,9 +5,8 @@ import shutil
 import sys
 from contextlib import suppress
 
-from rosorin_compile import api
 from rosorin_compile.model import Robot
-from rosorin_compile.viewer.frames import Frames
+from rosorin_compile.viewer.frames import Frames, frames
 
 from . import command as cli
 from .console import PROBLEMS, paint
@@ -26,7 +25,7 @@ from .run import Run
 def run(options: cli.Options) -> int:
     """Show the tree of frames of one robot."""
     run, description = Run.alone(options)
-    found = api.frames(run.request(description), **options.pick("frame publisher output force modes"))
+    found = frames(run.request(description), **options.pick("frame publisher output force modes"))
     failed, robot = run.show(found), found.robot
     if robot is None:
         return run.no_robot(description)

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from rosorin_compile import api
 from rosorin_compile.output import OutputError, may_replace, write_file
+from rosorin_compile.ros.graph import graph
 
 from . import command as cli
 from .console import FINE, PROBLEMS
@@ -18,7 +18,7 @@ from .run import Run
 def run(options: cli.Options) -> int:
     """Show the nodes of a robot, the topics between them, and topics that no node publishes."""
     run, description = Run.alone(options)
-    found = api.graph(run.request(description))
+    found = graph(run.request(description))
     failed = run.show(found)
     if not found.robot:
         return run.no_robot(description)

@@ -1,6 +1,6 @@
 """rosorin-compile package: write a ROS 2 package that is ready to build."""
 
-from rosorin_compile import api
+from rosorin_compile.ros.package.package import package
 
 from .command import Options, combined, command, option, repeatable, robot_argument, robot_options
 from .console import FINE, PROBLEMS
@@ -30,7 +30,7 @@ def run(options: Options) -> int:
     run, description = Run.alone(options, stdin=False)
     console = run.console
     console.begin(description.name)
-    result = api.package(
+    result = package(
         run.request(description),
         options.output,
         **options.pick("name build_type version maintainer license url topics compile_at_launch control moveit nav2"),

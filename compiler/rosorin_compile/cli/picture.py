@@ -2,8 +2,8 @@
 
 import re
 
-from rosorin_compile import api
 from rosorin_compile.source.diagnostics import RequestError
+from rosorin_compile.viewer.picture.draw import picture
 
 from . import command as cli
 from .console import PROBLEMS
@@ -39,7 +39,7 @@ def run(options: cli.Options) -> int:
     picked = options.pick("pose joints pulses modes view collision published_frames frames theme transparent force")
     pixels = (int(size[1]), int(size[2]))
     try:
-        result = api.picture(run.request(description), options.output, **picked, size=pixels)
+        result = picture(run.request(description), options.output, **picked, size=pixels)
     except NoPulse as problem:
         run.console.warn(f"rosorin-compile: {problem}")
         return PROBLEMS

@@ -3,9 +3,8 @@
 import math
 from collections.abc import Sequence
 
-from rosorin_compile import api
+from rosorin_compile.joint_values import JointPulse, pulses
 from rosorin_compile.model import Robot
-from rosorin_compile.results import JointPulse
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.numbers import exact, fixed
 
@@ -45,7 +44,7 @@ def run(options: Options) -> int:
             raise
         raise RequestError(f"{problem}; if it is a pulse or a position, write JOINT={names[0]}") from None
     try:
-        found = api.pulses(
+        found = pulses(
             run.request(description),
             dict(pair(word, "JOINT=VALUE") for word in run.words if "=" in word),
             **options.pick("pose model strict"),

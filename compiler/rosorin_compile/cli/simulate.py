@@ -2,8 +2,7 @@
 
 from contextlib import suppress
 
-from rosorin_compile import api
-from rosorin_compile.mujoco.simulate.simulation import LIMITS, about, summary, tables
+from rosorin_compile.mujoco.simulate.simulation import LIMITS, about, simulate, summary, tables
 
 from .command import Options, command, flag, option, repeatable, robot_argument, robot_options
 from .console import FINE, PROBLEMS
@@ -30,7 +29,7 @@ def run(options: Options) -> int:
             limits[name] = float(value)
     run, description = Run.alone(options)
     console, settings = run.console, options.pick("base seconds")
-    result = api.simulate(run.request(description), **settings, limits=limits, timing=not options.no_timing)
+    result = simulate(run.request(description), **settings, limits=limits, timing=not options.no_timing)
     name = result.robot
     if not result.poses:
         console.show(result.diagnostics)

@@ -5,10 +5,9 @@ from typing import Any
 
 import click
 
-from rosorin_compile import api
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.viewer.server import LOOPBACK, LiveRobot, bound
-from rosorin_compile.viewer.showing import Shown
+from rosorin_compile.viewer.showing import Shown, view
 
 from .command import Options, command, flag, option, page_options, robot_argument, robot_options
 from .console import FINE, PROBLEMS
@@ -27,7 +26,7 @@ def run(options: Options) -> int:
     run, description = Run.alone(options)
     console, request, port, host = run.console, run.request(description), options.port, options.host
     if options.html is not None:
-        page = api.view(request, options.html, meshes=not options.no_meshes, max_megabytes=options.max_megabytes)
+        page = view(request, options.html, meshes=not options.no_meshes, max_megabytes=options.max_megabytes)
         console.show(page.diagnostics)
         if not page.written:
             console.warn(f"{description.name}: no page was written")

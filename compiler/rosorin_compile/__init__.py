@@ -14,7 +14,7 @@ TYPE_CHECKING = False  # typing takes milliseconds to import, in which a Ctrl-C 
 if TYPE_CHECKING:
     from rosorin_compile.api import (
         Arguments, Checked, Explained, Outputs, Rules, Written, arguments, check, collisions, compile,  # noqa: A004
-        diff, explain, explain_rules, outputs, read, schema, verify, write,
+        diff, explain, explain_rules, outputs, read, schema, write,
     )
     from rosorin_compile.compare.difference import Difference
     from rosorin_compile.formats.compiled import Compiled, Reading, Variant
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
     from rosorin_compile.mujoco.physics.checking import CheckedPhysics, check_physics
     from rosorin_compile.mujoco.simulate.simulation import Simulated, simulate
+    from rosorin_compile.recordings import verify
     from rosorin_compile.recordings.results import Verified
     from rosorin_compile.ros.check_parameters.checking import check_parameters
     from rosorin_compile.ros.graph import graph
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "api": "Arguments Checked Explained Outputs Rules Written arguments check collisions compile diff explain "
-           "explain_rules outputs read schema verify write",
+           "explain_rules outputs read schema write",
     "compare.difference": "Difference",
     "formats.compiled": "Compiled Reading Variant",
     "formats.format": "Artifact",
@@ -57,6 +58,7 @@ _MODULES = {
     "mujoco.collisions.matrix": "CollisionMatrix",
     "mujoco.physics.checking": "CheckedPhysics check_physics",
     "mujoco.simulate.simulation": "Simulated simulate",
+    "recordings": "verify",
     "recordings.results": "Verified",
     "ros.check_parameters.checking": "check_parameters",
     "ros.graph": "graph",

@@ -19,10 +19,10 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
@@ -30,6 +30,7 @@ from rosorin_compile.compare.precision import printed
 from rosorin_compile.compare.sentences import several
 from rosorin_compile.formats import FORMATS, plugged_diagnostics, schema_names, schema_text
 from rosorin_compile.formats.compiled import Compiled, Reading
+from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.language.arguments import Argument, declared, takes_no_arguments
 from rosorin_compile.language.explain import Answer, Explanation, NamedValue
@@ -44,7 +45,6 @@ from rosorin_compile.source.diagnostics import (
     ERROR,
     NOTE,
     Diagnostic,
-    MissingPackages,
     RequestError,
     UnknownName,
     error,
@@ -54,11 +54,9 @@ from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.project import Description, all_here
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Rule, find
-from rosorin_compile.source.system import pip_install
 
 if TYPE_CHECKING:
     from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
-    from rosorin_compile.recordings.results import Verified
 
 
 @dataclass(frozen=True)
@@ -263,7 +261,7 @@ def write(
         meshes = {name: data for name, data in meshes.items() if name in names}
     files: dict[str, str | bytes] = {**meshes, **{artifact.file: artifact.text for artifact in artifacts}}
     try:
-        done = write_artifacts(folder, files, prune, complete=not only)
+        done = write_artifacts(folder, files, prune)
     except OutputError as problem:
         return Written(compiled, folder, diagnostics=(*diagnostics, problem.diagnostic))
     changed = [artifact for artifact in artifacts if artifact.file in done.written]
@@ -313,55 +311,48 @@ def diff(
     if isinstance(tolerance, bool) or not (isinstance(tolerance, (int, float)) and 0 <= tolerance < float("inf")):
         message = f"the tolerance is a number from zero upwards, not {tolerance!s:.60}"
         diagnostics.append(error("bad-argument", message, None))
-    if not (prefix is None or isinstance(prefix, str)):
-        diagnostics.append(error("bad-argument", f"the prefix is text, not {prefix!s:.60}", None))
-    first = _side(a, arguments, a_arguments, packages, trust)
-    second = _side(b, arguments, b_arguments, packages, trust)
-    diagnostics += [*first.diagnostics, *second.diagnostics]
-    if arguments and first.deaf and second.deaf:
-        diagnostics.append(takes_no_arguments(first.deaf))
-    if first.side is None or second.side is None or has_errors(diagnostics):
+    loaded = [_load_side(robot, arguments, own, packages, trust) for robot, own in ((a, a_arguments), (b, b_arguments))]
+    (first, first_file, _), (second, second_file, _) = loaded
+    diagnostics += [one for _, _, found in loaded for one in found]
+    if first and arguments and all(file is not None and not file.takes_arguments for file in (first_file, second_file)):
+        diagnostics.append(takes_no_arguments(Path(first.label)))
+    if first is None or second is None or has_errors(diagnostics):
         return Difference(None, None, (), (), (), tolerance, tuple(dict.fromkeys(diagnostics)))
     try:
-        found = compare_robots(first.side, second.side, tolerance, prefix)
+        found = compare_robots(first, second, tolerance, prefix)
     except PluginFailed as problem:
         return Difference(None, None, (), (), (), tolerance, (*diagnostics, problem.diagnostic))
     not_compared = [*found.not_compared]
-    for one in (first, second):
-        left_out = [several(one.left_out)] if brief and one.left_out else one.left_out
-        not_compared += [f"{one.side.label}: {what}" for what in left_out if one.side is not None]
+    for side, file in ((first, first_file), (second, second_file)):
+        if file is not None and file.left_out:
+            left_out = [several(file.left_out)] if brief else file.left_out
+            not_compared += [f"{side.label}: {what}" for what in left_out]
     return replace(found, not_compared=tuple(not_compared), diagnostics=tuple(diagnostics))
 
 
-class _Loaded(NamedTuple):
-    """One side of a comparison, and what of its file is not part of it; ``deaf`` is a file that takes no arguments."""
-
-    side: Side | None
-    diagnostics: Sequence[Diagnostic] = ()
-    left_out: Sequence[str] = ()
-    deaf: Path | None = None
-
-
-def _side(robot: FilePath | Robot | Request, shared: Values, own: Values, packages: Packages, trust: bool) -> _Loaded:
+def _load_side(
+    robot: FilePath | Robot | Request, shared: Values, own: Values, packages: Packages, trust: bool
+) -> tuple[Side | None, Imported | None, list[Diagnostic]]:
+    """Return one side of a comparison unless it has errors, and its file if it is in another format than ours."""
     if isinstance(robot, Robot):
-        return _Loaded(Side(robot.name, YAML, robot))
+        return Side(robot.name, YAML, robot), None, []
     requests = [Request.of(robot, values, packages, trust=trust) for values in (shared, own)]
     if problems := [problem for request in requests for problem in request.problems]:
-        return _Loaded(None, problems)
+        return None, None, problems
     request = replace(requests[1], arguments={**requests[0].arguments, **requests[1].arguments})
     found, path = request.understand(), request.description.path
     diagnostics = [d for d in found.diagnostics if d.severity == ERROR or (d.rule == EXECUTED and not request.trust)]
     if found.robot is None:
-        return _Loaded(None, diagnostics)
+        return None, None, diagnostics
     label = str(path) if isinstance(robot, Request) or path == Description.ON_STDIN else os.fsdecode(robot)
     imported = found.imported
     if imported is None or imported.tree is None:
-        return _Loaded(Side(label, YAML, found.robot, folder=path.parent), diagnostics)
+        return Side(label, YAML, found.robot, folder=path.parent), None, diagnostics
     if requests[1].arguments and not imported.takes_arguments:
         diagnostics.append(takes_no_arguments(path))
     reduced = replace(found.robot, outputs=())
-    side = Side(label, FORMATS[imported.format], reduced, printed(imported.tree.span.source.text), path.parent)
-    return _Loaded(side, diagnostics, imported.left_out, None if imported.takes_arguments else path)
+    text = imported.tree.span.source.text
+    return Side(label, FORMATS[imported.format], reduced, printed(text), path.parent), imported, diagnostics
 
 
 def explain(
@@ -481,47 +472,3 @@ def collisions(
 
     request = Request.of(robot, arguments, packages, trust=trust)
     return compute_matrix(request, planning_of, output=None if output is None else Path(output), force=force)
-
-
-def verify(
-    robot: FilePath | Request,
-    source: FilePath,
-    arguments: Values = None,
-    packages: Packages = None,
-    *,
-    modes: Mapping[str, bool] | None = None,
-    without: Sequence[str] = (),
-    pose: str = "",
-    frames: tuple[str, str] | None = None,
-    since: float | None = None,
-    until: float | None = None,
-    stale: float = 1.0,
-    namespace: str = "",
-    prefix: str = "",
-    trust: bool = False,
-) -> Verified:
-    """Compare a recording of the running robot with its description; ``findings`` are what is not as described.
-
-    Args:
-        source: A rosbag2 folder, a .mcap or .db3 file, a file with the output of ``tf2_echo`` or ``view_frames``, or
-            ``-`` for such text on standard input.
-        modes: Modes that were on or off; the others are detected.
-        without: Nodes that were not running.
-        pose: The named pose of the joints while ``tf2_echo`` ran.
-        frames: The source and the target frame of the output of ``tf2_echo``.
-        since: Start this many seconds after the start of the recording.
-        until: Stop this many seconds after the start of the recording.
-        stale: The maximum age of a transform in s.
-        namespace: The namespace of the topics, such as ``robot1``.
-        prefix: The prefix of the recorded frames, such as ``robot1/``.
-    """
-    try:
-        from rosorin_compile.recordings.expected import Options
-        from rosorin_compile.recordings.verification import verify_recording
-    except ModuleNotFoundError as problem:
-        if problem.name != "numpy":
-            raise
-        needs = "rosorin-compile verify needs numpy, and rosbags for recordings"
-        raise MissingPackages(f"{needs}: {pip_install('verify')}") from None
-    options = Options(modes or {}, frozenset(without), None, frames, since, until, namespace, prefix, stale)
-    return verify_recording(Request.of(robot, arguments, packages, trust=trust), os.fsdecode(source), options, pose)

@@ -7,20 +7,18 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
-from pathlib import Path
 from typing import Literal
 
 from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.model.geometry import quaternion_of, rotation_of_rpy
 from rosorin_compile.model.kinematics import Position, Positions, position_of
-from rosorin_compile.model.servos import ServoGroup, against_model, nearest, servo_of, to_radians, within
+from rosorin_compile.model.servos import ServoGroup, nearest, servo_of, to_radians, within
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source import units
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, UnknownName
 from rosorin_compile.source.numbers import exact
-from rosorin_compile.source.project import no_file
 from rosorin_compile.source.units import ANGLE, LENGTH, NUMBER, Dimension, Quantity, describe, dimension_of
 
 MAX_STATES = 100_000
@@ -178,16 +176,6 @@ class JointPulse:
 
 
 @dataclass(frozen=True)
-class ModelComparison:
-    """A comparison with a driver's model of the servos, pulse by pulse: how many, and a sentence per difference."""
-
-    file: str
-    joints: int
-    pulses: int
-    differences: tuple[str, ...]
-
-
-@dataclass(frozen=True)
 class Pulses:
     """The calibration of the servos of a robot, and the requested pulses with the positions that they set.
 
@@ -198,7 +186,6 @@ class Pulses:
 
     servos: tuple[ServoGroup, ...] = ()
     joints: tuple[JointPulse, ...] = ()
-    model: ModelComparison | None = None
     without_servo: tuple[str, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
     robot: Robot | None = field(default=None, repr=False)
@@ -212,7 +199,6 @@ def pulses(
     *,
     pose: str = "",
     unit: str = "",
-    model: FilePath | None = None,
     strict: bool = False,
     trust: bool = False,
 ) -> Pulses:
@@ -222,7 +208,6 @@ def pulses(
         values: Pulses as whole numbers, or positions as texts with a unit (``"30deg"``), by joint.
         pose: A named pose to convert, before ``values``.
         unit: ``"rad"`` or ``"deg"``: numbers in ``values`` are positions in this unit (or metres), not pulses.
-        model: A ``robot_model.json`` whose positions are compared with those of the description, pulse by pulse.
         strict: Treat positions beyond a limit as errors.
 
     Raises:
@@ -240,11 +225,6 @@ def pulses(
     servos = case.robot.servos
     if not servos:
         raise RequestError(f'the robot "{case.robot.name}" has no servos')
-    if model is not None:
-        if not Path(model).is_file():
-            raise RequestError(no_file(Path(model)))
-        comparison = ModelComparison(str(model), *against_model(case.robot, Path(model).read_bytes()))
-        return Pulses(servos, model=comparison, diagnostics=diagnostics, robot=case.robot)
     posed = dict(case.robot.positions(pose)) if pose else {}
     with_servo = [name for group in servos for name in group.joints if name in posed]
     if pose and not with_servo:
@@ -262,7 +242,7 @@ def pulses(
     state = {one.joint: one.position for one in rows.values()}
     beyond = beyond_limits(case, [state], ERROR if strict else WARNING)
     without = tuple(name for name in posed if name not in with_servo)
-    return Pulses(servos, tuple(rows.values()), None, without, (*diagnostics, *beyond), case.robot)
+    return Pulses(servos, tuple(rows.values()), without, (*diagnostics, *beyond), case.robot)
 
 
 def _joint_pulse(robot: Robot, name: str, pulse: int | None, requested: float) -> JointPulse:

@@ -9,9 +9,9 @@ from typing import Literal
 
 from rosorin_compile.joint_values import beyond_limits, combine_sweeps, positions, sweep_of
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Publisher, Robot, Transform, Vector
-from rosorin_compile.model.geometry import Quaternion, Rows, plus, quaternion_of
-from rosorin_compile.model.joint import NODE, motion
-from rosorin_compile.model.kinematics import Graph, NoWay, Position, Positions, Step, position_of
+from rosorin_compile.model.geometry import Quaternion, minus, quaternion_of
+from rosorin_compile.model.joint import NODE
+from rosorin_compile.model.kinematics import Graph, NoWay, Position, Positions, Step
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import check_modes, holds
@@ -26,6 +26,7 @@ from rosorin_compile.source.diagnostics import (
     has_errors,
 )
 from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import listed
 
 
@@ -162,41 +163,33 @@ def _graph(robot: Robot, source: str, target: str, modes: Mapping[str, bool]) ->
     return graph
 
 
-# The operations of tf2 in the same order: ``lookupTransform`` (geometry2, ``tf2/src/buffer_core.cpp``) walks from both
-# frames up to where they meet and multiplies quaternions on the way, so that even signs and zeros of the result follow
-# from the order of operations. The formulas are those of ``tf2/LinearMath`` (equal in Humble and Jazzy).
-
-
 def lookup(graph: Graph, source: str, target: str, positions: Positions) -> FrameTransform:
-    """Return the pose of ``target`` in ``source`` at joint positions (rad or m), as tf2 computes it.
+    """Return the pose of ``target`` in ``source`` at joint positions (rad or m), as ``lookupTransform`` of tf2 does.
 
-    Raises NoWay, and KeyError for unknown frames.
+    Like tf2 (geometry2, ``tf2/src/buffer_core.cpp``), this walks from both frames up to where they meet and multiplies
+    quaternions on the way, on which the sign of the result depends. Raises NoWay, and KeyError for unknown frames.
     """
     way = graph.way(source, target)
-    to_top = [move.step for move in way if move.up]
-    from_top = [move.step for move in reversed(way) if not move.up]
-    below, above = _accumulate(graph, from_top, positions), _accumulate(graph, to_top, positions)
-    # tf2 leaves out the frame that it starts from only where it meets it on its way: never at the root of its tree.
-    quaternion, translation = below
-    if way and (to_top or source not in graph.published):
-        x, y, z, w = above[0]
-        quaternion = (-x, -y, -z, w)
-        x, y, z = above[1]
-        translation = _rotate(quaternion, (-x, -y, -z))
-        if from_top or target not in graph.published:
-            translation = plus(_rotate(quaternion, below[1]), translation)
-            quaternion = _product(quaternion, below[0])
-    rows = _rows_of(quaternion)
-    angles = rpy(rows)
-    roll, pitch, yaw = (angle * (180.0 / math.pi) for angle in angles)
-    matrix = (*((*row, x) for row, x in zip(rows, translation, strict=True)), (0.0, 0.0, 0.0, 1.0))
+    quaternion, translation = _accumulate(graph, [move.step for move in reversed(way) if not move.up], positions)
+    if any(move.up for move in way):
+        (x, y, z, w), top = _accumulate(graph, [move.step for move in way if move.up], positions)
+        inverse = (-x, -y, -z, w)
+        translation = Transform.of_quaternion((0.0, 0.0, 0.0), (w, -x, -y, -z)).rotate(minus(translation, top))
+        quaternion = _product(inverse, quaternion)
+    x, y, z, w = quaternion
+    pose = Transform.of_quaternion(translation, (w, x, y, z))
+    roll, pitch, yaw = pose.rpy()
+    degrees = math.degrees(roll), math.degrees(pitch), math.degrees(yaw)
+    matrix = (*((*row, x) for row, x in zip(pose.rows, translation, strict=True)), (0.0, 0.0, 0.0, 1.0))
     chain = []
     for step, up in way:
         name, kind = (None, "node") if step.joint is None else (step.joint.name, step.joint.type)
         nodes = tuple(TransformPublisher(one.name, one.kind, when or "always") for one, when in step.publishers)
         chain.append(TransformStep(step.parent, step.child, "up" if up else "down", name, kind, nodes))
-    where = (translation, quaternion, angles, (roll, pitch, yaw), matrix)
-    return FrameTransform(source, target, dict(positions), *where, tuple(chain))
+    angles = (roll, pitch, yaw)
+    return FrameTransform(
+        source, target, dict(positions), translation, quaternion, angles, degrees, matrix, tuple(chain)
+    )
 
 
 def _accumulate(graph: Graph, steps: Iterable[Step], positions: Positions) -> tuple[Quaternion, Vector]:
@@ -204,17 +197,9 @@ def _accumulate(graph: Graph, steps: Iterable[Step], positions: Positions) -> tu
     quaternion: Quaternion = (0.0, 0.0, 0.0, 1.0)
     vector: Vector = (0.0, 0.0, 0.0)
     for step in steps:
-        joint = step.joint
-        pose = step.pose if joint is None else joint.origin
-        assert pose is not None  # noqa: S101 - the graph leaves out steps without numbers
-        # Not pose.transform(): publishers keep the rounding of sines, and the signs of the zeros that follow from it.
-        transform = Transform(rows_of_rpy(pose.rpy), pose.xyz)
-        if joint is not None and not joint.is_fixed:
-            position = position_of(graph.robot, joint, positions)
-            transform = transform.then(motion(joint.type, joint.axis, position))
-        rotation = quaternion_of(transform.rows)
-        vector = plus(_rotate(rotation, vector), transform.xyz)
-        quaternion = _product(rotation, quaternion)
+        transform = step.transform(graph.robot, positions)
+        vector = transform.apply(vector)
+        quaternion = _product(quaternion_of(transform.rows), quaternion)
     return quaternion, vector
 
 
@@ -226,67 +211,28 @@ def _product(a: Quaternion, b: Quaternion) -> Quaternion:
     return x, y, aw * bz + az * bw + ax * by - ay * bx, aw * bw - ax * bx - ay * by - az * bz
 
 
-def _rotate(q: Quaternion, v: Vector) -> Vector:
-    x, y, z, w = q
-    a, b, c = v
-    turned = (w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a, -x * a - y * b - z * c)
-    return _product(turned, (-x, -y, -z, w))[:3]
-
-
-def _rows_of(quaternion: Quaternion) -> Rows:
-    x, y, z, w = quaternion
-    s = 2.0 / (x * x + y * y + z * z + w * w)
-    xs, ys, zs = x * s, y * s, z * s
-    wx, wy, wz = w * xs, w * ys, w * zs
-    xx, xy, xz = x * xs, x * ys, x * zs
-    yy, yz, zz = y * ys, y * zs, z * zs
-    first, second = (1.0 - (yy + zz), xy - wz, xz + wy), (xy + wz, 1.0 - (xx + zz), yz - wx)
-    return first, second, (xz - wy, yz + wx, 1.0 - (xx + yy))
-
-
-def rows_of_rpy(angles: Vector) -> Rows:
-    """Return the rotation matrix of fixed-axis roll, pitch, yaw in radians, like tf2's ``Matrix3x3::setRPY``."""
-    (si, ci), (sj, cj), (sh, ch) = ((math.sin(angle), math.cos(angle)) for angle in angles)
-    cc, cs, sc, ss = ci * ch, ci * sh, si * ch, si * sh
-    return ((cj * ch, sj * sc - cs, sj * cc + ss), (cj * sh, sj * ss + cc, sj * cs - sc), (-sj, cj * si, cj * ci))
-
-
-def rpy(rows: Rows) -> Vector:
-    """Return fixed-axis roll, pitch, yaw (radians) like ``getRPY`` of tf2: the solution with a pitch within 90 degrees.
-
-    The pitch is exactly +-90 degrees, and the yaw zero, only where the matrix has 1 or more: within rounding is not
-    enough. A pitch of zero is -0.0, since tf2 negates an arc sine.
-    """
-    down = rows[2][0]
-    if abs(down) >= 1:
-        return (math.atan2(rows[2][1], rows[2][2]), math.copysign(math.pi / 2, -down), 0.0)
-    pitch = -math.asin(down)
-    level = math.cos(pitch)
-    roll = math.atan2(rows[2][1] / level, rows[2][2] / level)
-    return (roll, pitch, math.atan2(rows[1][0] / level, rows[0][0] / level))
-
-
 def _no_way(case: Case, problem: NoWay) -> Diagnostic:
     """Return why the description has no transform: which edges are missing, who publishes them, and when."""
     source, target = problem.source, problem.target
     if not problem.missing:
         help = "declare the transform that joins them under edges, with who publishes it"
         return error("transform-not-known", f"{source} and {target} are in trees that do not meet", None, help)
-    related = []
     missing = [edge for step in problem.missing for edge in step.edges]
-    for edge in missing:
+    paths: list[Path] = [("edges", case.robot.edges.index(edge)) for edge in missing]
+    related = []
+    for edge, path in zip(missing, paths, strict=True):
         numbers = "a pose of its own" if edge.pose is not None else "known to that node alone"
         when = f"when {edge.when}" if edge.when else "always"
         message = f"{edge.parent} -> {edge.child}: {_publisher(edge.publisher)} publishes it {when}, {numbers}"
-        related.append(case.related(message, ("edges", case.robot.edges.index(edge))))
+        related.append(case.related(message, path))
     edges = listed(f"{step.parent} -> {step.child}" for step in problem.missing)
-    message = f"the description has no numbers for {edges}, on the way from {source} to {target}"
-    help = f"ask the running robot, ros2 run tf2_ros tf2_echo {source} {target}; or give the edge xyz and rpy"
     if all(edge.pose is not None for edge in missing):
         message = f"{edges}, on the way from {source} to {target}, depends on the mode"
         help = "choose a mode: --mode NAME"
-    path = ("edges", case.robot.edges.index(missing[0]))
-    return case.problem("transform-not-known", message, path, help, related=related)
+    else:
+        message = f"the description has no numbers for {edges}, on the way from {source} to {target}"
+        help = f"ask the running robot, ros2 run tf2_ros tf2_echo {source} {target}; or give the edge xyz and rpy"
+    return case.problem("transform-not-known", message, paths[0], help, related=related)
 
 
 def _publisher(publisher: Publisher) -> str:

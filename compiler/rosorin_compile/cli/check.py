@@ -26,7 +26,7 @@ from rosorin_compile.viewer.changed import Pictures
 
 from . import command as cli
 from .console import FINE, PROBLEMS
-from .depfile import write_depfile
+from .depfile import watched, write_depfile
 from .markdown import blocks
 from .registry import commands
 from .run import Run, count, for_each
@@ -156,8 +156,8 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
     console.say(f"{name}: {count(compiled.artifacts, compiled.mesh_files)} up to date in {folder}")
     if options.depfile is None:
         return FINE
-    watched = request.watched(compiled, [Path(options.depfile)])
-    return write_depfile(run, options.depfile_target, [*watched, *(folder / file for file in committed.committed)])
+    files = watched(request.inputs(compiled), compiled, [Path(options.depfile)])
+    return write_depfile(run, options.depfile_target, [*files, *(folder / file for file in committed.committed)])
 
 
 def _check_every(run: Run, description: Description) -> int:

@@ -12,14 +12,14 @@ from rosorin_compile import api
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.arguments import UNKNOWN
 from rosorin_compile.output import OutputError, encoded, is_generated, may_replace, write_file
-from rosorin_compile.output.artifact_set import remember, remembered
+from rosorin_compile.output.artifact_set import is_remembered, remember
 from rosorin_compile.source.diagnostics import ERROR, RequestError
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import counted, first_of
 
 from .command import Options, command, depfile_options, flag, option, robot_options, words_argument
 from .console import FINE, PROBLEMS, USAGE, give, table
-from .depfile import write_depfile
+from .depfile import watched, write_depfile
 from .run import Run, is_robot, refuse_half_marks
 
 _CALL = "rosorin-compile print"
@@ -80,7 +80,7 @@ def run(options: Options) -> int:
         if options.output is not None:
             # One without a line that marks it is replaced if it was written before.
             path, robot_of = Path(options.output), FORMATS[artifact.backend].robot_of
-            is_known = remembered(path) is not None
+            is_known = is_remembered(path)
             write_file(path, data, inputs, lambda old: is_known or may_replace(old) or bool(robot_of and robot_of(old)))
             if not is_generated(data):
                 remember(path)
@@ -89,7 +89,7 @@ def run(options: Options) -> int:
         return PROBLEMS
     if options.depfile is not None:
         made = [Path(name) for name in (options.output, options.depfile) if name]
-        if write_depfile(run, target, request.watched(compiled, made), made[:-1]):
+        if write_depfile(run, target, watched(request.inputs(compiled), compiled, made), made[:-1]):
             return PROBLEMS
     if options.output is None:
         give(artifact.text)

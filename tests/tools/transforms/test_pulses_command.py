@@ -7,7 +7,6 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from support.commands import HANDY, Shown, ask, edit, write_files
-from support.paths import OUTPUTS
 from support.robots import RECORDED
 
 pytestmark = pytest.mark.usefixtures("rosorin")
@@ -42,14 +41,18 @@ def test_all_joints_of_a_pose(capsys: Shown) -> None:
     assert {joint["joint"]: joint["pulse"] for joint in said["joints"]} == RECORDED["tuck"]["pulses"]
     assert [joint["position"] for joint in said["joints"]] == RECORDED["tuck"]["positions_rad"]
     assert said["joints"][0]["pulses_within_limits"] == [2, 998]
-    assert said["servos"][0] | {
-        "name": "arm",
-        "joints": [f"joint{i}" for i in range(1, 6)],
-        "rad_per_pulse": 0.0041887902047863905,
-        "zero_pulse": 500,
-        "flipped": True,
-        "pulse_range": [0, 1000],
-    } == said["servos"][0]
+    assert (
+        said["servos"][0]
+        | {
+            "name": "arm",
+            "joints": [f"joint{i}" for i in range(1, 6)],
+            "rad_per_pulse": 0.0041887902047863905,
+            "zero_pulse": 500,
+            "flipped": True,
+            "pulse_range": [0, 1000],
+        }
+        == said["servos"][0]
+    )
     changed = json.loads(pulses(capsys, "--pose", "tuck", "joint1=400", "--format", "json"))["result"]
     assert changed["joints"][0]["pulse"] == 400
 
@@ -88,18 +91,6 @@ def test_a_number_without_its_joint_says_how_to_write_it(word: str, capsys: Show
     hint = "if it is a pulse or a position, write JOINT="
     assert pulses(capsys, word, code=2).endswith(f"; {hint}{word}\n")
     assert hint not in pulses(capsys, "nobody", code=2)
-
-
-def test_the_committed_model_of_the_driver_is_proven(rosorin: Path, capsys: Shown) -> None:
-    model = rosorin / "model.json"
-    model.write_bytes((OUTPUTS / "robot_model.json").read_bytes())
-    said = pulses(capsys, "--model", "model.json")
-    assert said == "model.json: 5,005 pulses of 5 joints give the very positions described\n"
-    edit(model, '"flipped": true', '"flipped": false')
-    said = pulses(capsys, "--model", "model.json", code=1)
-    assert said.count("(1,000 of 1,001 pulses differ)\n") == 5
-    model.write_text("{}", "utf-8")
-    assert pulses(capsys, "--model", "model.json", code=1).startswith("model.json: it is no robot_model.json")
 
 
 def test_a_robot_without_servos(home: Path, capsys: Shown) -> None:

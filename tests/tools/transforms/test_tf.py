@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.model.kinematics import Graph, NoWay
 from rosorin_compile.joint_values import position
-from rosorin_compile.transforms import _no_way, lookup
+from rosorin_compile.model.kinematics import Graph, NoWay
 from rosorin_compile.source.diagnostics import RequestError
+from rosorin_compile.transforms import _no_way, lookup
 from support.commands import HANDY, Shown, ask, edit, write_files
 from support.robots import RECORDED, compiled
 

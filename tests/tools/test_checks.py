@@ -59,18 +59,6 @@ def test_the_name_of_a_check_stands_first(line: str, name: str, left: str) -> No
 
 
 @pytest.mark.usefixtures("carts")
-def test_a_check_that_stands_behind_the_robot_is_told_where_it_stands(home: Path, capsys: Shown) -> None:
-    said = '"deployed" is a check; write it before the robot: check deployed ROBOT'
-    for words in ("check cart deployed", "check --format json cart -o out deployed"):
-        assert main(words.split()) == 2
-        assert capsys.readouterr().err.startswith(f"rosorin-compile: {said}\nrosorin-compile: ")
-    assert main(["check", "cart", "physics"]) == 0, "a robot"
-    (home / "deployed").touch()
-    assert main(["check", "cart", "deployed", "--hook"]) == 2
-    assert "stands before" not in capsys.readouterr().err
-
-
-@pytest.mark.usefixtures("carts")
 def test_a_robot_that_is_called_as_a_check_is_reached_by_its_path(capsys: Shown) -> None:
     pytest.importorskip("mujoco")
     assert main(["check", "physics", "cart"]) == 0

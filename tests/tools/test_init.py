@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.importing.new_robot import TEMPLATES, check_name, start, texts_of
+from rosorin_compile.importing.new_robot import TEMPLATES, check_name, init, texts_of
 from rosorin_compile.source.diagnostics import RequestError
 from support.kills import at_each_step
 from support.paths import COMPILER, PACKAGES, ROOT, SCHEMAS
@@ -75,7 +75,7 @@ def test_every_template_compiles_with_stand_ins_at_most(template: str, capsys: p
 def test_a_template_could_be_built_and_simulates(template: str, capsys: pytest.CaptureFixture[str]) -> None:
     """The mobile manipulator is the example porter, which other tests drive."""
     pytest.importorskip("mujoco", minversion="4")
-    start("bot", Path(), template)
+    init("bot", template)
     assert main(["all", "-q"]) == 0
     assert main(["check", "physics"]) == 0
     assert main(["simulate", "--seconds", "0.5", "--no-timing"]) == 0
@@ -87,7 +87,7 @@ def test_a_template_could_be_built_and_simulates(template: str, capsys: pytest.C
 
 
 def test_a_length_of_the_arm_stands_once() -> None:
-    start("bot", Path(), "arm")
+    init("bot", "arm")
     path = Path("descriptions/bot/arm.yaml")
     path.write_text(path.read_text("utf-8").replace("upper_arm: 260 mm", "upper_arm: 300 mm"), "utf-8")
     made = compiled(Path("descriptions/bot/robot.yaml")).robot
@@ -142,7 +142,7 @@ def test_whoever_cannot_be_asked_gets_the_default_and_a_taken_name_is_told_befor
 @pytest.mark.parametrize("base", ["fixed", "free"])
 def test_mujoco_runs_the_starter(base: str) -> None:
     mujoco = pytest.importorskip("mujoco")
-    start("bot", Path())
+    init("bot")
     made = compiled(Path("descriptions/bot/robot.yaml"), {"base": base})
     model = mujoco.MjModel.from_xml_string(texts(made)["bot.xml"])
     data = mujoco.MjData(model)
@@ -154,7 +154,7 @@ def test_mujoco_runs_the_starter(base: str) -> None:
 
 
 def test_the_modeline_leads_to_the_schema_without_a_network() -> None:
-    start("bot", Path())
+    init("bot")
     description = Path("descriptions/bot/robot.yaml")
     first = description.read_text("utf-8").splitlines()[0]
     (address,) = re.findall(r"^# yaml-language-server: \$schema=(\S+)$", first)
@@ -174,7 +174,7 @@ def test_nothing_is_overwritten(capsys: pytest.CaptureFixture[str], kind: str) -
     target = Path("descriptions/bot")
     target.parent.mkdir()
     if kind == "robot":
-        start("bot", Path())
+        init("bot")
         (target / "robot.yaml").write_text("mine", "utf-8")
     elif kind == "empty folder":
         target.mkdir()
@@ -191,7 +191,7 @@ def test_nothing_is_overwritten(capsys: pytest.CaptureFixture[str], kind: str) -
 
 
 def test_a_schema_of_another_version_is_named_and_kept(capsys: pytest.CaptureFixture[str]) -> None:
-    start("bot", Path())
+    init("bot")
     Path(SCHEMA).write_text("{}", "utf-8")
     capsys.readouterr()
     assert main(["init", "second"]) == 0
@@ -201,8 +201,8 @@ def test_a_schema_of_another_version_is_named_and_kept(capsys: pytest.CaptureFix
     assert command == f"schema > {SCHEMA}"
     assert main(["schema"]) == 0
     assert capsys.readouterr().out == (SCHEMAS / "authoring.schema.json").read_text("utf-8")
-    start("third", Path())
-    assert not start("fourth", Path("elsewhere")).schema_outdated
+    init("third")
+    assert not init("fourth", project=Path("elsewhere")).schema_outdated
 
 
 BAD_NAMES = ["", "my bot", "../bot", "a/b", ".", "..", ".bot", "-bot", "2bot", "_", "größe", "bot\n", "a.b", "true"]
@@ -212,14 +212,14 @@ BAD_NAMES += ["null"]
 @pytest.mark.parametrize("name", [*BAD_NAMES, "x" * 61])
 def test_bad_names(name: str) -> None:
     with pytest.raises(RequestError):
-        start(name, Path())
+        init(name)
     assert files(Path()) == []
 
 
 @pytest.mark.parametrize("name", ["b", "my_bot", "Bot2", "on", "no", "a-b", "x" * 60])
 def test_good_names(here: Path, name: str) -> None:
     check_name(name)
-    start(name, Path())
+    init(name)
     made = compiled(here / "descriptions" / name / "robot.yaml")
     assert made.robot is not None
     assert made.robot.name == name
@@ -254,7 +254,7 @@ def test_killed_at_any_moment_it_is_there_or_not(here: Path) -> None:
         seen.add(robot.exists())
         shutil.rmtree(here / "descriptions", ignore_errors=True)
 
-    assert at_each_step(lambda: start("bot", here), after) > 10
+    assert at_each_step(lambda: init("bot", project=here), after) > 10
     assert seen == {False, True}
 
 

@@ -207,7 +207,7 @@ def _with(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequenc
         used = [value for value in values if any(row[index] == value for row in where)]
         causes += [f"{name}={' or '.join(used)}"] if len(used) < len(values) else []
         size *= len(used)
-    if not causes or size != len(where):
+    if size != len(where):
         causes = [f"{name}={value}" for (name, _), value in zip(varied, where[0], strict=True)]
-        causes += [f"and in {counted(len(where) - 1, 'other combination')}"] if len(where) > 1 else []
+        causes.append(f"and in {counted(len(where) - 1, 'other combination')}")
     return f" (with {', '.join(causes)})"

@@ -63,7 +63,6 @@ _grid_options = cli.combined(
     cli.option("--origin X,Y", type=_Numbers(2), help="corner of the first cell; default: corner of the mesh"),
     cli.option("--cells NXxNY", help="number of cells along x and y; default: cover the mesh"),
     cli.option("--size X,Y", type=_Numbers(2), help="size of the grid, instead of --cells"),
-    cli.combined(cli.flag("--exact", hidden=True), cli.option("--spacing", hidden=True)),  # heights are exact now
     cli.option("--below Z", type=_Numbers(), help="ignore surfaces above this height"),
     cli.option("--map-digits N", default=4, help="decimals of heights"),
     cli.option("--step LENGTH", type=_Numbers(positive=True), help=_STEP),

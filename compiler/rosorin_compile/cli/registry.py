@@ -110,12 +110,8 @@ def resolve_check(check: click.Command, words: list[str]) -> tuple[str, click.Co
             shown = f"./{path}" if path == Path(name) else str(path)
             _report(f'"{name}" is a check; the robot of that name: rosorin-compile {CHECK} {shown}')
         return f"{CHECK} {name}", found, words[: places[0]] + words[places[0] + 1 :]
-    later = [words[place] for place in places[1:] if words[place] in CHECKS]
-    misplaced = next((word for word in later if not _robot(word) and not Path(word).exists()), None)
     close = nearest(name, names("checks"))
-    if misplaced:
-        _report(f'"{misplaced}" is a check; write it before the robot: {CHECK} {misplaced} ROBOT')
-    elif close not in (None, name) and robot is None:
+    if close not in (None, name) and robot is None:
         _report(f'"{name}" is no check; {suggest(close)}')
     return CHECK, check, words
 

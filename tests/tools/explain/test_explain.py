@@ -8,7 +8,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import understand
-from rosorin_compile.importing.new_robot import start
+from rosorin_compile.importing.new_robot import init
 from rosorin_compile.language.arguments import read
 from rosorin_compile.language.explain import Answer, Explanation, Number, explain
 from rosorin_compile.language.origins import Meaning, Origin, Where
@@ -290,7 +290,7 @@ def test_unknown_names(capsys: pytest.CaptureFixture[str], words: list[str], mes
 
 
 def test_several_robots_or_none(project: Path, capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
-    start("second", project)
+    init("second", project=project)
     assert main(["explain", "shelf"]) == 2
     told = capsys.readouterr().err
     assert "there are several robots here: handy, second; name one: rosorin-compile explain ROBOT shelf" in told

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from rosorin_compile.importing.new_robot import DEFAULT, TEMPLATES, NewRobot, check_free, init
-from rosorin_compile.source.diagnostics import error
+from rosorin_compile.source.diagnostics import RequestError, error
 
 from .command import Options, argument, command, option
 from .console import PROBLEMS
@@ -43,9 +43,15 @@ def _lines(options: Options, new: NewRobot) -> Iterator[str]:
 
 
 def _ask() -> str:
-    """Return the template that a person at a terminal chooses, else the default."""
+    """Return the template that a person at a terminal chooses, else the default. Raises RequestError."""
     if sys.stdin is None or not (sys.stdin.isatty() and sys.stdout.isatty()):
         return DEFAULT
+    width = max(map(len, TEMPLATES))
     for name, template in TEMPLATES.items():
-        print(f"  {name:<{max(map(len, TEMPLATES))}}  {template.what}")
-    return str(click.prompt("which one?", DEFAULT, type=click.Choice([*TEMPLATES]), show_choices=False))
+        print(f"  {name:{width}}  {template.what}")
+    print(f"which one? [{DEFAULT}] ", end="", flush=True)
+    answer = sys.stdin.readline().strip() or DEFAULT
+    matching = [name for name in TEMPLATES if name.startswith(answer)]
+    if len(matching) != 1:
+        raise RequestError(f'there is no template "{answer}"; take one of {", ".join(TEMPLATES)}')
+    return matching[0]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rosorin_compile.model import Controller
 from rosorin_compile.model.joint import NODE
-from rosorin_compile.request import Request
+from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import (
     ERROR,
@@ -91,11 +91,34 @@ class CheckedParameters:
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
 
-def check_parameters(request: Request, selected: ParameterFiles) -> CheckedParameters:
-    """Check parameter files against a robot, a description or in another format. Raises RequestError."""
+def check_parameters(
+    robot: FilePath | Request,
+    files: Sequence[FilePath],
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    controllers: Sequence[FilePath] = (),
+    launch: Sequence[FilePath] = (),
+    remaps: Sequence[str] = (),
+    namespace: str = "",
+    distribution: str | None = None,
+    trust: bool = False,
+) -> CheckedParameters:
+    """Check parameter files of ROS nodes against a robot: frames, publishers, controllers and odometry topics.
+
+    Args:
+        files: The parameter files.
+        controllers: Parameter files of a controller_manager.
+        launch: Launch files to read remappings from.
+        remaps: Further remappings, as ``"NODE:FROM:=TO"``.
+        namespace: The namespace of the nodes.
+        distribution: The ROS 2 distribution; by default that of the outputs of the robot, if they agree.
+    """
+    nodes, managers, launches = ([Path(file) for file in paths] for paths in (files, controllers, launch))
+    selected = ParameterFiles(nodes, managers, launches, remaps, namespace, distribution or "")
     selected.check()
     selected.remappings()
-    understood = request.understand()
+    understood = Request.of(robot, arguments, packages, trust=trust).understand()
     if understood.case is None:
         return CheckedParameters(diagnostics=tuple(one for one in understood.diagnostics if one.severity == ERROR))
     return look(understood.case, selected)

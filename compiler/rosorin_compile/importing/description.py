@@ -263,17 +263,6 @@ def is_default(path: Path, value: Any) -> bool:
     return default is not None and not isinstance(value, bool) and bool(value == default)
 
 
-def default_of_key(key: str) -> Any:
-    """Return what a key of a link or a joint, or of what they hold, is when nothing is said; None for no such key."""
-    return _defaults().get(key)
-
-
-@cache
-def _defaults() -> Mapping[str, Any]:
-    entries = (said.get("properties", {}) for said in _pieces())
-    return {key: fragment["default"] for entry in entries for key, fragment in entry.items() if "default" in fragment}
-
-
 def _sorted(values: Mapping[str, V], order: Iterable[str]) -> dict[str, V]:
     rank = {key: place for place, key in enumerate(order)}
     return dict(sorted(values.items(), key=lambda item: rank.get(item[0], _LAST)))

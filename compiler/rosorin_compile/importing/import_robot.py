@@ -18,7 +18,7 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.model.joint import MOVING_TYPES
 from rosorin_compile.output import OutputError, WriteResult, write_set
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, counted, error, has_errors
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, error, has_errors
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
@@ -359,8 +359,7 @@ def _report(folder: Path, imported: Imported, trip: RoundTrip, left: Sequence[st
     tree = tree_of(imported)
     report = [
         f"{folder}: {sizes(tree)} in {', '.join(trip.files)}",
-        f"the compiled {trip.word} is the same robot: {counted(trip.frames, 'frame')} at "
-        f"zero and {trip.states} random joint states, largest difference {trip.largest:.2g}",
+        f"the compiled {FORMATS.published().word} is the same robot",
     ]
     if trip.proof.said or trip.proof.unknown:
         report.append(trip.proof.said or f"not held against the source in its engine: {trip.proof.unknown}")

@@ -360,12 +360,14 @@ def joint_unit(*path: str) -> str:
 
 def angle_of(tree: Map, path: Path) -> str:
     """Return the unit in degrees of the value at a path of a description, empty if it is no angle."""
+    body = tree["parts"][path[1]] if path[0] == "parts" and len(path) > 2 else tree
+    path = within_part(path)
     if len(path) >= 2 and path[-2] == "rpy":
         return "deg"
     if path[:1] == ("sensors",) and path[2:] in _OF_SENSOR:
         return "deg"
     unit = _of_joint(path)
-    return unit if unit and _turns(tree, _joint_at(path)) else ""
+    return unit if unit and _turns(body, _joint_at(path)) else ""
 
 
 def _of_joint(path: Path) -> str:

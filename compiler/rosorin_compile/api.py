@@ -1058,7 +1058,7 @@ def extract_height_map(
         below: Ignore surfaces above this height, in metres.
         map_digits: Decimals of heights in metres, 0 to 9.
         step: Round heights of boxes to multiples of this length in metres; by default a cell.
-        bottom: Also compute the lowest point in each cell.
+        bottom: Also compute the lowest point of the mesh.
         into: A file of a description whose height map is replaced, on the same grid.
         status: The status of the source in the description: calculated, measured or factory.
         note: The note of the source in the description; by default the names of the meshes.

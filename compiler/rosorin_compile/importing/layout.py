@@ -22,6 +22,8 @@ from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.yaml_text import Scalar
 
 WIDTH = 120
+# An implicit key has to end within 1,024 characters (https://yaml.org/spec/1.2.2/#example-single-pair-explicit-entry).
+MAX_KEY = 1_000
 _MAX_ALIGN = 60  # a list that is wrapped is aligned with its bracket; further right it is written as a block
 _FIRST_ROW = "izz"  # an inertia that needs two lines has its moments on the first, its products on the second
 _WORDS = ("for", "if")  # begin a loop or a condition; as the value of an expression they are names
@@ -80,9 +82,10 @@ def layout(document: Mapping[str, Any], remarks: Remarks = _NONE) -> str:
 
 
 def flow(value: Any) -> str | None:
-    """Return a value on one line, or None for text of several lines."""
+    """Return a value on one line, or None for text of several lines and very long keys."""
     if isinstance(value, Mapping):
-        items = [(f"{_key(key, True)}: ", flow(item)) for key, item in value.items()]
+        pairs = [(_key(key, True), item) for key, item in value.items()]
+        items = [(f"{key}: ", flow(item) if len(key) <= MAX_KEY else None) for key, item in pairs]
     elif isinstance(value, list):
         items = [("", flow(item)) for item in value]
     else:
@@ -152,7 +155,9 @@ class _Layout:
         previous, pad = 0, " " * indent
         for key, item in value.items():
             here = (*path, key)
-            entry = self.value(f"{pad}{_key(key, False)}:", item, indent, here)
+            name = _key(key, False)
+            entry = self.value(f"{pad}{name if len(name) <= MAX_KEY else ''}:", item, indent, here)
+            entry = entry if len(name) <= MAX_KEY else [f"{pad}? {name}", *entry]
             above, entry = self.commented(entry, pad, here)
             if lines and len(path) < _SPACED and (previous > 1 or len(entry) > 1):
                 lines.append("")

@@ -94,15 +94,14 @@ def extract_boxes(
     check_digits(digits, "--digits")
     try:
         TriangleMesh.needed()
-        from .shapes import FitGauge, fit_shapes
+        from .shapes import fit_shapes, measure_fits
 
         parts = source.file_parts(diagnostics) if source.are_files else source.link_parts(diagnostics)
         fitted = []
         for index, part in enumerate(parts):
             Progress.step("fitting", index, len(parts))
             fits = fit_shapes(part.triangles, digits, stack, axis)
-            gauge = FitGauge(part.triangles)
-            fitted.append(results.FittedPart(part, fits, {kind: gauge.measure(fit) for kind, fit in fits.items()}))
+            fitted.append(results.FittedPart(part, fits, measure_fits(part.triangles, fits)))
         text = _first_line(source, "boxes") + results.boxes_yaml(fitted, shape)
         if output is not None:
             results.save(output, text, force)

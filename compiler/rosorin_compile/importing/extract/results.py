@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .sources import Part
 
 MARK = "# rosorin-compile extract"  # begins every file that extract writes
-_HEAD = ("part", "shape", "volume", "overhang", "sticks out", "overlap")
+_HEAD = ("part", "shape", "volume", "overhang", "overlap")
 
 
 class FittedPart(NamedTuple):
@@ -118,7 +118,6 @@ def boxes_json(parts: Sequence[FittedPart]) -> dict[str, Any]:
                 ],
                 "volume": one.volume,
                 "overhang_volume": one.overhang,
-                "sticks_out": one.sticks_out,
                 "overlap": one.overlap,
                 "overlap_of": "volume" if is_closed else "surface",
             }
@@ -149,7 +148,6 @@ def boxes_table(parts: Sequence[FittedPart]) -> list[str]:
                     f"stack of {len(fit.pieces)}" if kind == "stack" else kind.replace("_", " "),
                     _volume(quality.volume),
                     overhang,
-                    f"{quality.sticks_out * 1000:.1f} mm",
                     f"{overlap} of surface" if quality.overhang is None else overlap,
                 )
             )

@@ -8,19 +8,19 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError, cKDTree  # type: ignore[import-untyped,unused-ignore]
+from scipy.spatial import ConvexHull, QhullError  # type: ignore[import-untyped,unused-ignore]
 from scipy.spatial.distance import pdist, squareform  # type: ignore[import-untyped,unused-ignore]
-from trimesh import Trimesh, creation
+from trimesh import Trimesh
 from trimesh.bounds import oriented_bounds
 from trimesh.intersections import slice_faces_plane
 from trimesh.nsphere import minimum_nsphere
 from trimesh.remesh import subdivide_to_size
-from trimesh.triangles import closest_point
 
 from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape, Transform
 
@@ -33,9 +33,7 @@ AXES = ("x", "y", "z")
 _WORTH = 0.99  # a rotated shape has to be smaller than this fraction of one that is rotated less
 _STL_NOISE = 1e-7  # m: STL corners have 24 bits
 _FINENESS = 50  # samples of the mesh surface along the diagonal of the mesh
-_NEIGHBOURS = 12  # nearest samples whose triangles are tried for the distance of a point
 _TOLERANCE = 2e-7  # m: a point this far outside a shape is on its surface
-_SURFACE_STEPS = 50  # samples of the shape surface along its diagonal
 _AXIS_ANGLES: dict[str, Vector] = {"x": (0, math.pi / 2, 0), "y": (math.pi / 2, 0, 0), "z": (0, 0, 0)}
 
 
@@ -265,49 +263,33 @@ def smallest_circle(points: Floats) -> tuple[Point, float]:
 
 
 class FitQuality(NamedTuple):
-    """How well a shape fits. Volumes in m^3, distances in metres, fractions from 0 to 1.
+    """How well a shape fits. Volumes in m^3, fractions from 0 to 1.
 
-    ``overhang`` is the volume of the shape outside the mesh, None for an open mesh. ``sticks_out`` is the largest
-    distance of a point of the shape from the mesh. ``overlap`` is the fraction of the mesh that the shape encloses.
+    ``overhang`` is the volume of the shape outside the mesh, None for an open mesh. ``overlap`` is the fraction of the
+    mesh that the shape encloses.
     """
 
     volume: float
     overhang: float | None
-    sticks_out: float
     overlap: float
 
 
-class FitGauge:
-    """Measures shapes around one mesh of triangles (n, 3, 3)."""
-
-    def __init__(self, triangles: Floats) -> None:
-        corners = triangles.reshape(-1, 3)
-        faces = np.arange(len(corners)).reshape(-1, 3)
-        mesh = Trimesh(corners, faces, process=True)
-        self.volume = abs(float(mesh.volume)) or None if mesh.is_watertight else None
-        # Tiny edges become exactly zero: trimesh divides by the square of any other.
-        self.triangles = np.round(triangles, 9)
-        points = self.triangles.reshape(-1, 3)
-        spacing = float(np.linalg.norm(np.ptp(points, axis=0))) / _FINENESS or 1.0
-        corners, pieces, self.owner = subdivide_to_size(points, faces, spacing, max_iter=30, return_index=True)
-        a, b, c = corners[pieces].transpose(1, 0, 2)
-        self.samples = (a + b + c) / 3
-        self.areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-        self.tree = cKDTree(self.samples)
-
-    def measure(self, fit: Fit) -> FitQuality:
-        """Measure how well a shape fits the mesh."""
-        inside = np.any([_contains(piece, self.samples) for piece in fit.pieces], axis=0)
-        total = float(self.areas.sum())
-        overlap = float(self.areas[inside].sum()) / total if total > 0 and not inside.all() else 1.0
-        overhang = None if self.volume is None else max(0.0, fit.volume - self.volume)
-        points = _visible_surface(fit)
-        _, near = self.tree.query(points, k=min(_NEIGHBOURS, len(self.samples)))
-        distances = [
-            np.linalg.norm(closest_point(self.triangles[self.owner[column]], points) - points, axis=1)
-            for column in near.reshape(len(points), -1).T
-        ]
-        return FitQuality(fit.volume, overhang, float(np.min(distances, axis=0).max()), overlap)
+def measure_fits(triangles: Floats, fits: Mapping[str, Fit]) -> dict[str, FitQuality]:
+    """Measure how well shapes fit a mesh of triangles (n, 3, 3), by samples of its surface."""
+    corners = triangles.reshape(-1, 3)
+    faces = np.arange(len(corners)).reshape(-1, 3)
+    mesh = Trimesh(corners, faces, process=True)
+    volume = abs(float(mesh.volume)) if mesh.is_watertight else 0.0
+    spacing = float(np.linalg.norm(np.ptp(corners, axis=0))) / _FINENESS or 1.0
+    points, pieces = subdivide_to_size(corners, faces, spacing, max_iter=30)
+    a, b, c = points[pieces].transpose(1, 0, 2)
+    areas, centres = np.linalg.norm(np.cross(b - a, c - a), axis=1), (a + b + c) / 3
+    total, measured = float(areas.sum()), {}
+    for kind, fit in fits.items():
+        inside = np.any([_contains(piece, centres) for piece in fit.pieces], axis=0)
+        overlap = float(areas[inside].sum()) / total if total > 0 and not inside.all() else 1.0
+        measured[kind] = FitQuality(fit.volume, max(0.0, fit.volume - volume) if volume else None, overlap)
+    return measured
 
 
 def _contains(shape: Shape, points: Floats) -> NDArray[np.bool_]:
@@ -324,32 +306,3 @@ def _contains(shape: Shape, points: Floats) -> NDArray[np.bool_]:
             beyond = np.hypot(radial, axial.clip(0)) - geometry.radius
     contained: NDArray[np.bool_] = beyond <= _TOLERANCE
     return contained
-
-
-def _visible_surface(fit: Fit) -> Floats:
-    """Return points (m, 3) on the surface of a shape, without those where its pieces touch."""
-    visible = []
-    for piece in fit.pieces:
-        local = _surface_points(piece)
-        middle = local.mean(axis=0)
-        outside = middle + (local - middle) * (1 + 1e-6 / np.abs(local - middle).max(axis=1, keepdims=True))
-        pose = piece.pose.transform()
-        points, beyond = (some @ np.array(pose.rows).T + np.array(pose.xyz) for some in (local, outside))
-        others = [_contains(other, beyond) for other in fit.pieces if other is not piece]
-        visible.append(points[~np.any(others, axis=0)] if others else points)
-    return np.concatenate(visible)
-
-
-def _surface_points(shape: Shape) -> Floats:
-    """Return points (m, 3) on the surface of a shape, corners and edges included, in the shape's frame."""
-    geometry = shape.geometry
-    if isinstance(geometry, Box):
-        mesh = creation.box(bounds=(geometry.lower, geometry.upper))
-    elif isinstance(geometry, Cylinder):
-        mesh = creation.cylinder(geometry.radius, geometry.length, sections=72)
-    else:
-        assert isinstance(geometry, Capsule)  # noqa: S101 - fits have no other shape
-        mesh = creation.capsule(geometry.length, geometry.radius, count=(72, 25))
-    points, _ = subdivide_to_size(mesh.vertices, mesh.faces, mesh.scale / _SURFACE_STEPS, max_iter=30)
-    surface: Floats = points
-    return surface

@@ -152,7 +152,7 @@ def _robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> I
             message = f"{_ROBOT} is not the compiled {compiled.file}: {many} of meaning"
             yield problem("other-robot-description", _ROBOT, message, evidence=evidence)
         elif any("damaged" in text.remark for text in comparison.texts):
-            evidence = [text.remark.partition("(")[2].removesuffix(")") for text in comparison.texts if text.remark]
+            evidence = [text.remark.partition("(")[2].partition("): ")[0] for text in comparison.texts if text.remark]
             yield problem("other-robot-description", _ROBOT, f"{_ROBOT} cannot be read as a URDF", evidence=evidence)
         else:
             message = f"{_ROBOT} means what the compiled {compiled.file} means, in another text"

@@ -7,7 +7,6 @@ import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
-from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -22,11 +21,9 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Related, RequestError, UnknownName, error, has_errors
-from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import masked
 
 from .bags import SUFFIXES, Unreadable
-from .bags import Progress as Report
 from .bags import read as read_bags
 from .expected import Description, Expected, Options
 from .findings import rate_text, seconds
@@ -71,9 +68,8 @@ def verify_recording(request: Request, source: str, options: Options, pose: str 
         raise UnknownName("pose", pose, poses, robot.name, "it has none")
     modes, prefix = dict(check_modes(robot, options.modes)), options.prefix.removeprefix("/")
     options = replace(options, modes=modes, pose=poses.get(pose), prefix=prefix)
-    progress = partial(Progress.step, "reading messages")
     try:
-        return verify(robot, compiled.artifacts, source, options, progress, lambda: sys.stdin.buffer.read(), case)
+        return verify(robot, compiled.artifacts, source, options, lambda: sys.stdin.buffer.read(), case)
     except Unreadable as problem:
         return Verified(name, source, diagnostics=(error("recording-unreadable", str(problem), None, problem.help),))
 
@@ -83,7 +79,6 @@ def verify(
     artifacts: Sequence[Artifact],
     source: str,
     options: Options,
-    progress: Report = lambda done, count: None,  # noqa: ARG005
     standard_input: Callable[[], bytes] = lambda: b"",
     case: Case | None = None,
 ) -> Verified:
@@ -96,7 +91,7 @@ def verify(
         if source == "-":
             recording = _read_text(description, standard_input(), "standard input")
         else:
-            recording = _read_path(description, Path(source), progress)
+            recording = _read_path(description, Path(source))
         findings, edges = judge(recording, artifacts), {edge.name: edge for edge in description.edges}
         for number, finding in enumerate(findings):
             if case is not None and (edge := edges.get(finding.of[0])):  # about an edge, also to where it is defined
@@ -106,7 +101,7 @@ def verify(
         return _result(recording, findings, source)
 
 
-def _read_path(description: Description, path: Path, progress: Report) -> Recording:
+def _read_path(description: Description, path: Path) -> Recording:
     special = files.is_special(path)
     if special and not path.is_relative_to("/dev/fd"):
         raise Unreadable(f"{path} is not a regular file", "write it to a file first, or name - for standard input")
@@ -115,7 +110,7 @@ def _read_path(description: Description, path: Path, progress: Report) -> Record
         if is_folder or path.suffix in SUFFIXES:
             form = f"rosbag2 folder {path}" if is_folder else str(path)
             recording = Recording(description, form, complete=True, timed=True)
-            read_bags(_bags(path) if is_folder else [path], recording, progress)
+            read_bags(_bags(path) if is_folder else [path], recording)
             return recording
         with path.open("rb") if special else files.open_binary(path) as file:  # special: a pipe of the shell, <(...)
             return _read_text(description, file.read(_MAX_TEXT + 1), str(path))

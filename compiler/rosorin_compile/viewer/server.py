@@ -62,10 +62,6 @@ class Refused(Exception):
     """A request is not answered: the HTTP status and the reason."""
 
 
-def _no_robot(_: object) -> list[list[str]]:
-    raise Refused(HTTPStatus.NOT_IMPLEMENTED, "there is no robot yet")
-
-
 class Page:
     """What is served at present; one thread follows the files, others answer pages. ``listeners`` counts open pages."""
 
@@ -79,7 +75,7 @@ class Page:
         self.files: Mapping[str, tuple[Path, str]] = {}
         self.problem = ""
         self.explain: Callable[[str], list[str]] = lambda _: []
-        self.touching: Callable[[Mapping[str, Any]], list[list[str]]] = _no_robot
+        self.touching: Callable[[Mapping[str, Any]], list[list[str]]] | None = None
 
     def changed(self) -> None:
         """Notify every page that is open: another version of the robot, or an error now."""
@@ -221,6 +217,8 @@ class _Handler(BaseHTTPRequestHandler):
                 raise ValueError("no position")
         except (ValueError, OverflowError, RecursionError, AttributeError):
             raise Refused(HTTPStatus.BAD_REQUEST, "these are no positions of joints") from None
+        if self.server.page.touching is None:
+            raise Refused(HTTPStatus.NOT_IMPLEMENTED, "there is no robot yet")
         self._json(self.server.page.touching(state))
 
     def _events(self) -> None:

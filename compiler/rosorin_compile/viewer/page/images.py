@@ -35,6 +35,7 @@ _MAGIC = {
 }
 _HEAD = 16  # bytes of an image
 _LARGEST = 1_000_000  # bytes of materials
+MAX_MEGABYTES = 40  # of all meshes and images of a page, unless another limit is set
 _LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]+)", re.MULTILINE)
 _MAP = re.compile(r"^[ \t]*map_Kd[ \t]+(.+?)[ \t]*$", re.MULTILINE | re.IGNORECASE)
 _OPTION = re.compile(r"-[a-z]+(?:[ \t]+(?:[-+.0-9e]+|on|off))*[ \t]+", re.IGNORECASE)
@@ -51,13 +52,13 @@ class Side(NamedTuple):
 
 
 class Embedding:
-    """Meshes and images as text in a page; ``limit`` is their size in bytes together, ``left`` why some are not there.
+    """Meshes and images as text in a page, up to a size of all together; ``left`` has why some are not there.
 
     What several robots of a page share counts for each: it is in the page as often.
     """
 
-    def __init__(self, limit: int) -> None:
-        self.limit = limit
+    def __init__(self, megabytes: float | None) -> None:
+        self.limit = int((MAX_MEGABYTES if megabytes is None else megabytes) * 1_000_000)
         self.size = 0
         self.left: dict[str, str] = {}
 

@@ -315,16 +315,14 @@ class LiveRobot:
             if not page.text:
                 self._publish({"robot": None})
             page.problem = "".join(error.as_text() for error in errors)
-            page.changed()
-            return
-        if page.problem:
-            self.console.warn(f"{self.request.description.name}: that is corrected")
-
-        serving = Serving(self.numbers)
-        data = {**shown.data, **tables(shown.robot, shown.meshes, serving)}
-        page.files, page.touching, page.problem = serving.files, self._contacts_of(shown), ""
-        page.explain = lambda frame: self._alone(shown.explained, frame)
-        self._publish({"robot": data})
+        else:
+            if page.problem:
+                self.console.warn(f"{self.request.description.name}: that is corrected")
+            serving, explained = Serving(self.numbers), shown.explained
+            data = {**shown.data, **tables(shown.robot, shown.meshes, serving)}
+            page.files, page.touching, page.problem = serving.files, self._contacts_of(shown), ""
+            page.explain = lambda frame: self._alone(explained, frame)
+            self._publish({"robot": data})
         page.changed()
 
     def _publish(self, data: Data) -> None:

@@ -30,9 +30,7 @@ from .reimport import ENDING, Record, Request, import_again, is_record, record_o
 from .report import Renamed, accepted, kept, renamed, repeated, sizes
 from .round_trip import RoundTrip, check_round_trip, schema_beside
 from .words import Worded, told_words, worded
-from .xacro.documents import Target
-from .xacro.sharing import Sharing
-from .xacro.translate import Translation, translate
+from .xacro.translate import Target, Translation, translate
 
 _MJCF = "mjcf"
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
@@ -170,8 +168,8 @@ class _Import:
             return self._end(result)
         lines = [*repeated(tree_of(trip.shown), trip.reordered), *told_words(in_words)]
         translation = self._translate(read, named, trip, folder)
-        if translation is not None and translation.files:  # it has words of its own: those of all combinations
-            imported, lines = read._replace(tree=translation.plain or named.tree), list(translation.words)
+        if translation is not None and translation.files:  # it keeps elements as they are
+            imported, lines = read._replace(tree=named.tree), []
             trip = trip._replace(files=translation.files)
         translated = translation.report if translation is not None else ()
         if self.package is not None:
@@ -265,8 +263,7 @@ class _Import:
         options = self.options
         if options.flat or not read.takes_arguments or self.source is Description.ON_STDIN:
             return None
-        sharing = Sharing(self.package.folder, folder) if self.package is not None else None
-        target = Target(folder, schema_beside(folder), options.name, named.meshes, options.verbatim, sharing)
+        target = Target(folder, schema_beside(folder), options.name, named.meshes)
         return translate(self.source, self.reading, read, trip.outputs, target)
 
     def _put_into(

@@ -55,7 +55,7 @@ _CHILD = (
     "from rosorin_compile.importing.xacro.child import main\n"
     "main()\n"
 )
-_SYMBOLIC = _CHILD.replace(".child", ".symbolic")
+_SYMBOLIC = _CHILD.replace(".child", ".program")
 # Elements of xacro that make nothing by themselves.
 _DEFINING = ("arg", "include", "macro", "property")
 # Those that make something, where other names are macros.

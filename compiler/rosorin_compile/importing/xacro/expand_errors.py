@@ -18,7 +18,6 @@ Place = Sequence[int]  # the number of a file, the offset of an element, the num
 COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']""")
 _EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
-_IS_MISSING = re.compile(r"^Undefined substitution argument|environment variable '")
 _MOST_RELATED = 12
 
 
@@ -108,22 +107,19 @@ class ExpandErrors:
         if "absent" in answer:
             message = "xacro, which expands .xacro files, is not installed"
             return [error("extra-missing", message, self.document.root.span, pip_install("import"))]
-        missing = list(answer.get("missing", ()))
-        if "package" in answer and not missing:
-            missing = [("package", answer["package"], answer.get("at"))]
-        found = [self._missing(*one) for one in missing]
+        kind, name = answer.get("missing", ("", ""))
         known = self._arguments(files)
         unknown = [name for name in arguments if name not in known]
         # What a missing package declares is not known; if nothing is missing, xacro ignores an unknown argument.
-        if unknown and "markup" not in answer and not any(one.rule == "package-missing" for one in found):
+        if unknown and "markup" not in answer and kind != "package":
             message = f'{self.path.name} has no argument "{unknown[0]}"'
             suggestion = Suggestion(unknown[0], known, none="it has none")
             return [error("unknown-argument", message, self.document.root.span, suggestion)]
         if "markup" in answer:
-            return [*found, self._not_markup()]
-        if "error" in answer and not (found and _IS_MISSING.search(answer["error"])):
-            found.append(self._failure())
-        return found
+            return [self._not_markup()]
+        if kind:
+            return [self._missing(kind, name, answer.get("at"))]
+        return [self._failure()] if "error" in answer else []
 
     def _arguments(self, files: Sequence[Path]) -> list[str]:
         known = dict.fromkeys(self.answer.get("arguments", ()))

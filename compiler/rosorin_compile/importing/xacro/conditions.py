@@ -11,27 +11,15 @@ import glob
 import os
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile.source.files import read_text
+
 from .child import causes, portable
-from .symbols import (
-    UNKNOWN,
-    Failed,
-    Pieces,
-    Restart,
-    Symbol,
-    call,
-    is_known,
-    joined,
-    literal,
-    pieces_of,
-    plain_node,
-    symbol_of,
-    type_of,
-    variables_in,
-    written,
-)
+from .nodes import Failed, call, literal, plain_node, variables_in, written
+from .symbols import UNKNOWN, Pieces, Restart, Symbol, is_known, joined, pieces_of, symbol_of, type_of
 
 if TYPE_CHECKING:
     from .program import Program
@@ -166,11 +154,11 @@ def _side(value: Symbol, test: ast.expr, holds: bool) -> Symbol:
 
 
 class LoadedFiles:
-    """The YAML files that a run loads, by their name in the description; an argument may choose one."""
+    """The YAML files that a run loads; ``copied`` are those that the description cannot find in a package."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.paths: dict[str, str] = {}
+        self.copied: dict[str, str] = {}
 
     def load(self, name: Symbol) -> Symbol:
         """Return the table of a YAML file."""
@@ -195,7 +183,7 @@ class LoadedFiles:
         return [self.program.packages_named.address(start), *rest]
 
     def _address(self, name: str) -> str:
-        """Return the name of a YAML file in the description, and record the file."""
+        """Return the name of a YAML file in the description, to which it is copied unless that finds its package."""
         path = os.path.abspath(str(self.program.xacro.abs_filename_spec(name)))
         if "://" not in name and not name.startswith("/"):
             name = os.path.normpath(name)
@@ -203,7 +191,11 @@ class LoadedFiles:
         else:
             name = portable(path, self.program.packages, [*self.program.files, self.program.file])
             name = self.program.packages_named.address(name)
-        self.paths[name] = path
+        if not name.startswith("package://"):
+            if Path(name).is_absolute() or ".." in Path(name).parts:
+                raise Failed(f"{Path(name).name} is not a file of the xacro or its packages")
+            with suppress(OSError, ValueError):  # xacro cannot read it either
+                self.copied[name] = read_text(Path(path))
         return name
 
     def _candidates(self, name: Symbol) -> list[str]:

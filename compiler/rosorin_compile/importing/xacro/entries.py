@@ -1,13 +1,16 @@
 """Write links, joints and what they contain as entries of a description, and macros within them as named values.
 
-This module runs in the child process.
+``<xacro:if>`` and ``<xacro:unless>`` around elements of one kind make alternatives. They are merged key by key: what
+they share is written once, and what differs is ``${A if CONDITION else B}``. This module runs in the child process.
 """
 
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Callable, Iterator
 from typing import Any
+from xml.sax.saxutils import escape
 
 from rosorin_compile.formats.urdf.read import NUMBERS as ATTRIBUTES
 from rosorin_compile.formats.urdf.read import SHAPES
@@ -15,11 +18,10 @@ from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS
 
 from ..description import in_order
 from ..layout import Expression, Verbatim
-from .choices import IF, conditional, merged
-from .ir import Call, Comment, Element, If, Macro
-from .symbols import Failed, Symbol, all_of, folded, negated
+from .ir import Call, Comment, Element, If, Macro, Words
+from .nodes import Failed, all_of, call, folded, negated, plain_node, written
+from .symbols import Symbol
 from .values import Values
-from .xml_text import XmlText
 
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
 _JOINT_PARTS = ("limit", "mimic", "dynamics", "calibration", "safety_controller")
@@ -27,28 +29,34 @@ _LISTS = ("visual", "collision", "urdf_elements")
 _ZEROS = {"origin": ("xyz", "rpy"), "inertia": ("ixy", "ixz", "iyz")}
 
 Item = tuple[str, Any, ast.expr | None]  # a key of an entry, its value, and its condition
+_WIDTH = 90
+IF = Verbatim("if")
+_NUMBER = re.compile(r"-?[\d.]+(e[-+]?\d+)?( [a-z/]+)?")
+_EXPRESSION = re.compile(r"(\$\{(?:[^{}'\"]|'[^']*'|\"[^\"]*\")*\})")
+
+Condition = ast.expr | None
+Alternative = tuple[Any, Condition]
 
 
 class Entries:
-    """Writes entries. ``inner`` are the comments in the current entry, ``shapes`` those of its shapes by key."""
+    """Writes entries. ``inner`` are the comments in the current entry."""
 
     def __init__(self, values: Values, write_macro: Callable[[Macro], dict[str, Any]]) -> None:
         self.values = values
         self.write_macro = write_macro
         self.xml = XmlText(values, self.condition, self.call_text)
         self.inner: list[str] = []
-        self.shapes: dict[str, list[list[str]]] = {}
         self._kind: Any = ""  # the type of the joint that is written
         self._position = ""  # the unit of its position
 
     def link(self, node: Element) -> Any:
         """Return an entry of ``links``."""
-        self.inner, self.shapes = [], {}
+        self.inner = []
         return self._sole_call(node) or self.finished(self.fragment(node.body, "link"))
 
     def joint(self, node: Element) -> dict[str, Any]:
         """Return an entry of ``joints``."""
-        self.inner, self.shapes = [], {}
+        self.inner = []
         self._kind = kind = self.values.text(node.attributes.get("type", []))
         turns, slides = kind in ("revolute", "continuous"), kind in ("prismatic", "planar")
         self._position = ANGLES if turns else LENGTHS if slides else ""
@@ -73,12 +81,10 @@ class Entries:
     def fragment(self, nodes: list[Any], level: str) -> list[Item]:
         """Return the keys that the content of an element has, with their conditions."""
         items: list[Item] = []
-        comments: list[str] = []
         for node in nodes:
             if isinstance(node, Comment):
-                comments.append(node.text)
-                continue
-            if isinstance(node, If):
+                self.inner.append(node.text)
+            elif isinstance(node, If):
                 condition = self.condition(node)
                 for key, value, when in self.fragment(node.body, level) if folded(condition) is not False else ():
                     items.append((key, value, all_of(condition, when)))
@@ -86,12 +92,6 @@ class Entries:
                 items += self._call_items(node)
             elif isinstance(node, Element):
                 items += self._piece(node, level)
-                if level == "link" and node.tag in ("visual", "collision"):
-                    self.shapes.setdefault(node.tag, []).append(comments)
-                    comments = []
-            self.inner += comments
-            comments = []
-        self.inner += comments
         return items
 
     def _piece(self, node: Element, level: str) -> Iterator[Item]:
@@ -191,7 +191,7 @@ class Entries:
 
     def named_value(self, macro: Macro) -> tuple[Any, dict[str, Any]]:
         """Return a macro within links or joints, or in kept elements, as a value, and its keys. Raises Failed."""
-        self.inner, self.shapes = [], {}
+        self.inner = []
         if macro.level == "xml":
             text = "\n".join(self.xml.lines(macro.body, ""))
             return Expression(text) if "${" in text else text, {}
@@ -220,3 +220,202 @@ class Entries:
         if len(body) != 1 or not isinstance(body[0], Call) or len(self.write_macro(body[0].macro)) < 2:
             return None
         return Expression(f"${{{self.call_text(body[0])}}}")
+
+
+# Elements that are kept as text.
+
+
+class XmlText:
+    """Writes elements as text; ``call_text`` returns the call of a macro as an expression."""
+
+    def __init__(self, values: Values, condition: Callable[[If], ast.expr], call_text: Callable[[Call], str]) -> None:
+        self.values, self.condition, self.call_text = values, condition, call_text
+
+    def text(self, node: Element) -> Any:
+        """Return an element as a text, or an Expression."""
+        self.values.is_xml = True
+        lines = self.lines([node], "")
+        self.values.is_xml = False
+        whole = "".join(line.strip() for line in lines)
+        if len(lines) == 3 and len(whole) <= _WIDTH and "<!--" not in whole:
+            lines = [whole]
+        text = lines[0] if len(lines) == 1 else "\n".join([*lines, ""])
+        return Expression(text) if "${" in text else text
+
+    def lines(self, nodes: list[Any], pad: str) -> list[str]:
+        """Return the lines of nodes. Raises Failed."""
+        lines: list[str] = []
+        for at, node in enumerate(nodes):
+            if isinstance(node, Words):
+                text = str(self.values.joined(node.pieces, escape))
+                lines += [pad + line.strip() for line in text.splitlines() if line.strip()]
+            elif isinstance(node, Comment):
+                if "--" not in node.text and "${" not in node.text:
+                    lines += [f"{pad}{line.strip()}" for line in f"<!--{node.text}-->".splitlines()]
+            elif isinstance(node, If):
+                if not at or not _is_opposite(nodes[at - 1], node):
+                    lines += self._choice(node, nodes[at + 1 : at + 2], pad)
+            elif isinstance(node, Call):
+                lines.append(f"{pad}${{{self.call_text(node)}}}")
+            else:
+                lines += self._element(node, pad)
+        return lines
+
+    def _choice(self, node: If, following: list[Any], pad: str) -> list[str]:
+        """Return what depends on a condition; ``following`` may have what is there otherwise."""
+        condition = self.condition(node)
+        decided = folded(condition)
+        other = following[0].body if following and _is_opposite(node, following[0]) else []
+        if isinstance(decided, bool):
+            return self.lines(node.body if decided else other, pad)
+        sides: list[ast.expr] = []
+        for body in (node.body, other):
+            text = " ".join(self.lines([one for one in body if not isinstance(one, Comment)], ""))
+            made = node_of(Expression(text) if "${" in text else text) if text else ast.Constant("")
+            if made is None:
+                raise Failed("a condition in a kept element has expressions of its own", node.test.node)
+            sides.append(made)
+        if all(isinstance(one, ast.Constant) and one.value == "" for one in sides):
+            return []
+        return [f"{pad}${{{written(ast.IfExp(condition, *sides))}}}"]
+
+    def _element(self, node: Element, pad: str) -> list[str]:
+        head = node.tag
+        for name, pieces in node.attributes.items():
+            if name.startswith("xmlns"):
+                continue
+            is_name = name in ("reference", "link", "joint") or node.tag in ("link", "joint")
+            is_file = name == "filename" and node.tag in ("mesh", "texture")
+            value = str(self.values.text(pieces, name=is_name, file=is_file))
+            if any(letter in value for letter in '&<"'):
+                value = str(self.values.joined(pieces, lambda one: escape(one, {'"': "&quot;"})))
+            head += f' {name}="{value}"'
+        inner = self.lines(node.body, f"{pad}  ")
+        if not inner:
+            return [f"{pad}<{head}/>"]
+        only = len(node.body) == 1 and isinstance(node.body[0], Words)
+        if len(inner) == 1 and (only or len(pad) + len(head) + len(inner[0].strip()) + len(node.tag) + 5 <= _WIDTH):
+            return [f"{pad}<{head}>{inner[0].strip()}</{node.tag}>"]
+        return [f"{pad}<{head}>", *inner, f"{pad}</{node.tag}>"]
+
+
+def _is_opposite(one: Any, other: Any) -> bool:
+    if not isinstance(one, If) or not isinstance(other, If):
+        return False
+    return written(one.test.node) == written(other.test.node) and one.holds != other.holds
+
+
+# Alternatives.
+
+
+def conditional(value: Any, when: Condition) -> Any:
+    """Return a value with its condition."""
+    if when is None:
+        return value
+    condition = Expression(f"${{{written(when)}}}")
+    return {IF: condition, **value} if isinstance(value, dict) else {IF: condition, "value": value}
+
+
+def merged(key: str, found: list[Alternative], sure: list[Condition] | None = None) -> Any:
+    """Return alternatives as one value, or None if they cannot be one.
+
+    ``sure`` are conditions of which one holds anyway.
+    """
+    found = [one for one in found if one[1] is not None] + [one for one in found if one[1] is None]
+    whens = [when for _, when in found]
+    if whens.count(None) > 1:
+        return None
+    is_covered = covers(whens, sure)
+    when = None if is_covered else any_of(whens)
+    values = [value for value, _ in found]
+    if all(value == values[0] for value in values):
+        return conditional(values[0], when)
+    if all(isinstance(value, dict) for value in values):
+        made: Any = _tables(found)
+        return None if made is None else conditional(made, when)
+    if all(isinstance(value, list) and any(isinstance(item, dict) for item in value) for value in values):
+        return _lists(found)
+    return _chain(key, found, is_covered)
+
+
+def covers(whens: list[Condition], sure: list[Condition] | None = None) -> bool:
+    """Return True if one of some conditions holds whenever one of ``sure`` does."""
+    known = {written(when) for when in whens if when is not None}
+    is_either = any(written(negated(when)) in known for when in whens if when is not None)
+    return None in whens or is_either or bool(sure and all(one is not None and written(one) in known for one in sure))
+
+
+def any_of(whens: list[Condition]) -> Condition:
+    """Return the condition that one of several holds, or None if that is always so."""
+    nodes = {written(when): when for when in whens if when is not None}
+    if None in whens:
+        return None
+    return next(iter(nodes.values())) if len(nodes) == 1 else ast.BoolOp(ast.Or(), list(nodes.values()))
+
+
+def _tables(found: list[Alternative]) -> dict[Any, Any] | None:
+    if any(IF in value for value, _ in found):
+        return None
+    sure = [when for _, when in found]
+    made: dict[Any, Any] = {}
+    for key in in_order(dict.fromkeys(key for value, _ in found for key in value)):
+        made[key] = merged(str(key), [(value[key], when) for value, when in found if key in value], sure)
+        if made[key] is None:
+            return None
+    return made
+
+
+def _lists(found: list[Alternative]) -> list[Any] | None:
+    """Return lists of mappings as one, each item on its condition."""
+    if any(isinstance(item, dict) and IF in item for value, _ in found for item in value):
+        return None
+    otherwise = all_of(*(negated(when) for _, when in found if when is not None))
+    return [conditional(item, when or otherwise) for value, when in found for item in value]
+
+
+def _chain(key: str, found: list[Alternative], is_covered: bool) -> Any:
+    """Return values as a choice of one of them, or None if that is no expression."""
+    pairs = [(node_of(value), when) for value, when in found]
+    if not is_covered:
+        pairs.append((plain_node([0, 0, 0] if key in _ZEROS["origin"] else None), None))
+    last = pairs.pop()[0]
+    for node, when in reversed(pairs):
+        if node is None or last is None or when is None:
+            return None
+        last = node if written(node) == written(last) else ast.IfExp(when, node, last)
+    return None if last is None else Expression(f"${{{written(last)}}}")
+
+
+def node_of(value: Any) -> ast.expr | None:
+    """Return a value of a document as an expression, or None for a mapping."""
+    if isinstance(value, Expression):
+        return _of_text(value)
+    if isinstance(value, Verbatim):
+        return _parsed(str(value))
+    if isinstance(value, (str, bool)):
+        return plain_node(value)
+    if isinstance(value, list):
+        items = [node for item in value if (node := node_of(item)) is not None]
+        return ast.List(items, ast.Load()) if len(items) == len(value) else None
+    return None
+
+
+def _of_text(value: str) -> ast.expr | None:
+    """Return a text with expressions in it as one expression."""
+    made: ast.expr | None = None
+    pieces = [piece for piece in _EXPRESSION.split(value) if piece]
+    if any("${" in piece and not piece.startswith("${") for piece in pieces):
+        return None
+    for piece in pieces:
+        node = _parsed(piece[2:-1]) if piece.startswith("${") else ast.Constant(piece)
+        if piece.startswith("${") and len(pieces) > 1:
+            node = call("str", node)
+        made = node if made is None else ast.BinOp(made, ast.Add(), node)
+    return made
+
+
+def _parsed(text: str) -> ast.expr:
+    try:
+        return ast.parse(text.strip(), mode="eval").body
+    except SyntaxError:  # it has units
+        return ast.Name(text if _NUMBER.fullmatch(text) else f"({text})")

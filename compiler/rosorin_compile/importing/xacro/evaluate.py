@@ -9,23 +9,8 @@ import ast
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from .symbols import (
-    TOKEN,
-    UNKNOWN,
-    Failed,
-    Symbol,
-    call,
-    example_of,
-    is_known,
-    joined,
-    literal,
-    negated,
-    plain_node,
-    symbol_of,
-    type_of,
-    variables_in,
-    with_tokens,
-)
+from .nodes import Failed, call, literal, negated, plain_node, variables_in
+from .symbols import TOKEN, UNKNOWN, Symbol, example_of, is_known, joined, symbol_of, type_of, with_tokens
 
 if TYPE_CHECKING:
     from .program import Program
@@ -87,18 +72,11 @@ class Evaluator:
         key = ast.Constant(tree.attr)
         return self._entry(symbol_of(base), symbol_of(tree.attr), ast.Subscript(_part(0), key, ast.Load()))
 
-    def _subscript(self, tree: ast.Subscript) -> Symbol:
-        base = self._symbol(tree.value)
-        if not isinstance(tree.slice, ast.Slice):
-            return self._entry(base, self._symbol(tree.slice), ast.Subscript(_part(0), _part(1), ast.Load()))
-        ends = [None if one is None else self._symbol(one) for one in (tree.slice.lower, tree.slice.upper)]
-        parts = [base, *(one for one in ends if one is not None)]
-        if tree.slice.step is not None:
-            return symbol_of(self._computed(tree))
-        numbers = iter(range(1, len(parts)))
-        template = ast.Slice(*(None if one is None else _part(next(numbers)) for one in ends))
-        made = ast.Slice(*(None if one is None else one.node for one in ends))
-        return self._made(ast.Subscript(base.node, made, ast.Load()), ast.Subscript(_part(0), template), parts)
+    def _subscript(self, tree: ast.Subscript) -> Any:
+        if isinstance(tree.slice, ast.Slice):
+            return self._computed(tree)
+        template = ast.Subscript(_part(0), _part(1), ast.Load())
+        return self._entry(self._symbol(tree.value), self._symbol(tree.slice), template)
 
     def _entry(self, base: Symbol, key: Symbol, template: ast.expr) -> Symbol:
         made = self._made(ast.Subscript(base.node, key.node, ast.Load()), template, [base, key])
@@ -147,21 +125,13 @@ class Evaluator:
         return self._made(ast.UnaryOp(tree.op, item.as_number()), ast.UnaryOp(tree.op, _part(0)), [item])
 
     def _binop(self, tree: ast.BinOp) -> Any:
-        if isinstance(tree.op, ast.Mod) and isinstance(getattr(tree.left, "value", None), str):
-            return self._formatted(tree)
         left, right = self._symbol(tree.left), self._symbol(tree.right)
+        if isinstance(tree.op, ast.Mod) and left.type == "text":
+            return self._computed(tree)
         if isinstance(tree.op, ast.Add) and left.type == right.type == "text":
             return symbol_of(joined([left, right]))
         template = ast.BinOp(_part(0), tree.op, _part(1))
         return self._made(ast.BinOp(left.node, tree.op, right.node), template, [left, right])
-
-    def _formatted(self, tree: ast.BinOp) -> Any:
-        first, *others = tree.left.value.split("%s")  # type: ignore[attr-defined]
-        values = tree.right.elts if isinstance(tree.right, ast.Tuple) else [tree.right]
-        if len(others) != len(values) or "%" in "".join([first, *others]):
-            return self._computed(tree)
-        pairs = zip(map(self._symbol, values), others, strict=True)
-        return symbol_of(joined([first, *(piece for pair in pairs for piece in pair)]))
 
     def _compare(self, tree: ast.Compare) -> Symbol:
         items = [self._symbol(one) for one in (tree.left, *tree.comparators)]

@@ -11,15 +11,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from .ir import COMMENTS, MARK, Macro, nodes_of
-from .symbols import (
-    TOKEN,
-    UNKNOWN,
-    Failed,
-    Restart,
-    Symbol,
-    symbol_of,
-    with_tokens,
-)
+from .nodes import Failed
+from .symbols import TOKEN, UNKNOWN, Restart, Symbol, symbol_of, with_tokens
 
 if TYPE_CHECKING:
     from .program import Program
@@ -190,8 +183,7 @@ class Calls:
         for name, (value, _) in given.items():
             if name not in macro.parameters:
                 self.inline(key, f'its calls have different parameters: "{name}"')
-            kind = macro.parameters[name].type
-            if value.value is not UNKNOWN and kind not in (value.declared_type, ""):
+            if value.value is not UNKNOWN and macro.parameters[name].type not in (value.declared_type, ""):
                 program.kinds[f"{key} {name}"] = ""
                 raise Restart
         made = node.ownerDocument.createElement("xacro-call")
@@ -214,9 +206,8 @@ class Calls:
         table.rosorin_macro = macro
         for name, (value, _) in given.items():
             kind = program.kinds.get(f"{macro.key} {name}", value.declared_type)
-            macro.parameters[name] = program.variable("parameter", name, value.value, kind, macro)
-            made = Symbol(macro.parameters[name].node, value.value, kind, False)
-            dict.__setitem__(table, name, made)
+            made = macro.parameters[name] = program.variable("parameter", name, value.value, kind, macro)
+            dict.__setitem__(table, name, Symbol(made.node, value.value, made.type, False))
         for block, names in blocks.items():
             inner = call.blocks[block].cloneNode(deep=True)
             for attribute, name in names.items():

@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections import Counter
 
 from .ir import Call, Element, Macro, expressions_in, walk
-from .symbols import Pieces, Symbol, Variable, joined, pieces_of, usable, variables_in, written
+from .nodes import usable, variables_in, written
+from .symbols import Pieces, Symbol, Variable, joined, pieces_of
 
 Prefix = tuple[Variable, str]  # the parameter that names begin with, and the text after it
 

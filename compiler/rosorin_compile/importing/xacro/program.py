@@ -27,24 +27,8 @@ from .conditions import Conditions, LoadedFiles
 from .evaluate import Evaluator
 from .ir import COMMENTS, MARK, Macro
 from .macro_calls import Calls
-from .symbols import (
-    Failed,
-    Restart,
-    Symbol,
-    Variable,
-    call,
-    example_of,
-    is_known,
-    joined,
-    literal,
-    pieces_of,
-    symbol_of,
-    type_of,
-    usable,
-    variables_in,
-    with_tokens,
-    written,
-)
+from .nodes import Failed, call, literal, usable, variables_in, written
+from .symbols import Restart, Symbol, Variable, example_of, is_known, joined, pieces_of, symbol_of, type_of, with_tokens
 
 MAX_RUNS = 60
 _PRINTED = ("pi", "e", "tau")
@@ -59,8 +43,8 @@ class Program(Expansion):
     """A run of a file with symbols.
 
     ``inlined`` are macros that are expanded where they are called, by their place, and ``fixed`` the values of
-    arguments that are not kept, each with the reason. What earlier runs found: ``kinds`` are types of parameters,
-    ``texts`` arguments that are texts, and ``implicit`` the properties of its callers that a macro has as parameters.
+    arguments that are not kept, each with the reason. ``kinds`` are types of parameters, and ``implicit``
+    properties of its callers that a macro has as parameters, as far as earlier runs found them.
     """
 
     def __init__(self, request: dict[str, Any]) -> None:
@@ -70,8 +54,6 @@ class Program(Expansion):
         self.fixed: dict[str, list[str]] = dict(request["fixed"])
         self.kinds: dict[str, str] = {}
         self.implicit: dict[str, set[str]] = {}
-        self.texts: set[str] = set()
-        self.argument_names: set[str] = set()
         self.packages_named = NamedPackages(self.packages, Path(request["folder"]))
 
     def answer_with_description(self) -> dict[str, Any]:
@@ -100,7 +82,7 @@ class Program(Expansion):
         Symbol.tokens.clear()
         self.variables: list[Variable] = []
         self.arguments: dict[str, Variable] = {}
-        self.names: set[str] = set(self.argument_names)
+        self.names: set[str] = set()
         self.defined: dict[str, tuple[str, Any]] = {}
         self.bound: dict[tuple[int, str], tuple[Any, str, Symbol]] = {}
         self.tables: list[Any] = []  # of ``bound``, so that their ids stay
@@ -162,25 +144,18 @@ class Program(Expansion):
         """Record the values that an argument is compared with: they are used to verify the translation."""
         texts = [text for one in items for text in (one.value if isinstance(one.value, list) else [one.value])]
         texts = [one for one in texts if isinstance(one, (str, int, float)) and not isinstance(one, bool)]
-        is_text = any(isinstance(literal(one), str) for one in texts)
-        for variable in [one.variable for one in items if one.variable is not None]:
-            variable.candidates += texts
-            is_argument = variable.kind == "argument" and variable.name not in self.texts
-            if is_argument and is_text and variable.type == "number":
-                self.texts.add(variable.name)
-                raise Restart
+        for one in items:
+            if one.variable is not None:
+                one.variable.candidates += texts
 
     # Arguments.
 
     def declare(self, name: str, default: Any, node: Any, environment: bool = False) -> None:
         """Declare an argument."""
         if name not in self.arguments:
-            if name not in self.argument_names and usable(name, (), True) in self.names:
-                self.argument_names.add(name)
-                raise Restart
             text = str(example_of(default))
             kind = type_of(literal(text))
-            kind = "text" if name in self.texts or kind not in ("number", "boolean") else kind
+            kind = kind if kind in ("number", "boolean") else "text"
             made = self.arguments[name] = self.variable("argument", name, text, kind)
             made.symbol, made.environment = symbol_of(default), environment
         made = self.arguments[name]
@@ -437,7 +412,7 @@ class Program(Expansion):
 
 
 class NamedPackages:
-    """The packages that a description names: ``folders`` by name, and those that it does not find without an option."""
+    """The packages that a description names, with their ``folders``; it finds ``unfound`` ones by an option only."""
 
     def __init__(self, packages: Packages, folder: Path) -> None:
         self.packages = packages
@@ -445,24 +420,15 @@ class NamedPackages:
         self.unfound: dict[str, None] = {}
         self._named = Packages({}, os.environ, folder / Description.ROOT_FILE)
 
-    def find(self, name: str) -> None:
-        """Record a package that is named. Raises Failed if it is missing."""
-        folder = self.packages.find(name)
+    def find(self, name: str) -> bool:
+        """Return True if the description finds a package by its name. Raises Failed if it is missing."""
+        folder, own = self.packages.find(name), self._named.find(name)
         if folder is None:
             raise Failed(f'the package "{name}" is not found')
-        if not self._finds(name):
-            self.folders[name] = str(folder)
-            self.unfound[name] = None
-
-    def _finds(self, name: str) -> bool:
-        """Return True if the description finds a package by its name."""
-        folder, own = self.packages.find(name), self._named.find(name)
-        if folder is None or own is None or files.resolve(own) != files.resolve(folder):
-            return False
         self.folders[name] = str(folder)
-        return True
+        return own is not None and files.resolve(own) == files.resolve(folder)
 
     def address(self, name: str) -> str:
         """Return the name of a file that is loaded as the description has it."""
         package, _, rest = name.removeprefix("package://").partition("/")
-        return name if not name.startswith("package://") or self._finds(package) else rest
+        return name if not name.startswith("package://") or self.find(package) else rest

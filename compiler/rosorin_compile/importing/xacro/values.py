@@ -16,21 +16,9 @@ from rosorin_compile.source.numbers import exact
 from ..layout import Expression, Verbatim, in_degrees
 from .child import portable
 from .ir import Macro
+from .nodes import Failed, folded, literal, written
 from .part_names import PartNames
-from .symbols import (
-    Failed,
-    Pieces,
-    Symbol,
-    Variable,
-    folded,
-    joined,
-    joined_node,
-    literal,
-    pieces_of,
-    symbol_of,
-    words_of,
-    written,
-)
+from .symbols import Pieces, Symbol, Variable, joined, joined_node, pieces_of, symbol_of, words_of
 
 if TYPE_CHECKING:
     from .program import Program
@@ -55,7 +43,9 @@ class Values:
         """Return an expression as text, and record what it uses."""
         for one in ast.walk(node):
             if isinstance(one, ast.Call) and getattr(one.func, "id", "") == "find":
-                self.program.packages_named.find(one.args[0].value)  # type: ignore[attr-defined]
+                name = one.args[0].value  # type: ignore[attr-defined]
+                if not self.program.packages_named.find(name):
+                    self.program.packages_named.unfound[name] = None
             if hasattr(one, "variable"):
                 one.variable.used = True
         return written(node)

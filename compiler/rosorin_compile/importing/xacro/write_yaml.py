@@ -13,39 +13,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS
-from rosorin_compile.source import files
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.xml.markup import COMMENT
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..layout import Expression, Verbatim, cleaned
-from .choices import conditional, merged
-from .entries import Entries
+from .entries import Entries, conditional, merged
 from .ir import Call, Comment, Element, If, Macro, Words, expressions_in, nodes_of, walk
+from .nodes import Failed, all_of, folded, literal, usable, variables_in, written
 from .part_names import PartNames
-from .symbols import (
-    Failed,
-    Pieces,
-    Restart,
-    Symbol,
-    Variable,
-    all_of,
-    folded,
-    literal,
-    pieces_of,
-    symbol_of,
-    usable,
-    variables_in,
-    with_tokens,
-    written,
-)
+from .symbols import Pieces, Restart, Symbol, Variable, pieces_of, symbol_of, with_tokens
 from .values import Values, number
 
 if TYPE_CHECKING:
     from .program import Program
 
 PROBE = "probe_"  # a text that an argument has in no condition
-_BYTES = 2_000_000  # of a file that is copied
 
 
 class Writer:
@@ -88,7 +71,7 @@ class Writer:
             "heads": {self.file_names[index]: comments_before(one) for index, one in program.parsed.items()},
             "remarks": self.remarks,
             "name": encoded(name),
-            "copied": self._copied(),
+            "copied": program.loaded.copied,
             "packages": program.packages_named.folders,
             "unfound": list(program.packages_named.unfound),
             "arguments": [self._argument(one) for one in program.arguments.values()],
@@ -124,21 +107,6 @@ class Writer:
         document = self.program.parsed[place[0]]
         line = document.source.text.count("\n", 0, place[1]) + 1
         return f"{Path(document.source.path).name}:{line}"
-
-    def _copied(self) -> dict[str, str]:
-        """Return the YAML files that are loaded, unless the description finds their package. Raises Failed."""
-        made: dict[str, str] = {}
-        for name, path in self.program.loaded.paths.items():
-            if name.startswith("package://"):
-                continue
-            if Path(name).is_absolute() or ".." in Path(name).parts:
-                raise Failed(f"{Path(name).name} is not a file of the xacro or its packages")
-            try:
-                if Path(path).stat().st_size <= _BYTES:
-                    made[name] = files.read_text(Path(path))
-            except (OSError, ValueError) as problem:
-                raise Failed(f"{Path(path).name} cannot be read: {problem}") from None
-        return made
 
     # Names and places.
 
@@ -240,15 +208,9 @@ class Writer:
         elif node.tag in ("link", "joint"):
             key = self.values.text(node.attributes.get("name", []), name=True)
             value = self.entries.link(node) if node.tag == "link" else self.entries.joint(node)
-            shapes, here = self.entries.shapes, (*path, f"{node.tag}s", key)
             section = document.setdefault(f"{node.tag}s", {})
             self._put(section, key, value, when)
-            self._remark(place, here, [*comments, *self.entries.inner])
-            for name, lists in shapes.items() if isinstance(section[key], dict) else ():
-                written_shapes = section[key].get(name)
-                for index, lines in enumerate(lists):
-                    if isinstance(written_shapes, list) and index < len(written_shapes):
-                        self._remark(place, (*here, name, index), lines)
+            self._remark(place, (*path, f"{node.tag}s", key), [*comments, *self.entries.inner])
         else:
             made = document.setdefault("urdf_elements", [])
             self._remark(place, (*path, "urdf_elements", len(made)), comments)
@@ -270,7 +232,7 @@ class Writer:
         if macro in self._written:
             return self._written[macro]
         self._written[macro] = {}
-        inner, shapes, is_xml = self.entries.inner, self.entries.shapes, self.values.is_xml
+        inner, is_xml = self.entries.inner, self.values.is_xml
         with self._within(macro):
             if macro.level == "robot":
                 self._write_part(macro)
@@ -280,7 +242,7 @@ class Writer:
                 self._section(macro.place, "let")[f"{macro.ours}({names})"] = value
                 self._remark(macro.place, ("let", f"{macro.ours}({names})"), [*macro.comments, *self.entries.inner])
                 self._written[macro] = keys
-        self.entries.inner, self.entries.shapes, self.values.is_xml = inner, shapes, is_xml
+        self.entries.inner, self.values.is_xml = inner, is_xml
         return self._written[macro]
 
     def _write_part(self, macro: Macro) -> None:

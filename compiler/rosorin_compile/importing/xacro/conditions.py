@@ -81,18 +81,29 @@ class Conditions:
         self.assumed[key] = positive == holds
         node.removeAttribute("value")
         node.tagName = node.nodeName = "xacro-if"
+        lists = [(some, len(some)) for some in (xacro.filestack, xacro.macrostack, program.macro_calls.paths)]
+        depth = program.macro_calls.depth
         try:
             program.eval_all(node, macros, symbols)
         except Exception as problem:
             chain = list(causes(problem))
             is_endless = any(isinstance(one, RecursionError) for one in chain)
-            is_restart = any(isinstance(one, Restart) for one in chain)
-            reason = " ".join(str(problem).split())[:120] or type(problem).__name__
-            if is_restart or (value == holds and not is_endless):
+            if any(isinstance(one, Restart) for one in chain) or (value == holds and not is_endless):
                 raise
-            if not program.blamed([test.node], f"with another value of it, {reason}"):
-                raise
-            raise Restart from None
+            if is_endless or any(isinstance(one, Failed) for one in chain):
+                reason = " ".join(str(problem).split())[:120] or type(problem).__name__
+                if not program.blamed([test.node], f"with another value of it, {reason}"):
+                    raise
+                raise Restart from None
+            for table, values, unevaluated in before:  # xacro refuses the other value as well
+                dict.clear(table)
+                dict.update(table, values)
+                table.unevaluated = unevaluated
+            for some, length in lists:
+                del some[length:]
+            program.macro_calls.depth = depth
+            xacro.replace_node(node, by=None)
+            return
         finally:
             self.assumed.pop(key, None)
         if any(macro.body is not body for macro, body in defined):

@@ -175,6 +175,7 @@ class _Import:
             return self._end(result)
         imported, files = in_words.imported, trip.files
         lines = [*repeated(tree_of(trip.shown), trip.reordered), *told_words(in_words)]
+        translated: tuple[str, ...] = ()
         if keeps and self.source is not Description.ON_STDIN:
             sharing = Sharing(self.package.folder, folder) if self.package is not None else None
             target = Target(folder, schema_beside(folder), options.name, named.meshes, options.verbatim, sharing)
@@ -182,17 +183,17 @@ class _Import:
             if translation.files:  # it has words of its own: those of all combinations
                 imported, files = read._replace(tree=translation.plain or named.tree), translation.files
                 lines = list(translation.words)
-            lines += translation.report
+            translated = tuple(translation.report)
         is_flat = files is trip.files
         trip = trip._replace(files=files)
         if self.package is not None:
-            return self._put_into(self.package, result, imported, trip, lines)
+            return self._put_into(self.package, result, imported, trip, [*lines, *translated])
         if record is not None:
             return self._import_again(result, record, _as_split(trip, record, folder) if is_flat else files)
         written = self._write(folder, {**files, **record_of(files, self.request.words)})
         if written is None:
             return self._end(result)
-        report = _report(folder, imported, trip, written.kept, lines)
+        report = [*_report(folder, imported, trip, written.kept, lines), *translated]
         return self._end(replace(result, written=written.written, report=tuple(report)))
 
     def _end(self, result: ImportResult) -> ImportResult:

@@ -14,7 +14,6 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.gazebo_elements import element_differences, followers_of
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import violations
-from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.expand.expansion import Expansion
 from rosorin_compile.language.expand.parts import apply_types
 from rosorin_compile.language.expand.scope import Scope
@@ -24,7 +23,6 @@ from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, and_more, first_of, has_errors
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.tree import Map, Seq
-from rosorin_compile.source.xml.elements import tree_of
 
 from .blocks import block
 from .drives import Driven, driven
@@ -157,10 +155,10 @@ class _Conversion:
         reasons = self.refused(found, entries, section, options)
         while entries:  # the reason why one entry comes out differently may be another one
             wrong: dict[str, str] = {}
-            for texts in self.written(section, entries, options):
-                for one in [one for one in found if one.name in entries.keys() - wrong.keys()]:
-                    if reason := _difference(one, texts.get(one.called, []), followers):
-                        wrong[one.name] = reasons[one.called] = reason
+            texts = self.written(section, entries, options)
+            for one in [one for one in found if one.name in entries]:
+                if reason := _difference(one, texts.get(one.called, []), followers):
+                    wrong[one.name] = reasons[one.called] = reason
             if not wrong:
                 break
             for name in wrong:
@@ -201,26 +199,17 @@ class _Conversion:
         tree, diagnostics = _with_types(put(self.tree, sections))
         return None if diagnostics or has_errors(validate(tree, FORMATS)) else lower(tree).robot
 
-    def written(self, section: str, entries: dict[str, Any], options: Mapping[str, Any]) -> list[dict[str, list[str]]]:
-        """Return the elements that entries become, by name: in the URDF, and in the SDF of a robot from an SDF."""
+    def written(self, section: str, entries: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
+        """Return the elements of the URDF that entries become, by name."""
         robot, brings = self.with_sections({section: entries}), FORMATS["urdf"].brings
-        in_urdf: dict[str, list[str]] = {}
+        found: dict[str, list[str]] = {}
         if robot is not None and brings is not None:
             for text in brings(robot, Output("urdf", "urdf", "robot.urdf", {**options, **_UNROUNDED})):
                 texts = Seq(self.texts.span)
                 texts.put(text, self.texts.span)
                 for one in candidates(texts):
-                    in_urdf.setdefault(one.called, []).append(text)
-        if self.imported.format != "sdf" or section != SENSORS:
-            return [in_urdf]
-        in_sdf: dict[str, list[str]] = {}
-        robot = self.with_sections({section: entries, "urdf_elements": ()})
-        if robot is not None:
-            output = Output("sdf", "sdf", "robot.sdf", {**options, **_UNROUNDED})
-            text, _ = FORMATS["sdf"].written(robot, output, Templates())
-            for one in _sensors_of_sdf(text):
-                in_sdf.setdefault(one.called, []).append(one.alone)
-        return [in_urdf, in_sdf]
+                    found.setdefault(one.called, []).append(text)
+        return found
 
 
 def _with_types(tree: Map) -> tuple[Map, list[Diagnostic]]:
@@ -230,19 +219,6 @@ def _with_types(tree: Map) -> tuple[Map, list[Diagnostic]]:
         made[SENSORS] = made[SENSORS].copied()
         apply_types(made, None, Scope(expansion), data_folder("parts_library") / "sensors.yaml")
     return made, expansion.diagnostics
-
-
-def _sensors_of_sdf(text: str) -> list[Candidate]:
-    """Return the sensors of an SDF, as if each was in a <gazebo> of its link."""
-    found = []
-    for place in (place for place in tree_of(text).iter() if place.tag in ("link", "joint")):
-        for sensor in (child for child in place if child.tag == "sensor"):
-            pose = sensor.find("pose")
-            frame = "" if pose is None else pose.attrib.pop("relative_to", "")
-            if pose is not None and not pose.text:
-                sensor.remove(pose)
-            found.append(Candidate(SENSORS, sensor.get("name", ""), 0, 0, sensor, frame or place.get("name", "")))
-    return found
 
 
 def _never_written(texts: Seq) -> dict[str, str]:

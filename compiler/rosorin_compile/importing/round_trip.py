@@ -20,7 +20,6 @@ from rosorin_compile.source.diagnostics import (
     Diagnostic,
     Related,
     Source,
-    Span,
     and_more,
     counted,
     error,
@@ -34,14 +33,7 @@ from rosorin_compile.source.tree import Map
 from .description import write
 from .repeats import with_parts
 from .report import seen_from
-from .same_model import (
-    by_elements,
-    model_differences,
-    read_back,
-    section_differences,
-    with_urdf_names,
-    without_words,
-)
+from .same_model import by_elements, model_differences, read_back, section_differences, without_words
 
 _MAX_MESSAGE = 300
 _MAX_DIFFERENCES = 20
@@ -141,7 +133,7 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
         artifact += by_elements(source, again, made)
         made, again = without_words(made, source), without_words(again, source)
     description += model_differences(source, made, 0.0)
-    artifact += model_differences(with_urdf_names(source), again, carried_by_urdf=True)
+    artifact += model_differences(source, again, carried_by_urdf=True)
     for companion in companions:
         for section in companion.joins:
             sides.setdefault(f"compiled {companion.word}", []).extend(section_differences(source, again, section))
@@ -196,17 +188,14 @@ def _first_error(diagnostics: Sequence[Diagnostic]) -> str:
 
 def _relocated(diagnostics: Sequence[Diagnostic], folder: Path) -> list[Diagnostic]:
     """Return errors with places in the folder where the description is going to be."""
-
-    def moved(span: Span | None) -> Span | None:
-        if span is None:
-            return None
-        return span._replace(source=Source(str(folder / Path(span.source.path).name), span.source.text))
-
-    return [
-        replace(d, span=moved(d.span), related=tuple(Related(r.message, moved(r.span)) for r in d.related))
-        for d in diagnostics
-        if d.severity == ERROR
-    ]
+    found = []
+    for one in (one for one in diagnostics if one.severity == ERROR):
+        if one.span is not None:
+            source = one.span.source
+            place = one.span._replace(source=Source(str(folder / Path(source.path).name), source.text))
+            one = replace(one, span=place, related=())
+        found.append(one)
+    return found
 
 
 def _failed(what: str, found: Sequence[str]) -> Diagnostic:

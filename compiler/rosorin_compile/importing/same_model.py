@@ -63,7 +63,7 @@ def _without_lacking(one: Robot, other: Robot) -> Robot:
 def _in_urdf(robot: Robot) -> Robot:
     """Reduce a robot to the values that a URDF can express."""
     links, joints = tuple(map(_link, robot.links)), tuple(map(_joint, robot.joints))
-    materials = tuple(replace(material, mjcf={}) for material in robot.materials)
+    materials = tuple(replace(one, mjcf={}, texture=urdf_file_name(one.texture)) for one in robot.materials)
     return replace(robot, links=links, joints=joints, materials=materials, mjcf=())
 
 
@@ -75,7 +75,9 @@ def _link(link: Link) -> Link:
 
 def _shape(shape: Shape) -> Shape:
     geometry = plain(shape.geometry) if isinstance(shape.geometry, Ellipsoid) else shape.geometry
-    return replace(shape, geometry=geometry, material="", contact=None, mjcf={})
+    if isinstance(geometry, Mesh):
+        geometry = replace(geometry, file=urdf_file_name(geometry.file))
+    return replace(shape, geometry=geometry, texture=urdf_file_name(shape.texture), material="", contact=None, mjcf={})
 
 
 def _joint(joint: Joint) -> Joint:
@@ -103,22 +105,6 @@ def read_back(stage: Path, texts: Mapping[str, str], tree: Map, companions: Sequ
     if back.tree is not None and "accept" in tree:
         back.tree.put("accept", tree["accept"], back.tree.span, back.tree.span)
     return back
-
-
-def with_urdf_names(robot: Robot) -> Robot:
-    """Return a robot whose meshes and textures have the names that a URDF gives them."""
-
-    def renamed(shape: Shape) -> Shape:
-        solid = shape.geometry
-        solid = replace(solid, file=urdf_file_name(solid.file)) if isinstance(solid, Mesh) else solid
-        return replace(shape, geometry=solid, texture=urdf_file_name(shape.texture))
-
-    links = (
-        replace(one, visual=tuple(map(renamed, one.visual)), collision=tuple(map(renamed, one.collision)))
-        for one in robot.links
-    )
-    materials = (replace(one, texture=urdf_file_name(one.texture)) for one in robot.materials)
-    return replace(robot, links=tuple(links), materials=tuple(materials))
 
 
 def by_elements(source: Robot, again: Robot, made: Robot) -> list[str]:

@@ -78,7 +78,6 @@ class _Conversion:
         sensors, gazebo = self.sensors([one for one in found if one.section == SENSORS])
         taken = [one for one in found if one.name in (control if one.section == CONTROL else sensors)]
         drives = self.drives()
-        self.kept |= _never_written(self.texts)
         if not taken and not drives.sections:
             return Worded(self.imported, None, {}, self.kept, drives.remarks)
         rest = without(self.texts, taken)
@@ -219,18 +218,6 @@ def _with_types(tree: Map) -> tuple[Map, list[Diagnostic]]:
         made[SENSORS] = made[SENSORS].copied()
         apply_types(made, None, Scope(expansion), data_folder("parts_library") / "sensors.yaml")
     return made, expansion.diagnostics
-
-
-def _never_written(texts: Seq) -> dict[str, str]:
-    """Return the elements that no output writes, with the reason."""
-    found: dict[str, str] = {}
-    for _, element in trees(texts):
-        if element.tag == "transmission":
-            found[f'<transmission> "{element.get("name", "")}"'] = "it is of ROS 1: ros2_control has its own"
-        for plugin in element if element.tag == "gazebo" else ():
-            if plugin.tag == "plugin":
-                found[f'plug-in "{plugin.get("name", "")}"'] = "no output writes plug-ins"
-    return found
 
 
 def _difference(one: Candidate, texts: Sequence[str], followers: Set[str]) -> str:

@@ -139,9 +139,7 @@ def _laid_out(text: str) -> str:
 
 
 def _document(tree: Map) -> _Document:
-    made = _Document(tree)
-    made.folders = {}
-    return made
+    return _Document(tree)
 
 
 def _of_plugins(text: str, imported: Imported) -> Iterator[Entry]:

@@ -25,7 +25,7 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import suggest
 
 from .description import tree_of, write
-from .into import Package, in_the_end, inside, package_at, package_report, put_into, to_do
+from .into import Package, inside, package_at, put_into
 from .reimport import ENDING, Record, Request, import_again, is_record, record_of, recorded, remove
 from .report import accepted, kept, renamed, repeated, sizes
 from .round_trip import RoundTrip, check_round_trip, schema_beside
@@ -251,21 +251,15 @@ class _Import:
         self, package: Package, result: ImportResult, imported: Imported, trip: RoundTrip, lines: Sequence[str]
     ) -> ImportResult:
         """Write the description to the package of its source."""
-        source, folder = self.name_in_package, Path(result.folder)
+        folder = Path(result.folder)
         try:
-            put = put_into(package, source, self.options.arguments, folder.name, trip.files, self.request)
+            put = put_into(package, self.name_in_package, self.options.arguments, folder.name, trip.files, self.request)
         except OutputError as problem:
             self.diagnostics.append(problem.diagnostic)
             return self._end(result)
-        self.diagnostics += arrange([*put.refused, *(put.merged.diagnostics if put.merged else ())])
-        if put.refused:
-            return self._end(result)
-        report: list[str] = []
-        if put.merged is None and any(file.startswith(f"{Description.FOLDER}/") for file in put.written):
-            report += _report(folder, imported, trip, (), lines)
-        report += package_report(package, put)
-        to_do_lines, after = tuple(to_do(package, put)), tuple(in_the_end(source, put))
-        made = replace(result, written=put.written, report=tuple(report), to_do=to_do_lines, next_steps=after)
+        self.diagnostics += arrange(put.diagnostics)
+        report = (*(_report(folder, imported, trip, (), lines) if put.is_new else ()), *put.report)
+        made = replace(result, written=put.written, report=report, to_do=tuple(put.to_do), next_steps=tuple(put.after))
         return self._end(made)
 
     def _import_again(self, result: ImportResult, record: Record, files: Mapping[str, str]) -> ImportResult:

@@ -119,7 +119,6 @@ def boxes_json(parts: Sequence[FittedPart]) -> dict[str, Any]:
                 "volume": one.volume,
                 "overhang_volume": one.overhang,
                 "overlap": one.overlap,
-                "overlap_of": "volume" if is_closed else "surface",
             }
         values[fitted.part.name] = {
             "meshes": list(fitted.part.meshes),
@@ -148,7 +147,7 @@ def boxes_table(parts: Sequence[FittedPart]) -> list[str]:
                     f"stack of {len(fit.pieces)}" if kind == "stack" else kind.replace("_", " "),
                     _volume(quality.volume),
                     overhang,
-                    f"{overlap} of surface" if quality.overhang is None else overlap,
+                    overlap,
                 )
             )
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

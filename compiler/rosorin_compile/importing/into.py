@@ -35,6 +35,7 @@ from .reimport import (
 
 CMAKE, PYTHON = "ament_cmake", "ament_python"
 _BUILD_TYPE = re.compile(r"<build_type[^<>]*>\s*([^<\s]+)\s*</build_type>")
+_OURS = f"{Description.FOLDER}/"
 _NO_WORD = re.compile(r"\W+")
 _COMMENTS = ("#", "<!--")
 _LARGEST = 1_000_000  # bytes of a launch file
@@ -139,7 +140,7 @@ def put_into(
             remove(folder, merged)
     written = tuple(file for file in written if not is_record(file))
     name = resolve(package.folder).name
-    places = ["/".join(file.split("/")[:2]) if file.startswith(description) else file for file in written]
+    places = ["/".join(file.split("/")[:2]) if file.startswith(_OURS) else file for file in written]
     report = [f"{name}: written: {', '.join(dict.fromkeys(places))}"] if written else []
     report += [f"{name}: {file} was edited, and stays as it is" for file in kept]
     report += [] if report else [f"{name}: unchanged"]
@@ -152,7 +153,7 @@ def put_into(
     after = [] if lines else [f"no launch file names {Path(source).name}; to expand the description: {command}"]
     compares = "was edited and may compare something else" if test in kept else "compares both"
     after.append(f"{listed([source])} stays; {test} {compares}: colcon test, or pytest")
-    is_new = merged is None and any(file.startswith(description) for file in written)
+    is_new = merged is None and any(file.startswith(_OURS) for file in written)
     return Put(written, report, to_do, after, merged.diagnostics if merged else (), is_new)
 
 

@@ -42,13 +42,6 @@ def model_differences(
     return [text for _, text in describer.describe(compare_leaves(*sides, known, tolerance))]
 
 
-def section_differences(one: Robot, other: Robot, section: str) -> list[str]:
-    """Return the differences between one section of two robots, such as ``moveit``."""
-    empty = Robot("", (), ())
-    first, second = (replace(empty, **{section: getattr(robot, section)}) for robot in (one, other))
-    return model_differences(first, second)
-
-
 def _of(tolerance: float) -> Precision:
     return lambda key, *values: tolerance / 2  # noqa: ARG005
 
@@ -105,6 +98,21 @@ def read_back(stage: Path, texts: Mapping[str, str], tree: Map, companions: Sequ
     if back.tree is not None and "accept" in tree:
         back.tree.put("accept", tree["accept"], back.tree.span, back.tree.span)
     return back
+
+
+def element_changes(source: Robot, made: Robot) -> list[str]:
+    """Return how the elements of a URDF of a source differ from those of its description.
+
+    Both have elements for Gazebo for friction and springs; the description has some for sensors and hardware, too.
+    """
+    format = FORMATS.published()
+    output = next((one for one in made.outputs if one.backend == format.name), None)
+    before, after = list(source.urdf_elements), list(made.urdf_elements)
+    if output is not None and format.brings is not None:
+        before += format.brings(replace(source, sensors=(), control=(), controllers=()), output)
+        after += format.brings(made, output)
+    texts = without_collisions(before), without_collisions(after)
+    return element_differences(*texts, followers_of(source, made.asks_for_humble))
 
 
 def by_elements(source: Robot, again: Robot, made: Robot) -> list[str]:

@@ -30,9 +30,7 @@ from .reimport import ENDING, Record, Request, import_again, is_record, record_o
 from .report import accepted, kept, renamed, repeated, sizes
 from .round_trip import RoundTrip, check_round_trip, schema_beside
 from .words import Worded, told_words, worded
-from .xacro.documents import Target
-from .xacro.sharing import Sharing
-from .xacro.translate import translate
+from .xacro.translate import Target, translate
 
 _MJCF = "mjcf"
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
@@ -175,15 +173,13 @@ class _Import:
             return self._end(result)
         imported, files = in_words.imported, trip.files
         lines = [*repeated(tree_of(trip.shown), trip.reordered), *told_words(in_words)]
-        translated: tuple[str, ...] = ()
+        translated: Sequence[str] = ()
         if keeps and self.source is not Description.ON_STDIN:
-            sharing = Sharing(self.package.folder, folder) if self.package is not None else None
-            target = Target(folder, schema_beside(folder), options.name, named.meshes, options.verbatim, sharing)
+            target = Target(folder, schema_beside(folder), options.name, named.meshes)
             translation = translate(self.source, self.reading, read, trip.outputs, target)
-            if translation.files:  # it has words of its own: those of all combinations
-                imported, files = read._replace(tree=translation.plain or named.tree), translation.files
-                lines = list(translation.words)
-            translated = tuple(translation.report)
+            translated = translation.report
+            if translation.files:  # it keeps elements as they are
+                imported, files, lines = read._replace(tree=named.tree), translation.files, []
         is_flat = files is trip.files
         trip = trip._replace(files=files)
         if self.package is not None:

@@ -30,7 +30,6 @@ from .reimport import (
     recorded,
     remove,
     source_of,
-    text_of,
 )
 
 CMAKE, PYTHON = "ament_cmake", "ament_python"
@@ -125,8 +124,8 @@ def put_into(
             merged = _merged(package, description, files, request)
             if merged.refused:
                 return Put(diagnostics=merged.diagnostics)
-        texts = merged.files if merged else {**files, **_records(folder, files, request)}
-        data = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in texts.items()}
+        texts = merged.files if merged else {**files, **record_of(files, request.words)}
+        data = {f"{description}/{file}": text.encode() for file, text in texts.items()}
         data[test] = _test(package, source, root, arguments).encode()
         kept = [
             file
@@ -157,20 +156,10 @@ def put_into(
     return Put(written, report, to_do, after, merged.diagnostics if merged else (), is_new)
 
 
-def _records(folder: Path, files: Mapping[str, str], request: Request) -> dict[str, str]:
-    """Return the record of a new robot; that of a file of another robot stays as it is."""
-    made = record_of(files, request.words)
-    for file in files:
-        record = Path(os.path.normpath(folder / f"{file}{ENDING}"))
-        if file.startswith("../") and is_file(record):
-            made[f"{file}{ENDING}"] = text_of(record)
-    return made
-
-
 def _merged(package: Package, description: str, files: Mapping[str, str], request: Request) -> Merged:
     """Merge the new state of a source with its description in a package. Raises RequestError."""
     folder = package.folder / description
-    previous = read_record(folder, files)
+    previous = read_record(folder)
     if previous is not None and not is_same_source(previous.words, request.words):
         message = (
             f'"{folder.name}" is taken in {package.name}: {description} was imported from '
@@ -178,7 +167,7 @@ def _merged(package: Package, description: str, files: Mapping[str, str], reques
         )
         help = f"give this robot another name with --name, or remove {description} to replace it"
         return Merged.refuse(error("import-name-taken", message, None, help))
-    record = recorded(folder, request.words, files)
+    record = recorded(folder, request.words)
     if record is not None:
         return import_again(folder, record, files, request)
     others = [file for file, text in files.items() if _differs(folder / file, text.encode())]
@@ -219,8 +208,7 @@ def _test(package: Package, source: str, description: str, arguments: Mapping[st
 
 def _to_add(package: Package, description: str, test: str, files: Mapping[str, str]) -> Iterator[str]:
     """Yield the lines that the files of a package lack, below the names of the files."""
-    names = [os.path.normpath(f"{description}/{file}") for file in files]
-    absent = [file for file, _ in missing(package.folder, package.name, names)]
+    absent = [file for file, _ in missing(package.folder, package.name, [f"{description}/{file}" for file in files])]
     registry = _text(package.folder / package.registry)
     if package.build_type == PYTHON:
         rows: dict[str, list[str]] = {}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -10,11 +10,11 @@ from rosorin_compile.compare.describe import Describer
 from rosorin_compile.compare.precision import NOISE, Precision
 from rosorin_compile.compare.walk import compare_leaves, leaves
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.format import Format, lacks
+from rosorin_compile.formats.format import lacks
 from rosorin_compile.formats.gazebo_elements import element_differences, followers_of
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.mesh_files import urdf_file_name
-from rosorin_compile.formats.reading import join, read_robot
+from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Ellipsoid, Joint, Link, Mesh, Robot, Shape
 from rosorin_compile.model.joint import ROBOT_STATE_PUBLISHER, Dynamics, Publisher
@@ -79,22 +79,15 @@ def _joint(joint: Joint) -> Joint:
     return replace(joint, type=kind, dynamics=dynamics, actuator=None, mjcf={}, publisher=_PUBLISHED)
 
 
-def read_back(stage: Path, texts: Mapping[str, str], tree: Map, companions: Sequence[Format] = ()) -> Imported:
-    """Return the robot in compiled texts (by the names of their formats), which are written to a folder.
+def read_back(stage: Path, texts: Mapping[str, str], tree: Map) -> Imported:
+    """Return the robot in the text of the published format (by the names of formats), which is written to a folder.
 
-    It is that of the published format, with the sections of its ``companions``. ``tree`` is that of the source: what
-    the source is accepted to violate, its copy may.
+    ``tree`` is that of the source: what the source is accepted to violate, its copy may.
     """
-    options = ReadOptions(lenient=True, checked=False)
-
-    def saved(format: Format) -> Path:
-        file = stage / f"compiled{format.endings[0]}"
-        file.write_text(texts[format.name], "utf-8")
-        return file
-
-    back = read_robot(saved(FORMATS.published()), options)
-    for companion in companions:
-        back = join(back, companion.name, saved(companion), options)
+    format = FORMATS.published()
+    file = stage / f"compiled{format.endings[0]}"
+    file.write_text(texts[format.name], "utf-8")
+    back = read_robot(file, ReadOptions(lenient=True, checked=False))
     if back.tree is not None and "accept" in tree:
         back.tree.put("accept", tree["accept"], back.tree.span, back.tree.span)
     return back
@@ -112,19 +105,6 @@ def element_changes(source: Robot, made: Robot) -> list[str]:
         before += format.brings(replace(source, sensors=(), control=(), controllers=()), output)
         after += format.brings(made, output)
     texts = without_collisions(before), without_collisions(after)
-    return element_differences(*texts, followers_of(source, made.asks_for_humble))
-
-
-def by_elements(source: Robot, again: Robot, made: Robot) -> list[str]:
-    """Return how the elements of a robot that was read back differ from those of its source.
-
-    ``made`` is the compiled description: its URDF has elements for Gazebo for the friction and springs of the source.
-    """
-    format, own = FORMATS.published(), list(source.urdf_elements)
-    output = next((one for one in made.outputs if one.backend == format.name), None)
-    if output is not None and format.brings is not None:
-        own += format.brings(replace(source, sensors=(), control=(), controllers=()), output)
-    texts = without_collisions(own), without_collisions(again.urdf_elements)
     return element_differences(*texts, followers_of(source, made.asks_for_humble))
 
 

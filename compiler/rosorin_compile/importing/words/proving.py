@@ -37,14 +37,13 @@ _FEW, _MOST = 3, 12  # names, and lines, of a report
 class Worded(NamedTuple):
     """A robot whose elements became sections: ``said`` are the new entries by kind, ``kept`` reasons by element.
 
-    ``remarks`` are differences between a plug-in and the robot. ``plain`` is the tree with all elements.
+    ``plain`` is the tree with all elements.
     """
 
     imported: Imported
     plain: Map | None = None
     said: Mapping[str, Sequence[str]] = {}
     kept: Mapping[str, str] = {}
-    remarks: Sequence[str] = ()
 
 
 def worded(imported: Imported) -> Worded:
@@ -79,7 +78,7 @@ class _Conversion:
         taken = [one for one in found if one.name in (control if one.section == CONTROL else sensors)]
         drives = self.drives()
         if not taken and not drives.sections:
-            return Worded(self.imported, None, {}, self.kept, drives.remarks)
+            return Worded(self.imported, None, {}, self.kept)
         rest = without(self.texts, taken)
         sections = {CONTROL: control, SENSORS: sensors, **drives.sections, "urdf_elements": rest.texts}
         options = ({"control": distribution} if control else {}) | ({"gazebo": gazebo} if sensors else {})
@@ -92,7 +91,7 @@ class _Conversion:
         imported = self.imported._replace(tree=put(self.tree, sections), comments=comments)
         names = {"hardware block": list(control), "sensor": list(sensors), **drives.said}
         said = {key: value for key, value in names.items() if value}
-        return Worded(imported, self.tree, said, self.kept, drives.remarks)
+        return Worded(imported, self.tree, said, self.kept)
 
     def control(self, found: list[Candidate]) -> tuple[dict[str, Any], str]:
         """Return the entries of hardware blocks that mean the same, and the distribution that most of them are for."""
@@ -248,4 +247,4 @@ def told_words(worded: Worded) -> list[str]:
     told = [f"not in words: {first_of(names, _FEW)}: {why}" for why, names in reasons.items()]
     if len(told) > _MOST:
         told[_MOST:] = [f"not in words:{and_more(len(told) - _MOST)}"]
-    return [*lines, *told, *worded.remarks]
+    return [*lines, *told]

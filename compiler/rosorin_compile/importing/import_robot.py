@@ -18,6 +18,7 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.model.joint import MOVING_TYPES
 from rosorin_compile.output import OutputError, WriteResult, write_set
+from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, error, has_errors
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import Description
@@ -85,14 +86,77 @@ def companions() -> list[Format]:
     return [format for format in FORMATS.values() if format.join is not None]
 
 
-def import_robot(source: Path, options: ImportOptions) -> ImportResult:
-    """Convert the robot in a file to a description, and write it unless an error is found.
+def import_robot(
+    source: FilePath,
+    into: FilePath | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    output: FilePath | None = None,
+    name: str | None = None,
+    meshes: str | None = None,
+    companions: Mapping[str, FilePath] | None = None,
+    strict: bool = False,
+    lenient: bool = False,
+    parts: bool = True,
+    verbatim: bool = False,
+    flat: bool = False,
+    drives: str | None = None,
+    force: bool = False,
+    keep_edits: bool = False,
+    trust: bool = False,
+    warn: Warn = None,
+) -> ImportResult:
+    """Convert a URDF, xacro, SDF or MJCF file to a description, and write it unless an error is found.
 
-    Raises RequestError for options that do not fit each other or the files.
+    The description is compiled and compared with the source before it is written. If the folder has the description of
+    an earlier import of the same source, the changes of both are merged. Nothing was written if ``diagnostics`` of the
+    result has errors and ``written`` is empty.
+
+    Args:
+        source: The file of the robot.
+        into: The folder of the ROS package that contains ``source``. The description is written to its
+            ``descriptions/``, with a test that compares both.
+        output: The folder of the description without ``into``; by default ``descriptions/ROBOT``.
+        name: The name of the robot; by default that of ``source``.
+        meshes: The prefix of relative mesh names: a folder relative to the artifacts, or ``package://NAME``.
+        companions: Files that add to the robot, by format: ``{"srdf": "robot.srdf"}``.
+        strict: Treat unsupported elements as errors.
+        lenient: Accept violations of the specification where possible.
+        parts: Factor repeated structures into parts.
+        verbatim: Copy the Gazebo and ros2_control elements of a URDF unchanged.
+        flat: Import the URDF that a xacro generates, without its macros.
+        drives: Servos that the MJCF gets for a robot without actuators: ``"position"`` (for joints with limits; the
+            others get velocity servos), ``"velocity"`` or ``"none"``; by default ``"position"``.
+        force: Write to a folder that is not empty.
+        keep_edits: If both the source and the description changed the same lines, keep those of the description.
     """
-    if source is not Description.ON_STDIN:
-        _check_file(source)
-    return _Import(source, options).run()
+    reading, wrong = read_options(arguments, packages, trust, warn, lenient)
+    if wrong:
+        return ImportResult(str(source), diagnostics=tuple(wrong))
+    options = ImportOptions(
+        into=Path(into) if into is not None else None,
+        arguments=dict(reading.arguments),
+        packages=dict(reading.packages),
+        output=Path(output) if output is not None else None,
+        name=name,
+        meshes=meshes,
+        companions={format: Path(file) for format, file in (companions or {}).items()},
+        strict=strict,
+        lenient=lenient,
+        parts=parts,
+        verbatim=verbatim,
+        flat=flat,
+        drives=drives,
+        force=force,
+        ours=keep_edits,
+        trust=trust,
+        warn=warn,
+    )
+    path = source if isinstance(source, Path) else Path(source)
+    if path is not Description.ON_STDIN:
+        _check_file(path)
+    return _Import(path, options).run()
 
 
 def _check_file(path: Path) -> None:

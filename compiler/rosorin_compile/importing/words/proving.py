@@ -20,7 +20,7 @@ from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, and_more, first_of, has_errors
+from rosorin_compile.source.diagnostics import ERROR, and_more, first_of, has_errors
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.tree import Map, Seq
 
@@ -64,7 +64,6 @@ class _Conversion:
     def __init__(self, imported: Imported, tree: Map, texts: Seq, robot: Robot) -> None:
         self.imported, self.tree, self.texts, self.robot = imported, tree, texts, robot
         self.kept: dict[str, str] = {}
-        self.known_errors = {one.message for one in self.errors({})}
 
     def worded(self, found: list[Candidate]) -> Worded:
         """Return the robot with sections."""
@@ -122,7 +121,7 @@ class _Conversion:
             except Unsayable as problem:
                 self.kept[one.called] = f"there is no word for it: {problem}"
         self.kept |= self.refused(found, entries, SENSORS, {"gazebo": gazebo})
-        robot = self.with_sections({SENSORS: entries}) if entries else None
+        robot = self.with_sections({SENSORS: entries})[0] if entries else None
         for sensor in robot.sensors if robot is not None else ():
             if sensor.name in entries and (changes := overlay(parsed[sensor.name], sensor, gazebo)):
                 entries[sensor.name]["gazebo"] = changes
@@ -134,7 +133,7 @@ class _Conversion:
         found = driven(trees(self.texts), self.robot)
         for word, keys in (("drive", ("drive",)), ("transform", ("publishers", "edges"))):
             some = {key: found.sections[key] for key in keys if key in found.sections}
-            if some and (reason := self.new_error(some)):
+            if some and (reason := self.error(some)):
                 for key in some:
                     del found.sections[key]
                 self.kept[f"the {word} of {', '.join(found.said.pop(word, ['a plug-in']))}"] = reason
@@ -168,38 +167,37 @@ class _Conversion:
     ) -> dict[str, str]:
         """Remove the entries that a rule refuses, alone or together, and return the reasons."""
         reasons: dict[str, str] = {}
-        if entries and self.new_error({section: entries}, options):
+        if entries and self.error({section: entries}, options):
             for one in [one for one in found if one.name in entries]:
-                if reason := self.new_error({section: {one.name: entries[one.name]}}, options):
+                if reason := self.error({section: {one.name: entries[one.name]}}, options):
                     reasons[one.called] = reason
                     del entries[one.name]
-            if together := self.new_error({section: entries}, options) if entries else "":
+            if together := self.error({section: entries}, options) if entries else "":
                 reasons |= {one.called: together for one in found if one.name in entries}
                 entries.clear()
         return reasons
 
-    def new_error(self, sections: dict[str, Any], options: Mapping[str, Any] | None = None) -> str:
-        """Return the first error that the robot has only with these sections, or ""."""
-        found = self.errors(sections, options)
-        return next((one.message for one in found if one.message not in self.known_errors), "")
+    def error(self, sections: dict[str, Any], options: Mapping[str, Any] | None = None) -> str:
+        """Return the first error that the robot has with these sections, or ""."""
+        return self.with_sections(sections, options)[1]
 
-    def errors(self, sections: dict[str, Any], options: Mapping[str, Any] | None = None) -> list[Diagnostic]:
-        """Return the errors of the robot with more sections."""
+    def with_sections(
+        self, sections: dict[str, Any], options: Mapping[str, Any] | None = None
+    ) -> tuple[Robot | None, str]:
+        """Return the robot with more sections, or None and its first error."""
         output = {"file": "robot.urdf", **(options or {})}
-        tree, diagnostics = _with_types(put(self.tree, {**sections, "outputs": {"urdf": output}}))
-        found = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
-        if not found and not diagnostics:
-            found = [one for one in violations(tree) if one.severity == ERROR]
-        return [*diagnostics, *found]
-
-    def with_sections(self, sections: dict[str, Any]) -> Robot | None:
-        """Return the robot with more sections, or None if it has errors."""
-        tree, diagnostics = _with_types(put(self.tree, sections))
-        return None if diagnostics or has_errors(validate(tree, FORMATS)) else lower(tree).robot
+        tree, expansion = put(self.tree, {**sections, "outputs": {"urdf": output}}).copied(), Expansion()
+        if isinstance(tree.get(SENSORS), Map):
+            tree[SENSORS] = tree[SENSORS].copied()
+            apply_types(tree, None, Scope(expansion), data_folder("parts_library") / "sensors.yaml")
+        found = [*expansion.diagnostics, *validate(tree, FORMATS)]
+        found = found if has_errors(found) else violations(tree)
+        message = next((one.message for one in found if one.severity == ERROR), "")
+        return (None if message else lower(tree).robot), message
 
     def written(self, section: str, entries: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
         """Return the elements of the URDF that entries become, by name."""
-        robot, brings = self.with_sections({section: entries}), FORMATS["urdf"].brings
+        robot, brings = self.with_sections({section: entries}, options)[0], FORMATS["urdf"].brings
         found: dict[str, list[str]] = {}
         if robot is not None and brings is not None:
             for text in brings(robot, Output("urdf", "urdf", "robot.urdf", {**options, **_UNROUNDED})):
@@ -208,15 +206,6 @@ class _Conversion:
                 for one in candidates(texts):
                     found.setdefault(one.called, []).append(text)
         return found
-
-
-def _with_types(tree: Map) -> tuple[Map, list[Diagnostic]]:
-    """Return a tree with the defaults of the types of its sensors, and diagnostics about these."""
-    made, expansion = tree.copied(), Expansion()
-    if isinstance(made.get(SENSORS), Map):
-        made[SENSORS] = made[SENSORS].copied()
-        apply_types(made, None, Scope(expansion), data_folder("parts_library") / "sensors.yaml")
-    return made, expansion.diagnostics
 
 
 def _difference(one: Candidate, texts: Sequence[str], followers: Set[str]) -> str:

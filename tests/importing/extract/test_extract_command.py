@@ -47,10 +47,10 @@ def test_boxes_are_yaml_that_can_be_included(here: Path, capsys: Said) -> None:
     assert capsys.readouterr().out.splitlines() == [
         "part   shape             volume          overhang  overlap",
         "brick  box           1200.0 cm3      0.0 cm3 (0%)     100%",
-        "       oriented box  1200.0 cm3      0.0 cm3 (0%)     100%",
-        "       cylinder      2136.3 cm3   936.3 cm3 (44%)     100%",
-        "       capsule       2845.2 cm3  1645.2 cm3 (58%)     100%",
-        "       stack of 4    1200.0 cm3      0.0 cm3 (0%)     100%",
+        "brick  oriented box  1200.0 cm3      0.0 cm3 (0%)     100%",
+        "brick  cylinder      2136.3 cm3   936.3 cm3 (44%)     100%",
+        "brick  capsule       2845.2 cm3  1645.2 cm3 (58%)     100%",
+        "brick  stack of 4    1200.0 cm3      0.0 cm3 (0%)     100%",
         "written: boxes.yaml",
     ]
     (here / "robot.yaml").write_text("robot: brick\ninclude: [boxes.yaml]\noutputs: {urdf: {file: brick.urdf}}\n")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import stat
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -38,32 +38,21 @@ _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
 
 
 @dataclass(frozen=True)
-class ImportOptions:
-    """The options of an import, named as those of ``rosorin-compile import``.
+class _Options:
+    """The options of ``import_robot``."""
 
-    ``arguments`` are those of a xacro, as text. ``into`` is the folder of the ROS package that gets the description,
-    ``output`` the folder of the description elsewhere. ``drives`` are the stand-ins for missing actuators: position,
-    velocity or none; None: position, if the source has no actuator. ``companions`` are files that are read too, by
-    their format. ``warn`` receives the warnings that have to be printed before code is executed.
-    """
-
-    into: Path | None = None
-    arguments: Mapping[str, str] = field(default_factory=dict)
-    packages: Mapping[str, Path] = field(default_factory=dict)
-    output: Path | None = None
-    name: str | None = None
-    meshes: str | None = None
-    companions: Mapping[str, Path] = field(default_factory=dict)
-    strict: bool = False
-    lenient: bool = False
-    parts: bool = True
-    verbatim: bool = False
-    flat: bool = False
-    drives: str | None = None
-    force: bool = False
-    ours: bool = False
-    trust: bool = False
-    warn: Callable[[Diagnostic], None] | None = None
+    into: Path | None
+    output: Path | None
+    name: str | None
+    meshes: str | None
+    companions: Mapping[str, Path]
+    strict: bool
+    parts: bool
+    verbatim: bool
+    flat: bool
+    drives: str | None
+    force: bool
+    ours: bool
 
 
 @dataclass(frozen=True)
@@ -134,29 +123,13 @@ def import_robot(
     reading, wrong = read_options(arguments, packages, trust, warn, lenient)
     if wrong:
         return ImportResult(str(source), diagnostics=tuple(wrong))
-    options = ImportOptions(
-        into=Path(into) if into is not None else None,
-        arguments=dict(reading.arguments),
-        packages=dict(reading.packages),
-        output=Path(output) if output is not None else None,
-        name=name,
-        meshes=meshes,
-        companions={format: Path(file) for format, file in (companions or {}).items()},
-        strict=strict,
-        lenient=lenient,
-        parts=parts,
-        verbatim=verbatim,
-        flat=flat,
-        drives=drives,
-        force=force,
-        ours=keep_edits,
-        trust=trust,
-        warn=warn,
-    )
+    package, folder = (Path(path) if path is not None else None for path in (into, output))
+    files = {format: Path(file) for format, file in (companions or {}).items()}
+    options = _Options(package, folder, name, meshes, files, strict, parts, verbatim, flat, drives, force, keep_edits)
     path = source if isinstance(source, Path) else Path(source)
     if path is not Description.ON_STDIN:
         _check_file(path)
-    return _Import(path, options).run()
+    return _Import(path, options, reading).run()
 
 
 def _check_file(path: Path) -> None:
@@ -175,19 +148,17 @@ def _check_file(path: Path) -> None:
 class _Import:
     """One import: the source with the options, and the diagnostics so far."""
 
-    def __init__(self, source: Path, options: ImportOptions) -> None:
+    def __init__(self, source: Path, options: _Options, reading: ReadOptions) -> None:
         self.source, self.options = source, options
         self.diagnostics: list[Diagnostic] = []
         self.package, self.name_in_package = self._package()
-        packages = dict(options.packages)
-        if self.package is not None:
-            packages.setdefault(self.package.name, self.package.folder)
+        own = {self.package.name: self.package.folder} if self.package is not None else {}
+        self.reading = replace(reading, packages={**own, **reading.packages})
         name, meshes = options.name, options.meshes
         if name is not None and not (_NAME.fullmatch(name) and name.isprintable()):
             raise RequestError(f'"{name}" cannot be the name of a robot: no markup, no quotes, spaces only within')
         if meshes is not None and (not meshes.isprintable() or not meshes.strip() or meshes.endswith("://")):
             raise RequestError(f'--meshes "{meshes}" is neither a folder nor package://NAME')
-        self.reading = ReadOptions(options.arguments, packages, options.lenient, tell=options.warn, trust=options.trust)
         self.request = Request(self._command_line(), options.ours)
 
     def _package(self) -> tuple[Package | None, str]:
@@ -207,7 +178,7 @@ class _Import:
         """Return the words of the command line that determine what is written; the next import needs the same."""
         options = self.options
         words = [self.name_in_package or self.source.name]
-        words += [f"{name}:={value}" for name, value in options.arguments.items()]
+        words += [f"{name}:={value}" for name, value in self.reading.arguments.items()]
         values = {"--name": options.name, "--meshes": options.meshes, "--drives": options.drives}
         words += [word for name, value in values.items() if value is not None for word in (name, value)]
         flags = {"--no-parts": not options.parts, "--verbatim": options.verbatim, "--flat": options.flat}
@@ -264,7 +235,7 @@ class _Import:
     def _read(self) -> Imported:
         """Read the source and its companions. Raises RequestError."""
         imported = read_robot(self.source, self.reading)
-        if self.options.arguments and not imported.takes_arguments and imported.tree is not None:
+        if self.reading.arguments and not imported.takes_arguments and imported.tree is not None:
             raise RequestError(f"{self.source} takes no arguments: only a xacro does")
         for format, path in self.options.companions.items():
             _check_file(path)
@@ -302,7 +273,7 @@ class _Import:
             self.diagnostics.append(error("output-failed", message, None))
             return None
         untold = list(trip.untold)
-        if options.lenient and not options.strict:
+        if self.reading.lenient and not options.strict:
             untold = [replace(one, severity=WARNING, help="please report it with the file") for one in untold]
         self.diagnostics += arrange([*trip.diagnostics, *untold])
         return trip
@@ -313,7 +284,7 @@ class _Import:
         """Write the description to the package of its source."""
         folder = Path(result.folder)
         try:
-            put = put_into(package, self.name_in_package, self.options.arguments, folder.name, trip.files, self.request)
+            put = put_into(package, self.name_in_package, self.reading.arguments, folder.name, trip.files, self.request)
         except OutputError as problem:
             self.diagnostics.append(problem.diagnostic)
             return self._end(result)

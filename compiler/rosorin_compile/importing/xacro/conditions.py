@@ -39,7 +39,6 @@ class Conditions:
         node, positive = _without_not(test.as_truth())
         if not positive:
             then, other = other, then
-        then, other = _side(then, node, True), _side(other, node, False)
         if written(then.node) == written(other.node):
             return then
         value: Any = UNKNOWN if test.value is UNKNOWN else (then if bool(test.value) == positive else other).value
@@ -87,7 +86,15 @@ class Conditions:
         try:
             program.eval_all(node, macros, symbols)
         except Exception as problem:
-            self._check_failure(problem, test, holds)
+            chain = list(causes(problem))
+            is_endless = any(isinstance(one, RecursionError) for one in chain)
+            if any(isinstance(one, Restart) for one in chain) or (value == holds and not is_endless):
+                raise
+            if is_endless or any(isinstance(one, Failed) for one in chain):
+                reason = " ".join(str(problem).split())[:120] or type(problem).__name__
+                if not program.blamed([test.node], f"with another value of it, {reason}"):
+                    raise
+                raise Restart from None
             for table, values, unevaluated in before:  # xacro refuses the other value as well
                 dict.clear(table)
                 dict.update(table, values)
@@ -115,20 +122,6 @@ class Conditions:
                 then, other = map(symbol_of, (new, table[name]) if holds else (table[name], new))
                 dict.__setitem__(table, name, self.choice(test, then, other))
 
-    def _check_failure(self, problem: Exception, test: Symbol, holds: bool) -> None:
-        """Raise unless xacro refuses the other value of a condition, too."""
-        chain = list(causes(problem))
-        if any(isinstance(one, Restart) for one in chain):
-            raise Restart from None
-        is_endless = any(isinstance(one, RecursionError) for one in chain)
-        is_taken = test.value == holds
-        if not is_taken and not is_endless and not any(isinstance(one, Failed) for one in chain):
-            return
-        reason = " ".join(str(problem).split())[:120] or type(problem).__name__
-        if (is_taken and not is_endless) or not self.program.blamed([test.node], f"with another value of it, {reason}"):
-            raise problem
-        raise Restart from None
-
     def _state(self, table: Any) -> Iterator[tuple[Any, dict[str, Any], set[str]]]:
         """Yield a table and those above it with their values."""
         while isinstance(table, self.program.xacro.Table) and table is not table.root:
@@ -142,15 +135,6 @@ def _without_not(node: ast.expr) -> tuple[ast.expr, bool]:
     while isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
         node, is_same = node.operand, not is_same
     return node, is_same
-
-
-def _side(value: Symbol, test: ast.expr, holds: bool) -> Symbol:
-    """Return a value without the choices in it that a condition decides."""
-    node: Any = value.node if not value.pieces else None
-    while isinstance(node, ast.IfExp) and written(node.test) == written(test):
-        node = node.body if holds else node.orelse
-        value = Symbol(node, value.value, value.type, value.known)
-    return value
 
 
 class LoadedFiles:

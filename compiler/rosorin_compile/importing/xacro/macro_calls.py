@@ -219,11 +219,12 @@ class Calls:
         body = self._evaluated(call, table, path)
         self.building.pop()
         program.conditions.assumed = outer
-        for one in [one for one in body.getElementsByTagName("material") if _above(one) is body]:
-            if macro.level == "robot" and (one.parentNode is not body or TOKEN.search(one.toxml())):
+        materials = [one for one in body.getElementsByTagName("material") if _above(one) is body]
+        for one in materials if macro.level == "robot" else ():
+            is_known = all(Symbol.tokens[int(number)].known for number in TOKEN.findall(one.toxml()))
+            if one.parentNode is not body or not is_known:
                 self.inline(macro.key, "it defines materials of several values, which the robot shares")
-            elif macro.level == "robot":
-                call.node.parentNode.insertBefore(one, call.node)
+            call.node.parentNode.insertBefore(one, call.node)
         macro.body = nodes_of(body)
         self.called[macro.key] = True
 

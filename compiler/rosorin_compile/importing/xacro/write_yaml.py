@@ -58,6 +58,7 @@ class Writer:
         with self._within(None):
             self._body(body, None)
             name = self.values.joined(pieces_of(with_tokens(root.getAttribute("name"))))
+        self._propagate()
         before = -1
         while before != (before := sum(one.used for one in program.variables)):
             self._write_arguments()
@@ -125,17 +126,22 @@ class Writer:
                 is_sole = len(pieces) == 1 and isinstance(pieces[0], Symbol) and pieces[0].variable is not None
                 if is_sole and node.tag in ("mesh", "texture"):
                     pieces[0].variable.names_mesh = True
-        given = [
-            (symbol.variable, macro.parameters[name])
-            for macro in self.macros
-            for call in macro.calls
-            for name, (symbol, _) in call.given.items()
-            if symbol.variable is not None
-        ]
-        for _ in self.macros:  # a call may be in a macro that is called itself
-            for source, target in given:
+        self._propagate()
+
+    def _propagate(self) -> None:
+        """Let variables have what is known of those that they are given to as they are."""
+        given = [(one.symbol, one) for one in self.program.variables if one.symbol is not None]
+        for macro in self.macros:
+            given += [
+                (symbol, macro.parameters[key]) for call in macro.calls for key, (symbol, _) in call.given.items()
+            ]
+        pairs = [(symbol.variable, target) for symbol, target in given if symbol.variable is not None]
+        for _ in range(len(self.macros) + 1):  # macros that call each other are written out
+            for source, target in pairs:
                 source.names_mesh |= target.names_mesh
                 source.names_file |= target.names_file
+                source.printed |= target.printed
+                source.candidates = list(dict.fromkeys([*source.candidates, *target.candidates]))
 
     def _section(self, place: Any, key: str) -> dict[str, Any]:
         return self.documents.setdefault(self._file(place), {}).setdefault(key, {})  # type: ignore[no-any-return]
@@ -145,8 +151,9 @@ class Writer:
 
     def _remark(self, place: Any, path: tuple[Any, ...], comments: Iterable[str]) -> None:
         lines = [line for comment in comments for line in cleaned(comment)]
-        if lines:
-            self.remarks.append((self._file(place), path, lines))
+        remark = (self._file(place), path, lines)
+        if lines and remark not in self.remarks:
+            self.remarks.append(remark)
 
     @contextmanager
     def _within(self, macro: Macro | None, node: Element | Call | None = None) -> Iterator[None]:
@@ -367,28 +374,10 @@ class Writer:
 
     # What arguments are compared with.
 
-    def _receivers(self, variable: Variable) -> Iterator[Variable]:
-        """Yield the variables that an argument is given to as it is, and itself."""
-        found = [variable]
-        for one in found:
-            yield one
-            for macro in self.macros:
-                calls = [(name, symbol) for call in macro.calls for name, (symbol, _) in call.given.items()]
-                found += [macro.parameters[name] for name, symbol in calls if symbol.variable is one]
-            found += [other for other in self.program.variables if other.symbol and other.symbol.variable is one]
-            found[:] = list(dict.fromkeys(found))
-
-    def _compared(self, variable: Variable) -> list[Any]:
-        """Return what an argument is compared with, itself or by the parameters and properties that it becomes."""
-        return list(dict.fromkeys(value for one in self._receivers(variable) for value in one.candidates))
-
-    def _is_printed(self, variable: Variable) -> bool:
-        return any(one.printed for one in self._receivers(variable))
-
     def _allowed(self, variable: Variable) -> list[str]:
         """Return the texts that an argument may be, or nothing if it may be any."""
-        texts = [str(one) for one in self._compared(variable)]
-        if variable.type != "text" or not texts or self._is_printed(variable) or "" in texts:
+        texts = [str(one) for one in variable.candidates]
+        if variable.type != "text" or not texts or variable.printed or "" in texts:
             return []
         allowed = list(dict.fromkeys([str(variable.value), *sorted(texts)]))
         return allowed if len(allowed) > 1 else []
@@ -396,7 +385,7 @@ class Writer:
     def _choices(self, variable: Variable) -> tuple[list[str], list[str]]:
         """Return the values that an argument is compared with, and others that show whether it is followed."""
         default, value = str(variable.value), literal(str(variable.value))
-        compared = [str(one) for one in self._compared(variable)]
+        compared = [str(one) for one in variable.candidates]
         if variable.type == "boolean":
             return ["false" if value is True else "true"], []
         if variable.type == "number":

@@ -1171,14 +1171,13 @@ def package(
         >>> package("rosorin", "rosorin_description", license="MIT").package  # doctest: +SKIP
         'rosorin_description'
     """
-    from rosorin_compile.ros.package.options import PackageOptions
     from rosorin_compile.ros.package.package import write_package
 
+    request = Request.of(robot, arguments, packages, trust=trust)
+    options: dict[str, Any] = {"name": name, "build_type": build_type, "version": version, "maintainer": maintainer}
+    options |= {"license": license, "url": url, "at_launch": compile_at_launch}
     starts = {"control": control, "moveit": moveit, "nav2": nav2}
-    options = PackageOptions(
-        name, build_type, version, maintainer, license, url, compile_at_launch, starts, topics or {}
-    )
-    return write_package(Request.of(robot, arguments, packages, trust=trust), Path(folder), options)
+    return write_package(request, Path(folder), options, starts, topics or {})
 
 
 def deploy(

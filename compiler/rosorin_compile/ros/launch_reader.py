@@ -1,6 +1,6 @@
-"""Launch files of people: the nodes that they start, read and never run.
+"""Launch files of users: the nodes that they start. The files are parsed, and never run.
 
-Of Python, plain values are evaluated; what only a run would know is unknown here.
+In Python, plain values are evaluated; what only a run can know is unknown here.
 """
 
 from __future__ import annotations
@@ -10,9 +10,8 @@ import math
 import operator
 import re
 import shlex
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -23,28 +22,28 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import MarkupError, parse
 
 Names = Mapping[str, Any]
-_MOST_VALUES = 10_000  # characters or items; a launch file has no need of more
-_LARGEST = 10**30
+_MAX_LENGTH = 10_000  # characters or items of a value
+_MAX_NUMBER = 10**30
 _ARGUMENT = "launch argument "
 _CHANGES = ("append", "clear", "extend", "insert", "pop", "remove", "reverse", "sort", "update")
-_BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
+_OPERATORS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
     ast.Div: operator.truediv,
 }
-_NUMBERS: Mapping[str, Callable[[Any], Any]] = {"math.radians": math.radians, "radians": math.radians, "float": float}
+_CONVERSIONS: Mapping[str, Callable[[Any], Any]] = {"math.radians": math.radians, "float": float, "str": str}
 # An escaped letter, a variable, or a substitution whose value is unknown.
 _SUBSTITUTION = re.compile(r"\\(.)|\$\((?:var|arg) ([^\s()$]+)\)|\$\([^()]*\)?")
 _UNKNOWN = "\0"
 
 
 class LaunchError(Exception):
-    """A launch file that cannot be parsed; the message says why."""
+    """A launch file that cannot be parsed; the message is the reason."""
 
 
-class Unknown(Exception):
-    """The value is known only when the program runs."""
+class _Unknown(Exception):
+    """The value of an expression is known only when the program runs."""
 
 
 @dataclass(frozen=True)
@@ -141,37 +140,44 @@ def _python(source: Source) -> Iterator[LaunchNode]:
         tree = python_of(source.text)
     except (SyntaxError, ValueError, MemoryError, RecursionError) as problem:
         raise LaunchError(f"not a Python file: {problem}") from None
-    names, calls = constants(tree), list(_calls_in(tree))
+    names, calls = _constants(tree), list(_calls_in(tree))
     for call, function in calls:
         words = {word.arg: word.value for word in call.keywords if word.arg}
-        named = ast.unparse(call.func).rpartition(".")[2]
-        if not named.endswith(("Node", "SetRemap")) and not words.keys() & {"executable", "node_executable"}:
+        callee = ast.unparse(call.func)
+        if not callee.endswith(("Node", "SetRemap")) and not words.keys() & {"executable", "node_executable"}:
             continue
         scopes = [(call, names)]
         if function is not None:  # a helper: its parameters have the values of each call
             uses = [use for use, _ in calls if isinstance(use.func, ast.Name) and use.func.id == function.name]
-            scopes = [(use, constants(function, _bound(function, use, names))) for use in uses]
-            scopes = scopes or [(call, constants(function, _bound(function, None, names)))]
-        for place, scope in sorted(scopes, key=lambda one: one[0].lineno):
+            scopes = [(use, _constants(function, _bind(function, use, names))) for use in uses]
+            scopes = scopes or [(call, _constants(function, _bind(function, None, names)))]
+        for place, scope in scopes:
             yield _python_node(words, scope, Span(source, place.lineno, place.col_offset + 1))
+
+
+def _calls_in(tree: ast.AST, function: ast.FunctionDef | None = None) -> Iterator[tuple[ast.Call, Any]]:
+    """Yield every call of a program with the function around it."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.Call):
+            yield node, function
+        yield from _calls_in(node, node if isinstance(node, ast.FunctionDef) else function)
 
 
 def _python_node(words: Mapping[str, ast.expr], names: Names, span: Span) -> LaunchNode:
     def text(key: str) -> str:
-        found = known(words[key], names) if key in words else None
-        return "" if found is None else str(found)
+        return str((_known(words[key], names) if key in words else None) or "")
 
     program = text("executable") or text("node_executable")
     given = [_argument_words(words[key], names) for key in ("arguments", "ros_arguments") if key in words]
     arguments = None if None in given else tuple(word for each in given if each is not None for word in each)
     if "src" in words and "dst" in words:
-        pair = [known(words["src"], names), known(words["dst"], names)]
-        return LaunchNode("", program, arguments, _pairs([pair], span), span)
-    pairs = known(words["remappings"], names) if "remappings" in words else []
-    return LaunchNode(text("name") or program, program, arguments, _pairs(pairs, span), span)
+        pair = [_known(words["src"], names), _known(words["dst"], names)]
+        return LaunchNode("", program, arguments, _remaps([pair], span), span)
+    pairs = _known(words["remappings"], names) if "remappings" in words else []
+    return LaunchNode(text("name") or program, program, arguments, _remaps(pairs, span), span)
 
 
-def _pairs(pairs: Any, span: Span) -> tuple[Remap, ...] | None:
+def _remaps(pairs: Any, span: Span) -> tuple[Remap, ...] | None:
     rows: list[Any] = pairs if isinstance(pairs, list) else [None]
     if not all(isinstance(row, list) and len(row) == 2 and all(isinstance(one, str) for one in row) for row in rows):
         return None
@@ -180,145 +186,110 @@ def _pairs(pairs: Any, span: Span) -> tuple[Remap, ...] | None:
 
 def _argument_words(node: ast.expr, names: Names) -> tuple[str | None, ...] | None:
     """Return a list of arguments as words; launch joins an argument that is a list of pieces."""
-    found: Any = known(node, names)
+    found: Any = _known(node, names)
     if found is None and isinstance(node, ast.List | ast.Tuple):
-        found = [known(item, names) for item in node.elts]
-    words: list[str | None] = []
-    for word in found if isinstance(found, list) else ():
-        if isinstance(word, list) and all(isinstance(piece, str) for piece in word):
-            word = "".join(word)
-        words.append(word if isinstance(word, str) else None)
-    return tuple(words) if isinstance(found, list) else None
-
-
-def _calls_in(tree: ast.AST) -> Iterator[tuple[ast.Call, ast.FunctionDef | None]]:
-    """Yield every call of a program with the function around it."""
-    waiting: deque[tuple[ast.AST, ast.FunctionDef | None]] = deque([(tree, None)])
-    while waiting:
-        node, function = waiting.popleft()
-        if isinstance(node, ast.Call):
-            yield node, function
-        inner = node if isinstance(node, ast.FunctionDef) else function
-        waiting += [(child, inner) for child in ast.iter_child_nodes(node)]
-
-
-def _bound(function: ast.FunctionDef, use: ast.Call | None, names: Names) -> dict[str, Any]:
-    """Return ``names`` inside a function, whose parameters have the plain values of a call, or no value."""
-    every = function.args
-    positional = [argument.arg for argument in (*every.posonlyargs, *every.args)]
-    keywords = [argument.arg for argument in every.kwonlyargs]
-    rest = [argument.arg for argument in (every.vararg, every.kwarg) if argument is not None]
-    bound = {name: held for name, held in names.items() if name not in (*positional, *keywords, *rest)}
-    if use is None or any(isinstance(one, ast.Starred) for one in use.args) or any(not one.arg for one in use.keywords):
-        return bound  # which parameter gets what is known only when it runs
-    given: dict[str, ast.expr | None] = dict(zip(positional[::-1], every.defaults[::-1], strict=False))
-    given |= dict(zip(keywords, every.kw_defaults, strict=True))
-    given |= dict(zip(positional, use.args, strict=False))
-    given |= {keyword.arg: keyword.value for keyword in use.keywords if keyword.arg}
-    for name, expression in given.items():
-        with suppress(Unknown):
-            bound |= {name: value(expression, names)} if expression is not None else {}
-    return bound
-
-
-def known(node: ast.expr, names: Names) -> Any:
-    """Return the value of an expression, or None if it is known only when the program runs."""
-    try:
-        return value(node, names)
-    except Unknown:
+        found = [_known(item, names) for item in node.elts]
+    if not isinstance(found, list):
         return None
+    joined = ("".join(one) if isinstance(one, list) and all(isinstance(e, str) for e in one) else one for one in found)
+    return tuple(word if isinstance(word, str) else None for word in joined)
 
 
-def value(node: ast.expr, names: Names) -> Any:
-    """Return the value of an expression of plain values, ``names``, ``math.pi``, joins of paths and a few calls.
-
-    Raises Unknown for anything else.
-    """
-    if isinstance(node, ast.Constant):
-        return node.value
-    if isinstance(node, ast.List | ast.Tuple):
-        return [value(item, names) for item in node.elts]
-    if isinstance(node, ast.Name) and node.id in names:
-        return names[node.id]
-    if isinstance(node, ast.Attribute) and ast.unparse(node) in ("math.pi", "np.pi", "numpy.pi"):
-        return math.pi
-    try:
-        result = _combined(node, names)
-    except (ArithmeticError, LookupError, TypeError, ValueError) as problem:
-        raise Unknown from problem
-    too_long = isinstance(result, str | list) and len(result) > _MOST_VALUES
-    if too_long or (isinstance(result, int) and abs(result) > _LARGEST):
-        raise Unknown
-    return result
+def _bind(function: ast.FunctionDef, call: ast.Call | None, names: Names) -> dict[str, Any]:
+    """Return ``names`` inside a function, whose parameters have the plain values of a call, or no value."""
+    positional = [one.arg for one in function.args.args]
+    parameters = {one.arg for one in ast.walk(function.args) if isinstance(one, ast.arg)}
+    inside = {name: held for name, held in names.items() if name not in parameters}
+    if call is None or any(isinstance(one, ast.Starred) for one in call.args) or any(not k.arg for k in call.keywords):
+        return inside  # which parameter gets what is known only when it runs
+    given = dict(zip(positional[::-1], function.args.defaults[::-1], strict=False))
+    given |= dict(zip(positional, call.args, strict=False))
+    given |= {keyword.arg: keyword.value for keyword in call.keywords if keyword.arg}
+    held = {name: _known(expression, names) for name, expression in given.items()}
+    return inside | {name: value for name, value in held.items() if value is not None}
 
 
-def _combined(node: ast.expr, names: Names) -> Any:
-    if isinstance(node, ast.JoinedStr):
-        parts = [part.value if isinstance(part, ast.FormattedValue) else part for part in node.values]
-        if any(
-            isinstance(part, ast.FormattedValue) and (part.format_spec or part.conversion != -1) for part in node.values
-        ):
-            raise Unknown
-        return "".join(str(value(part, names)) for part in parts)
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-        return -value(node.operand, names)
-    if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
-        left, right = value(node.left, names), value(node.right, names)
-        if isinstance(node.op, ast.Mult) and not all(isinstance(side, int | float) for side in (left, right)):
-            raise Unknown
-        return _BINARY[type(node.op)](left, right)
-    if isinstance(node, ast.Subscript):
-        return value(node.value, names)[value(node.slice, names)]
-    if isinstance(node, ast.Dict) and None not in node.keys:
-        return {value(key, names): value(of, names) for key, of in zip(node.keys, node.values, strict=True) if key}
-    if not isinstance(node, ast.Call) or (node.keywords and ast.unparse(node.func) != "LaunchConfiguration"):
-        raise Unknown
-    function, arguments = ast.unparse(node.func), [value(argument, names) for argument in node.args]
-    if function == "LaunchConfiguration" and arguments:
-        return names[_ARGUMENT + arguments[0]]
-    if isinstance(node.func, ast.Attribute) and node.func.attr == "split" and len(arguments) < 2:
-        text = value(node.func.value, names)
-        if isinstance(text, str):
-            return text.split(*arguments)
-    if function in ("str", *_NUMBERS) and len(arguments) == 1 and isinstance(arguments[0], str | int | float):
-        return _NUMBERS.get(function, str)(arguments[0])
-    if function in ("os.path.join", "path.join", "join") and all(isinstance(one, str) for one in arguments):
-        return "/".join(argument.rstrip("/") for argument in arguments)
-    if function in ("glob", "glob.glob") and len(arguments) == 1:
-        return arguments
-    raise Unknown
-
-
-def constants(tree: ast.AST, names: Names = MappingProxyType({})) -> dict[str, Any]:
+def _constants(tree: ast.AST, names: Names = MappingProxyType({})) -> dict[str, Any]:
     """Return ``names``, and those that a program or function assigns once, and to a plain value.
 
     What it assigns more often, or changes in place, has no known value. A launch argument has its default.
     """
-    nodes = list(ast.walk(tree))
-    times = Counter(node.id for node in nodes if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load))
-    declared, defaults = Counter[str](), dict[str, Any]()
-    assigned: list[tuple[ast.expr, ast.expr]] = []
-    for node in nodes:
-        if isinstance(node, ast.Assign):
-            assigned += [(target, node.value) for target in node.targets]
-        elif isinstance(node, ast.AnnAssign) and node.value is not None:
-            assigned.append((node.target, node.value))
-        changed: ast.expr | None = None  # in place, by name.append(...) or name[0] = ...
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in _CHANGES:
-            changed = node.func.value
-        elif isinstance(node, ast.Subscript) and not isinstance(node.ctx, ast.Load):
-            changed = node.value
-        times.update([changed.id] if isinstance(changed, ast.Name) else [])
-        if isinstance(node, ast.Call) and ast.unparse(node.func) == "DeclareLaunchArgument" and node.args:
-            given = next((word.value for word in node.keywords if word.arg == "default_value"), None)
-            with suppress(Unknown):
-                name = f"{_ARGUMENT}{value(node.args[0], names)}"
-                declared[name] += 1
-                defaults |= {} if given is None else {name: value(given, names)}
-    values = {name: known for name, known in names.items() if not times[name]}
-    values |= {name: text for name, text in defaults.items() if declared[name] == 1 and isinstance(text, str)}
-    for target, expression in assigned:
-        if isinstance(target, ast.Name) and times[target.id] == 1:
-            with suppress(Unknown):
-                values[target.id] = value(expression, values)
+    changes = Counter[str]()
+    declared: list[tuple[str, ast.expr]] = []
+    assigned: list[tuple[str, ast.expr]] = []
+    for node in ast.walk(tree):
+        match node:
+            case ast.Name(id=name, ctx=ast.Store() | ast.Del()):
+                changes[name] += 1
+            case ast.Subscript(value=ast.Name(id=name), ctx=ast.Store() | ast.Del()):
+                changes[name] += 1
+            case ast.Call(func=ast.Attribute(value=ast.Name(id=name), attr=method)) if method in _CHANGES:
+                changes[name] += 1
+            case ast.Assign(targets=[ast.Name(id=name)], value=expression):
+                assigned.append((name, expression))
+            case ast.Call(func=ast.Name(id="DeclareLaunchArgument"), args=[ast.Constant(value=str(name)), *_]):
+                changes[f"{_ARGUMENT}{name}"] += 1
+                defaults = (word.value for word in node.keywords if word.arg == "default_value")
+                declared += [(f"{_ARGUMENT}{name}", default) for default in defaults]
+    values = {name: held for name, held in names.items() if not changes[name]}
+    for name, expression in (*declared, *assigned):
+        value = _known(expression, values) if changes[name] == 1 else None
+        if value is not None:
+            values[name] = value
     return values
+
+
+def _known(node: ast.expr, names: Names) -> Any:
+    """Return the value of an expression, or None if it is known only when the program runs."""
+    try:
+        return _value(node, names)
+    except (_Unknown, ArithmeticError, LookupError, TypeError, ValueError):
+        return None
+
+
+def _value(node: ast.expr, names: Names) -> Any:
+    """Return the value of an expression of plain values, ``names``, pi and a few calls."""
+    result = _evaluate(node, names)
+    if isinstance(result, str | list) and len(result) > _MAX_LENGTH:
+        raise _Unknown
+    if isinstance(result, int) and abs(result) > _MAX_NUMBER:
+        raise _Unknown
+    return result
+
+
+def _evaluate(node: ast.expr, names: Names) -> Any:
+    match node:
+        case ast.Constant(value=constant):
+            return constant
+        case ast.List(elts=items) | ast.Tuple(elts=items):
+            return [_value(item, names) for item in items]
+        case ast.Name(id=name):
+            return names[name]
+        case ast.Attribute(value=ast.Name(id="math" | "np" | "numpy"), attr="pi"):
+            return math.pi
+        case ast.JoinedStr(values=parts):
+            return "".join(str(_value(part, names)) for part in parts)
+        case ast.FormattedValue(value=inner, conversion=-1, format_spec=None):
+            return _value(inner, names)
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return -_value(operand, names)
+        case ast.BinOp(op=op) if type(op) in _OPERATORS:
+            left, right = _value(node.left, names), _value(node.right, names)
+            is_number = isinstance(left, int | float) and isinstance(right, int | float)
+            return _OPERATORS[type(op)](left, right) if is_number or not isinstance(op, ast.Mult) else _unknown()
+        case ast.Subscript(value=of, slice=key):
+            return _value(of, names)[_value(key, names)]
+        case ast.Call(func=ast.Attribute(value=of, attr="split"), args=[] | [_], keywords=[]):
+            return str.split(_value(of, names), *(_value(one, names) for one in node.args))
+        case ast.Call(func=ast.Name(id="LaunchConfiguration"), args=[argument, *_]):
+            default = names[f"{_ARGUMENT}{_value(argument, names)}"]
+            return default if isinstance(default, str) else _unknown()
+        case ast.Call(func=function, args=[argument], keywords=[]) if ast.unparse(function) in _CONVERSIONS:
+            converted = _value(argument, names)
+            is_plain = isinstance(converted, str | int | float)
+            return _CONVERSIONS[ast.unparse(function)](converted) if is_plain else _unknown()
+    raise _Unknown
+
+
+def _unknown() -> Any:
+    raise _Unknown

@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import stat
 import subprocess
 import sys
@@ -119,25 +118,6 @@ def test_values_arrive_whole_in_all_three_forms(tmp_path: Path, given: dict[str,
         }
 
 
-SIMPLE = {**FILES, "descriptions/arm/robot.yaml": ARM.replace('"${2 * height}"', "60 cm").replace("it''s \"it\"", "it")}
-
-
-@pytest.mark.slow
-@pytest.mark.landing("outside", "xml")
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("given", [{}, {"height": "450 mm", "side": "right", "label": "a  b"}, {"prefix": "left_"}])
-def test_simple_arguments_stand_in_the_command(tmp_path: Path, form: str, given: dict[str, str]) -> None:
-    package = packaged(tmp_path, files=SIMPLE)
-    text = (package / f"launch/description.launch.{form}").read_text("utf-8")
-    assert re.search(r"rosorin-compile print .*\bheight:=", text, re.DOTALL)
-    assert "rosorin_compile_words" not in text
-    urdf, statics = compiled(tmp_path / "a project", **given)
-    nodes = launched(package, form, **given)
-    assert next(one for one in nodes if one.package == "robot_state_publisher").parameters["robot_description"] == urdf
-    eye = next(one for one in nodes if one.name == "tf_eye")
-    assert eye.arguments == statics["tf_eye"]
-
-
 @pytest.mark.slow
 @pytest.mark.landing("outside", "yaml")
 @pytest.mark.parametrize("form", FORMS)
@@ -232,7 +212,7 @@ def test_a_description_that_differs_is_found(tmp_path: Path, capsys: pytest.Capt
     capsys.readouterr()
     assert main(["check", "deployed", str(first), str(package)]) == 1
     place = "descriptions/descriptions/arm/numbers.yaml"
-    assert f"{place}: not the description that is compiled\n" in capsys.readouterr().out
+    assert f"{place}: not as rosorin-compile package writes it\n" in capsys.readouterr().out
     carried.unlink()
     assert main(["check", "deployed", str(first), str(package.parent)]) == 1
     assert f"{NAME}/{place}: it is not there\n" in capsys.readouterr().out

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.ros.package.copies import named, settle
+from rosorin_compile.ros.package.meshes import named, place_meshes
 from rosorin_compile.ros.package.options import is_legal, package_name
 from support.packages import EXAMPLES, describe, names_in, written
 from support.paths import ROOT, ROSORIN, data_text
@@ -138,10 +138,12 @@ def test_meshes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize("name", ["../../secret.stl", "a/../../../secret.stl"])
 def test_a_mesh_never_leads_out_of_the_package(tmp_path: Path, name: str) -> None:
     (tmp_path / "secret.stl").write_bytes(b"s")
-    found = settle(f'<mesh filename="{name}"/>', "made", [tmp_path / "a" / "b"], tmp_path / "package")
+    found = place_meshes(f'<mesh filename="{name}"/>', "made", [tmp_path / "a" / "b"], tmp_path / "package")
     assert all(".." not in place for place in found.files)
     assert ".." not in found.text
-    own = settle(f'<mesh filename="package://made/{name}"/>', "made", [tmp_path / "a" / "b"], tmp_path / "package")
+    own = place_meshes(
+        f'<mesh filename="package://made/{name}"/>', "made", [tmp_path / "a" / "b"], tmp_path / "package"
+    )
     assert not own.files
     assert [d.rule for d in own.diagnostics] == ["package-mesh"]
 
@@ -179,7 +181,7 @@ def test_the_text_of_the_license_comes_along(tmp_path: Path, spdx: str) -> None:
 def test_a_license_without_a_text_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     package = written(tmp_path, "--license", "GPL-3.0-only")
     message = "there is no LICENSE in the package: the tool does not carry the text of GPL-3.0-only"
-    help = f"put the text of the licence into {package}/LICENSE; it stays there"
+    help = f"put the text of the license into {package}/LICENSE; it stays there"
     assert f"note[package-license]: {message}\n    {help}\n" in capsys.readouterr().err
     assert not (package / "LICENSE").exists()
     assert "<license>GPL" in (package / "package.xml").read_text("utf-8")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
+from rosorin_compile.compare.changes import Change
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import MANIFEST, digest, read_manifest
@@ -19,16 +21,12 @@ from rosorin_compile.source.diagnostics import NOTE, Diagnostic, has_errors
 from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.load import LoadError
 
-from . import options as mapping
-from .carrying import Carried, described
-from .copies import Difference, copies, difference, forms
+from .carrying import carry
+from .copies import copies, difference, difference_lines, forms
+from .launch import LAUNCH, PUBLISHER, STATICS
 from .launch_files import check_launch_files
-from .options import NOWHERE, STAMP, Options, stored_options
+from .options import NOWHERE, STAMP, Options, read_places, stored_options
 from .package import make
-from .starting import LAUNCH, PUBLISHER, STATICS
-
-if TYPE_CHECKING:
-    from rosorin_compile.compare.changes import Change
 
 _NOT_AS_WRITTEN = "not as rosorin-compile package writes it"
 
@@ -41,7 +39,7 @@ class CheckedCopies:
     same: tuple[str, ...] = ()
     differing: tuple[str, ...] = ()
     lines: Annotated[tuple[str, ...], "what differs, in the lines that people read"] = ()
-    unlike: tuple[tuple[str, Difference | None], ...] = field(default=(), repr=False)
+    unlike: tuple[tuple[str, Comparison | None], ...] = field(default=(), repr=False)
     inputs: tuple[str, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
@@ -68,15 +66,9 @@ def check_deployed(request: Request, folder: Path, full: bool = False) -> Checke
     compiled = request.compile()
     result = CheckedCopies(inputs=tuple(map(str, request.inputs(compiled))))
     diagnostics = [*compiled.diagnostics]
-
-    def carry(options: Options) -> Carried | None:
-        return described(compiled, request, options)[0]
-
     if compiled.robot is not None and not has_errors(diagnostics):
         try:
-            files = files_below(folder, skip_built=False)
-            places = mapping.read(folder, compiled.robot.name)
-            found = _check(compiled.robot, compiled.artifacts, folder, files, places, full, carry)
+            found = _check(compiled, compiled.robot, request, folder, full)
             result = replace(found, inputs=result.inputs)
             diagnostics += found.diagnostics
         except LoadError as problem:
@@ -86,15 +78,9 @@ def check_deployed(request: Request, folder: Path, full: bool = False) -> Checke
     return replace(result, diagnostics=tuple(diagnostics))
 
 
-def _check(
-    robot: Robot,
-    artifacts: Sequence[Artifact],
-    folder: Path,
-    files: Sequence[str],
-    places: Mapping[str, str],
-    full: bool,
-    carry: Callable[[Options], Carried | None],
-) -> CheckedCopies:
+def _check(compiled: Compiled, robot: Robot, request: Request, folder: Path, full: bool) -> CheckedCopies:
+    artifacts, files = compiled.artifacts, files_below(folder, skip_built=False)
+    places = read_places(folder, robot.name)
     by_place: dict[str, list[Artifact]] = {}
     for artifact in artifacts:
         place = places.get(artifact.output, "")
@@ -103,24 +89,22 @@ def _check(
     urdfs = [place for place, those in by_place.items() if any(FORMATS.names_meshes(one) for one in those)]
     same: list[str] = []
     lines: list[str] = []
-    unlike: list[tuple[str, Difference | None]] = []
+    unlike: list[tuple[str, Comparison | None]] = []
     for place, those in sorted(by_place.items()):
         package = package_of((folder / place).parent)
         right = [form for one in those for form in forms(robot, one, place, urdfs, package[1] if package else "")]
         old = read_bytes(folder / place)
         if any(old == form.text.encode() for form in right):
             same.append(place)
-        else:
-            found = difference(robot, right[0], old)
+        elif found := difference(robot, right[0], old):
             unlike.append((place, found))
-            lines += found.lines(place, full) if found else []
-    for place, data, what in _generated(robot, artifacts, folder, files, carry):
-        there = read_bytes(folder / place) if place in files else None
-        if there == data:
+            lines += difference_lines(place, found, full)
+    for place, data in _written_by_package(compiled, robot, request, folder, files).items():
+        if place in files and read_bytes(folder / place) == data:
             same.append(place)
         else:
             unlike.append((place, None))
-            lines.append(f"{place}: it is not there" if there is None else f"{place}: {what}")
+            lines.append(f"{place}: {_NOT_AS_WRITTEN if place in files else 'it is not there'}")
     diagnostics = [*unfinished_runs(folder, files), *_missing(artifacts, by_place, folder, places)]
     diagnostics += check_launch_files(robot, folder, files, [place for place in by_place if place.endswith(".py")])
     differing = tuple(place for place, _ in unlike)
@@ -129,14 +113,11 @@ def _check(
     )
 
 
-def _generated(
-    robot: Robot,
-    artifacts: Sequence[Artifact],
-    folder: Path,
-    files: Sequence[str],
-    carry: Callable[[Options], Carried | None],
-) -> Iterator[tuple[str, bytes, str]]:
-    """Yield the launch files of packages of ours, with what they have to contain, and the descriptions they compile."""
+def _written_by_package(
+    compiled: Compiled, robot: Robot, request: Request, folder: Path, files: Sequence[str]
+) -> dict[str, bytes]:
+    """Return what the launch files of packages of ours must contain, and the descriptions that they compile."""
+    found: dict[str, bytes] = {}
     made: dict[Path, dict[str, bytes]] = {}
     for name in files:
         above, _, last = name.rpartition("launch/")
@@ -144,15 +125,15 @@ def _generated(
         package = package_of((folder / name).parent) if is_launch else None
         if package is None or STAMP.encode() not in read_bytes(folder / name, 1000):
             continue
-        if package[0] not in made:
-            options = stored_options(package[0], Options(package[1]), ())
-            carried = carry(options)
-            whole = made[package[0]] = make(robot, artifacts, options, (), package[0], None, carried).files
-            for place in carried.files if carried and whole else ():
-                yield f"{above}{place}", whole[place], "not the description that is compiled"
-        data = made[package[0]].get(f"launch/{last}")
-        if data is not None:
-            yield name, data, _NOT_AS_WRITTEN
+        root = package[0]
+        if root not in made:
+            options = stored_options(root, Options(package[1]), ())
+            carried, _ = carry(compiled, request, options)
+            made[root] = make(robot, compiled.artifacts, options, (), root, None, carried).files
+            found |= {f"{above}{place}": data for place, data in carried.files.items()} if carried else {}
+        if f"launch/{last}" in made[root]:
+            found[name] = made[root][f"launch/{last}"]
+    return found
 
 
 def unfinished_runs(folder: Path, files: Sequence[str]) -> Iterator[Diagnostic]:

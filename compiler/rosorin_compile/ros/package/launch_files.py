@@ -1,4 +1,4 @@
-"""Static transforms of hand-written launch files, held against the description.
+"""Static transforms of handwritten launch files, compared with the description.
 
 Launch files in Python, XML and YAML are read and never run.
 """
@@ -6,10 +6,8 @@ Launch files in Python, XML and YAML are read and never run.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 
 from rosorin_compile.model import (
@@ -23,38 +21,29 @@ from rosorin_compile.model import (
 )
 from rosorin_compile.output.ros_packages import is_launch_file
 from rosorin_compile.rules.case import report
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, Span
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source
 from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, fixed
 
-from ..launch_reader import LaunchError, nodes_of
+from ..launch_reader import LaunchError, LaunchNode, nodes_of
+from .launch import STATICS
 from .options import STAMP
-from .starting import STATICS
 
 PUBLISHER = "static_transform_publisher"
-_MOST = 500  # static transforms in one file
 _MAX_LAUNCH = 1_000_000  # bytes
-# Less than these is the rounding of somebody who typed the number: 0.01 mm, 0.006 deg.
+# Smaller differences are rounding errors of numbers typed by hand: 0.01 mm, 0.006 deg.
 METRES, RADIANS = 1e-5, 1e-4
 _XYZ = ("--x", "--y", "--z")
 _RPY = ("--roll", "--pitch", "--yaw")
 _QUATERNION = ("--qx", "--qy", "--qz", "--qw")
 _FRAMES = ("--frame-id", "--child-frame-id")
-_OLD_EULER = (*_XYZ, "--yaw", "--pitch", "--roll", *_FRAMES)
-_OLD_QUATERNION = (*_XYZ, *_QUATERNION, *_FRAMES)
+# The flags of the old form, by its number of arguments. Yaw comes before pitch and roll.
+_WITHOUT_FLAGS = {8: (*_XYZ, "--yaw", "--pitch", "--roll", *_FRAMES), 9: (*_XYZ, *_QUATERNION, *_FRAMES)}
 
 
 @dataclass(frozen=True)
-class Call:
-    """A static_transform_publisher of a launch file: its line, and its arguments, None if they are not plain."""
-
-    line: int
-    arguments: tuple[str, ...] | None
-
-
-@dataclass(frozen=True)
-class Understood:
-    """What one static_transform_publisher is told: its frames, and the texts of its numbers by flag."""
+class StaticTransform:
+    """A transform of a launch file, with the texts of its arguments by flag."""
 
     parent: str
     child: str
@@ -62,85 +51,77 @@ class Understood:
     transform: Transform
 
 
-def calls(name: str, text: str) -> list[Call]:
-    """Return the static transforms that a launch file starts, in its order. Raises LaunchError."""
-    nodes = nodes_of(Source(name, text)) if PUBLISHER in text else ()
-    ours = islice((node for node in nodes if node.executable == PUBLISHER), _MOST)
-    return [Call(node.span.line, _plain(node.arguments)) for node in ours]
+def static_nodes(source: Source) -> list[LaunchNode]:
+    """Return the static_transform_publishers that a launch file starts. Raises LaunchError."""
+    nodes = nodes_of(source) if PUBLISHER in source.text else ()
+    return [node for node in nodes if node.executable == PUBLISHER]
 
 
-def _plain(arguments: tuple[str | None, ...] | None) -> tuple[str, ...] | None:
-    words = [word for word in arguments or () if word is not None]
-    return None if arguments is None or len(words) < len(arguments) else tuple(words)
+def parse_arguments(words: Sequence[str]) -> StaticTransform | None:
+    """Return the transform of the arguments of static_transform_publisher, or None if it refuses them.
 
-
-def understood(arguments: Sequence[str]) -> Understood | None:
-    """Return what arguments say, read as static_transform_publisher does; None if it would refuse them.
-
-    The old form without flags has yaw before pitch and roll (``ros2/geometry2@{humble,jazzy}``).
+    It reads them as ``ros2/geometry2@{humble,jazzy}`` does.
     """
-    if arguments and not arguments[0].startswith("--") and len(arguments) in (8, 9):
-        texts = dict(zip(_OLD_EULER if len(arguments) == 8 else _OLD_QUATERNION, arguments, strict=True))
-    elif len(arguments) % 2:
-        return None
+    if len(words) in _WITHOUT_FLAGS and not words[0].startswith("--"):
+        texts = dict(zip(_WITHOUT_FLAGS[len(words)], words, strict=True))
     else:
-        texts = dict(zip(arguments[::2], arguments[1::2], strict=True))
-    if not texts.keys() <= {*_XYZ, *_RPY, *_QUATERNION, *_FRAMES} or not all(texts.get(flag) for flag in _FRAMES):
-        return None
-    if texts.keys() & {*_RPY} and texts.keys() & {*_QUATERNION}:
+        texts = dict(zip(words[::2], words[1::2], strict=False))
+        if len(words) % 2 or not texts.keys() <= {*_XYZ, *_RPY, *_QUATERNION, *_FRAMES}:
+            return None
+    if not all(texts.get(flag) for flag in _FRAMES) or (texts.keys() & {*_RPY} and texts.keys() & {*_QUATERNION}):
         return None
     try:
         numbers = {flag: float(text) for flag, text in texts.items() if flag not in _FRAMES}
-    except ValueError:
+        x, y, z, roll, pitch, yaw, qx, qy, qz = (numbers.get(flag, 0.0) for flag in (*_XYZ, *_RPY, *_QUATERNION[:3]))
+        transform = Pose((x, y, z), (roll, pitch, yaw)).transform()
+        if numbers.keys() & {*_QUATERNION}:
+            transform = Transform.of_quaternion((x, y, z), (numbers.get("--qw", 1.0), qx, qy, qz))
+    except ValueError:  # a text is no number, or the quaternion is zero
         return None
     if not all(map(math.isfinite, numbers.values())):
         return None
-    x, y, z, roll, pitch, yaw, qx, qy, qz = (numbers.get(flag, 0.0) for flag in (*_XYZ, *_RPY, *_QUATERNION[:3]))
-    transform = Pose((x, y, z), (roll, pitch, yaw)).transform()
-    if numbers.keys() & {*_QUATERNION}:
-        try:
-            transform = Transform.of_quaternion((x, y, z), (numbers.get("--qw", 1.0), qx, qy, qz))
-        except ValueError:  # all are zero
-            return None
     parent, child = (texts[flag].lstrip("/") for flag in _FRAMES)
-    return Understood(parent, child, texts, transform)
+    return StaticTransform(parent, child, texts, transform)
 
 
-def check(robot: Robot, source: Source, call: Call) -> Iterator[Diagnostic]:
-    """Yield what is wrong with one static transform of a launch file."""
-    word = re.match(r"\s*(<?[\w.]*)", source.line(call.line))
-    start, end = word.span(1) if word else (0, 1)
-    span = Span(source, call.line, start + 1, max(1, end - start))
-    if call.arguments is None:
+def static_transform(node: LaunchNode) -> StaticTransform | None:
+    """Return the transform of a static_transform_publisher, or None if it is unknown or refused."""
+    words = [word for word in node.arguments or () if word is not None]
+    return parse_arguments(words) if node.arguments is not None and len(words) == len(node.arguments) else None
+
+
+def check_node(robot: Robot, node: LaunchNode) -> Iterator[Diagnostic]:
+    """Yield what is wrong with a static_transform_publisher of a launch file."""
+    if node.arguments is None or None in node.arguments:
         message = "the arguments of this static_transform_publisher are known only when the launch file runs"
-        yield report("deployed-launch-unread", message, span, severity=NOTE)
+        yield report("deployed-launch-unread", message, node.span, severity=NOTE)
         return
-    static = understood(call.arguments)
+    static = static_transform(node)
     if static is None:
-        yield report("deployed-launch-refused", "static_transform_publisher refuses these arguments", span)
+        yield report("deployed-launch-refused", "static_transform_publisher refuses these arguments", node.span)
         return
     joint, edge = robot.joint_to.get(static.child), f"{static.parent} -> {static.child}"
     owners = [one.publisher for one in robot.edges if one.child == static.child]
     if joint is not None:
         owners = [one.publisher for one in robot.turns.get(joint.name, ())] or [joint.publisher]
     if not owners:
-        yield report("deployed-launch-unknown", f"{edge} is no frame of the description", span)
+        yield report("deployed-launch-unknown", f"{edge} is no frame of the description", node.span)
     elif joint is not None and any(owner.kind == STATIC_TRANSFORM_PUBLISHER for owner in owners):
         if parts := list(_differences(joint, static)):
-            yield report("deployed-launch-differs", f"{edge} is not as described: {', '.join(parts)}", span)
+            yield report("deployed-launch-differs", f"{edge} is not as described: {', '.join(parts)}", node.span)
     else:
-        names = " or ".join(dict.fromkeys(map(_name, owners)))
-        message = f"{edge} is published here, but the description gives it to {names}"
-        yield report("deployed-launch-owner", message, span)
+        names = dict.fromkeys(map(_owner, owners))
+        message = f"{edge} is published here, but the description gives it to {' or '.join(names)}"
+        yield report("deployed-launch-owner", message, node.span)
 
 
-def _name(owner: Publisher) -> str:
-    if not owner.publishes:
+def _owner(publisher: Publisher) -> str:
+    if not publisher.publishes:
         return "nobody"
-    return f"{owner.name}, from the URDF" if owner.kind == ROBOT_STATE_PUBLISHER else owner.name
+    return f"{publisher.name}, from the URDF" if publisher.kind == ROBOT_STATE_PUBLISHER else publisher.name
 
 
-def _differences(joint: Joint, static: Understood) -> Iterator[str]:
+def _differences(joint: Joint, static: StaticTransform) -> Iterator[str]:
     described = joint.origin.transform()
     if static.parent != joint.parent:
         yield f"parent {static.parent} -> {joint.parent}"
@@ -148,16 +129,18 @@ def _differences(joint: Joint, static: Understood) -> Iterator[str]:
         if abs(here - there) > METRES:
             yield f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, METRE_DIGITS)}"
     off = static.transform.angle_to(described)
+    if off <= RADIANS:
+        return
     degrees = f"rotation {math.degrees(off):.3g} deg off"
-    if off > RADIANS and static.texts.keys() & {*_QUATERNION}:
+    if static.texts.keys() & {*_QUATERNION}:
         w, x, y, z = described.quaternion()
         values = zip(_QUATERNION, (x, y, z, w), strict=True)
         yield f"{degrees}, described: {' '.join(f'{flag} {fixed(value, 9)}' for flag, value in values)}"
-    elif off > RADIANS:
-        for flag, there in zip(_RPY, joint.origin.rpy, strict=True):
-            if abs(float(static.texts.get(flag, "0")) - there) > RADIANS:
-                yield f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, RADIAN_DIGITS)}"
-        yield degrees
+        return
+    for flag, there in zip(_RPY, joint.origin.rpy, strict=True):
+        if abs(float(static.texts.get(flag, "0")) - there) > RADIANS:
+            yield f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, RADIAN_DIGITS)}"
+    yield degrees
 
 
 def check_launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: Sequence[str]) -> Iterator[Diagnostic]:
@@ -169,26 +152,25 @@ def check_launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: S
             continue
         data = read_bytes(folder / name)
         if name.endswith(f"/{STATICS}") and STAMP.encode() in data[:1000]:
-            continue  # it has the numbers from the description itself
+            continue  # it takes the numbers from the description at launch
         source = Source(str(folder / name), data.decode("utf-8", "replace"))
         try:
-            found = calls(name, source.text)
+            nodes = static_nodes(source)
         except LaunchError as problem:
             yield report("deployed-launch-unread", f"{source.path}: {problem}", severity=WARNING)
             complete = False
             continue
         any_publisher = any_publisher or PUBLISHER in source.text
-        for call in found:
-            static = None if call.arguments is None else understood(call.arguments)
+        for node in nodes:
+            static = static_transform(node)
             published |= {static.child: name} if static else {}
             complete = complete and static is not None
-            yield from check(robot, source, call)
+            yield from check_node(robot, node)
     joints = robot.published_by(STATIC_TRANSFORM_PUBLISHER)
     children = [joint.child for joint in joints if joint.child in published]
     if ours and children:
         own = ", ".join(dict.fromkeys(published[child] for child in children))
-        message = f"{own} and {', '.join(ours)} both publish {', '.join(children)}"
-        yield report("deployed-static-twice", message)
+        yield report("deployed-static-twice", f"{own} and {', '.join(ours)} both publish {', '.join(children)}")
     for joint in joints if not ours and complete and any_publisher else ():
         if joint.child not in published:
             message = f"no launch file in {folder} publishes {joint.parent} -> {joint.child} ({joint.publisher.name})"

@@ -1187,7 +1187,6 @@ def deploy(
     packages: Packages = None,
     *,
     places: Mapping[str, str] | None = None,
-    install: FilePath | None = None,
     dry_run: bool = False,
     full: bool = False,
     trust: bool = False,
@@ -1198,7 +1197,6 @@ def deploy(
 
     Args:
         places: The paths of outputs in the folder, or ``"none"``; they are stored there.
-        install: The install space that is checked for older copies; by default the one of the workspace.
         dry_run: Write nothing.
         full: List differences of texts in full in ``changes``.
 
@@ -1210,7 +1208,7 @@ def deploy(
     from rosorin_compile.ros.package.deploy import deploy as write_copies
 
     request = Request.of(robot, arguments, packages, trust=trust)
-    return write_copies(request, Path(folder), places or {}, _path(install), dry_run, full)
+    return write_copies(request, Path(folder), places or {}, dry_run, full)
 
 
 def check_deployed(

@@ -17,7 +17,6 @@ from .run import Run
     help="path of an output in FOLDER, such as urdf=urdf/robot.urdf, or none to skip it; stored in FOLDER",
     offers="output=",
 )
-@cli.option("--install FOLDER", help="install space; default: the one of the workspace, if any")
 @cli.dry_run_option
 @cli.full_option
 @cli.robot_options
@@ -26,7 +25,7 @@ def run(options: cli.Options) -> int:
     run, description = Run.alone(options, stdin=False)
     console = run.console
     console.begin(description.name)
-    result = api.deploy(run.request(description), options.output, **options.pick("places install dry_run full"))
+    result = api.deploy(run.request(description), options.output, **options.pick("places dry_run full"))
     console.print_read(result.inputs)
     failed = run.show(result)
     if not result.robot:

@@ -85,10 +85,9 @@ def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carri
     inputs = [_absolute(one) for one in compiled.files_read]
     own = [one for one in inputs if not any(map(one.is_relative_to, elsewhere))]
     top, prefix = _top(_absolute(path), own)
-    problems = [*_outside(top, own), *_relative_meshes(main, options.name, own)]
-    if problems:
+    if problems := list(_relative_meshes(main, options.name, own)):
         return None, problems
-    places = {one: prefix + one.relative_to(top).as_posix() for one in own}
+    places = {one: prefix + one.relative_to(top).as_posix() for one in own if one.is_relative_to(top)}
     taken = [*(argument.name for argument in ARGUMENTS), *mode_arguments(compiled.robot).values(), WORDS]
     arguments = declared(path, values)[0]
     names = free_names([one.name for one in arguments], taken, "arg_")
@@ -121,13 +120,6 @@ def _top(first: Path, files: Sequence[Path]) -> tuple[Path, str]:
         name = first.parent.name
         return first.parent, f"{Description.FOLDER}/{name if name.isprintable() and name.strip('.') else 'robot'}/"
     return (folder if all(one.is_relative_to(folder) for one in files) else folder.parent), f"{Description.FOLDER}/"
-
-
-def _outside(top: Path, files: Sequence[Path]) -> Iterator[Diagnostic]:
-    for one in files:
-        if not one.is_relative_to(top):
-            message = f"{one} is read, and is outside the project {top}: no package can carry it"
-            yield report(_RULE, message, _mention(one.name, files))
 
 
 def _relative_meshes(main: Artifact, package: str, files: Sequence[Path]) -> Iterator[Diagnostic]:
@@ -190,17 +182,16 @@ def check_carried(
         allowed = [tool_folders()["parts_library"], *packages.values(), *again.python_packages]
         allowed = [resolve(one) for one in allowed]
         strays = [one for one in again.files_read if not any(map(resolve(one).is_relative_to, allowed))]
-    wrong = next((one for one in again.diagnostics if one.severity == "error"), None)
+    own = [_absolute(one) for one in compiled.files_read]
     before = {one.output: one.text for one in compiled.artifacts}
-    if wrong is not None:
+    for wrong in (one for one in again.diagnostics if one.severity == "error"):
+        span = wrong.span and _mention(wrong.span.source.line(wrong.span.line), own)
         message = f"the description does not compile from the package: {wrong.message}"
-        span = wrong.span and _mention(wrong.span.source.line(wrong.span.line), map(_absolute, compiled.files_read))
-        return [report(_RULE, message, span, wrong.help)]
+        return [report(_RULE, message, span, f"keep all files inside the folder of the project; {wrong.worded().help}")]
+    for stray in strays:
+        message = f"compiled from the package, the description still reads {stray}"
+        return [report(_RULE, message, _mention(stray.name, own), "name it relative to the file that reads it")]
     if any(one.text != before[one.output] for one in again.artifacts):
         message = f"compiled from the package, the description gives another {carried.urdf}"
         return [report(_RULE, message, None, "it may read files by a path that depends on its folder")]
-    if strays:
-        message = f"compiled from the package, the description still reads {strays[0]}"
-        span = _mention(strays[0].name, map(_absolute, compiled.files_read))
-        return [report(_RULE, message, span, "name it relative to the file that reads it")]
     return []

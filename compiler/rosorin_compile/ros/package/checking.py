@@ -129,7 +129,7 @@ def _written_by_package(
         if root not in made:
             options = stored_options(root, Options(package[1]), ())
             carried, _ = carry(compiled, request, options)
-            made[root] = make(robot, compiled.artifacts, options, (), root, None, carried).files
+            made[root] = make(robot, compiled.artifacts, options, (), root, None, carried)[0]
             found |= {f"{above}{place}": data for place, data in carried.files.items()} if carried else {}
         if f"launch/{last}" in made[root]:
             found[name] = made[root][f"launch/{last}"]

@@ -11,14 +11,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import MANIFEST, OutputError, PackageFolder, digest, open_package_folder
-from rosorin_compile.output.ros_packages import (
-    files_below,
-    install_space,
-    missing,
-    package_of,
-    share_folder,
-    undeclared,
-)
+from rosorin_compile.output.ros_packages import files_below, missing, package_of, undeclared
 from rosorin_compile.request import Request
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, has_errors
@@ -26,7 +19,7 @@ from rosorin_compile.source.files import is_file, read_bytes, read_text, resolve
 from rosorin_compile.source.load import LoadError
 
 from .checking import unreadable
-from .copies import copies, difference, difference_lines, forms, kept, moved, other_robot, protected_files
+from .copies import copies, difference, difference_lines, kept, moved, other_robot, protected_files
 from .launch_files import check_launch_files
 from .meshes import missing_files, place_meshes
 from .options import FILE, NOWHERE, places_text, read_places
@@ -62,7 +55,6 @@ def deploy(
     request: Request,
     folder: Path,
     places: Mapping[str, str],
-    install: Path | None = None,
     dry_run: bool = False,
     full: bool = False,
 ) -> Deployed:
@@ -91,7 +83,7 @@ def deploy(
                     target.write({one.file: one.text.encode() for one in planned}, {**kept_files, **extra})
                 located = [one.file for one in planned if FORMATS[one.backend].located]
                 diagnostics += check_launch_files(robot, folder, files, located)
-                diagnostics += _check_use(robot, planned, folder, install)
+                diagnostics += _check_use(planned, folder)
                 result = _result(result, robot, planned, old, full, dry_run)
     except (LoadError, OutputError) as problem:
         diagnostics.append(problem.diagnostic)
@@ -209,8 +201,8 @@ def _result(
     return replace(result, robot=robot.name, written=not dry_run, copies=tuple(found), changes=tuple(changes))
 
 
-def _check_use(robot: Robot, planned: Sequence[Artifact], folder: Path, install: Path | None) -> Iterator[Diagnostic]:
-    """Yield what keeps the files from being used: not installed, not declared, or not built."""
+def _check_use(planned: Sequence[Artifact], folder: Path) -> Iterator[Diagnostic]:
+    """Yield what keeps the files from being used: not installed, or not declared."""
     package = package_of(folder)
     if package is None:
         yield report("deploy-no-package", f"{folder} is in no ROS package: nothing here installs the files")
@@ -229,18 +221,3 @@ def _check_use(robot: Robot, planned: Sequence[Artifact], folder: Path, install:
     for needed in undeclared(root, launches):
         message = f"package.xml of {name} does not name {needed}, which its launch files start"
         yield report("deploy-not-depended", message, None, f"add: <exec_depend>{needed}</exec_depend>")
-    share = install_space(root, name) if install is None else share_folder(install, name)
-    if share is None:
-        if install is not None:
-            yield report("deploy-no-install", f"there is no package {name} in {install}")
-        return
-    urdfs, stale = [one.file for one in planned if FORMATS.names_meshes(one)], []
-    for one, file in zip(planned, names, strict=True):
-        if not is_file(share / file):
-            stale.append(f"{file} (missing)")
-        elif read_bytes(share / file) not in [form.text.encode() for form in forms(robot, one, one.file, urdfs, name)]:
-            stale.append(f"{file} (older)")
-    if stale:
-        message = f"{share} is what runs, and it is not what was deployed: {', '.join(stale)}"
-        help = f"colcon build --packages-select {name}; without --symlink-install, build after every deploy"
-        yield report("deploy-not-built", message, None, help)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
-from rosorin_compile.formats.mesh_files import urdf_file_name
+from rosorin_compile.formats.mesh_files import Searched, urdf_file_name
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from rosorin_compile.output import OutputError, digest, open_package_folder
@@ -44,14 +44,6 @@ _BY_ENDING |= dict.fromkeys((".dot", ".html", ".md", ".mmd", ".svg"), "doc")
 LICENSE, CHANGELOG, TEST = "LICENSE", "CHANGELOG.rst", "test/test_urdf.py"
 LICENSES = ("Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "MIT")  # by SPDX; their texts are templates
 _SMALLEST = 0.2  # m, of what RViz shows
-
-
-@dataclass(frozen=True)
-class Package:
-    """The files of a package, bytes by relative name, and the diagnostics about them."""
-
-    files: dict[str, bytes]
-    diagnostics: list[Diagnostic]
 
 
 @dataclass(frozen=True)
@@ -90,20 +82,20 @@ def write_package(
             options = options_of(folder, compiled.robot.name, sensors, given, starts, topics)
             carried, wrong = carry(compiled, request, options)
             sources = [request.description.path.parent, request.description.outputs]
-            package = make(compiled.robot, compiled.artifacts, options, sources, folder, compiled, carried)
-            if carried is not None and package.files:
-                wrong = check_carried(carried, compiled, request, package.files, options.name)
-            diagnostics += [*wrong, *package.diagnostics, *_foreign(folder, package.files)]
-            if package.files and not has_errors(diagnostics):
+            files, found = make(compiled.robot, compiled.artifacts, options, sources, folder, compiled, carried)
+            if carried is not None and files:
+                wrong = check_carried(carried, compiled, request, files, options.name)
+            diagnostics += [*wrong, *found, *_foreign(folder, files)]
+            if files and not has_errors(diagnostics):
                 digests = target.digests()
-                edited = [name for name in (CHANGELOG, LICENSE) if is_file(folder / name) and name in package.files
+                edited = [name for name in (CHANGELOG, LICENSE) if is_file(folder / name)
                           and digest(read_bytes(folder / name)) not in digests.get(name, ())]  # fmt: skip
-                ours = {name: data for name, data in package.files.items() if name not in edited}
+                ours = {name: data for name, data in files.items() if name not in edited}
                 protected = protected_files(folder, ours, digests, own_package=True)
                 diagnostics += kept(protected)
                 written = target.write(ours, {one.kept: one.data for one in protected})
-                new = tuple(sorted(name for name in written if name in package.files))
-                result = replace(result, package=options.name, files=tuple(sorted(package.files)), written=new)
+                new = tuple(name for name in written if name in files)
+                result = replace(result, package=options.name, files=tuple(sorted(files)), written=new)
     except OutputError as problem:
         diagnostics.append(problem.diagnostic)
     return replace(result, diagnostics=tuple(diagnostics))
@@ -127,9 +119,10 @@ def make(
     target: Path,
     compiled: Compiled | None = None,
     carried: Carried | None = None,
-) -> Package:
-    """Return the package of a robot that was ``compiled``; ``carried`` is a description that is compiled at launch.
+) -> tuple[dict[str, bytes], list[Diagnostic]]:
+    """Return the files of the package of a robot that was ``compiled``, and diagnostics.
 
+    ``carried`` is a description that is compiled at launch.
     ``sources`` are folders that are searched for other files that the description names; ``target`` is the folder of
     the package, which may hold such files already.
     """
@@ -137,7 +130,7 @@ def make(
     if main is None:
         help = f"add an output with the backend {FORMATS.published().name}"
         message = "no output is a URDF, and a package is nothing without"
-        return Package({}, [error("package-no-urdf", message, None, help)])
+        return {}, [error("package-no-urdf", message, None, help)]
     placed: dict[str, Artifact] = {}
     for artifact in artifacts:
         place = place_of(artifact, main)
@@ -145,11 +138,11 @@ def make(
         if first is not artifact:
             message = f"the outputs {first.output} and {artifact.output} would both be {place} in the package"
             help = "let their file names differ, not their folders alone"
-            return Package({}, [error("package-same-place", message, None, help)])
+            return {}, [error("package-same-place", message, None, help)]
     started, missing = bringup(robot, placed, options.starts)
     open_ends = [missing] if missing else started.open_ends(options.topics)
     if has_errors(open_ends):
-        return Package({}, open_ends)
+        return {}, open_ends
     files: dict[str, bytes] = {}
     needs, diagnostics = set(started.packages()), list[Diagnostic]()
     searched = None if compiled is None else compiled.meshes
@@ -164,40 +157,30 @@ def make(
             diagnostics += meshes.diagnostics
             files.update({name: read_bytes(path) for name, path in meshes.files.items()})
         elif FORMATS[artifact.backend].beside is not None:
-            absent = _copy_files_of(place, artifact, compiled, sources, files)
+            absent = _copy_files_of(place, artifact, searched, files)
             diagnostics += missing_files(place, absent, placed, target)
         files[place] = artifact.text.encode()
     if carried is not None:
         needs.update(carried.packages)
         files.update(carried.files)
     files.update(_rendered(robot, options, place_of(main, main), placed, needs, target, carried, started))
-    return Package(files, [*diagnostics, *open_ends, *started.remarks(), *_remarks(options, target)])
+    return files, [*diagnostics, *open_ends, *started.remarks(), *_remarks(options, target)]
 
 
-def _copy_files_of(
-    place: str, artifact: Artifact, compiled: Compiled | None, sources: Sequence[Path], files: dict[str, bytes]
-) -> list[str]:
+def _copy_files_of(place: str, artifact: Artifact, searched: Searched | None, files: dict[str, bytes]) -> list[str]:
     """Add the files that an artifact needs next to it; return those that are not found."""
-    beside, searched = FORMATS[artifact.backend].beside, None if compiled is None else compiled.meshes
+    beside, found = FORMATS[artifact.backend].beside, searched or Searched()
     folder, target = posixpath.dirname(artifact.file) or ".", posixpath.dirname(place)
-    known = {posixpath.relpath(name, folder): data for name, data in (searched.files if searched else {}).items()}
-    absent = []
-    for name in dict.fromkeys(beside(artifact.text) if beside else ()):
-        is_inside = not name.startswith("/") and ".." not in name.split("/")
-        data = known.get(posixpath.normpath(name)) if is_inside else None
-        if data is None and is_inside:
-            source = next((one / name for one in sources if is_file(one / name)), None)
-            data = None if source is None else read_bytes(source)
-        if data is None:
-            absent.append(name)
-        else:
-            files[posixpath.join(target, posixpath.normpath(name))] = data
-    for one in searched.found if searched else ():
+    known = {posixpath.relpath(name, folder): data for name, data in found.files.items()}
+    needed = {name: posixpath.normpath(name) for name in (beside(artifact.text) if beside else ())}
+    copied = {inside for inside in needed.values() if inside in known and not inside.startswith("..")}
+    files.update({posixpath.join(target, inside): known[inside] for inside in copied})
+    for one in found.found:
         for name in one.places:
             copy = posixpath.normpath(posixpath.join(target, posixpath.relpath(name, folder)))
             more = companions(copy, one.file) if copy in files else {}
             files.update({there: read_bytes(file) for there, file in more.items() if there.count("/") > 1})
-    return absent
+    return [name for name, inside in needed.items() if inside not in copied]
 
 
 def place_of(artifact: Artifact, main: Artifact) -> str:

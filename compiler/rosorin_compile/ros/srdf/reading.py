@@ -254,7 +254,9 @@ class _Joining:
         first, second = sorted(said, key=lambda name: str(name.value))
         pair, found = ordered((first.value, second.value)), self.pairs[element.tag]
         if pair in found or first.value == second.value:
-            self.reading.ignored("a pair of one link, or a pair that is named a second time, has no effect", element.span)
+            self.reading.ignored(
+                "a pair of one link, or a pair that is named a second time, has no effect", element.span
+            )
         elif element.tag == "enable_collisions":
             found[pair] = Placed([first, second], element.span)
         else:

@@ -77,8 +77,7 @@ if TYPE_CHECKING:
     from rosorin_compile.recordings.results import Verified
     from rosorin_compile.ros.check_parameters.checking import CheckedParameters
     from rosorin_compile.ros.graph import RobotGraph
-    from rosorin_compile.ros.package.checking import CheckedCopies
-    from rosorin_compile.ros.package.deploy import Deployed
+    from rosorin_compile.ros.package.deploy import CheckedCopies, Deployed
     from rosorin_compile.ros.package.package import WrittenPackage
     from rosorin_compile.rules.case import Case
     from rosorin_compile.variants.writing import WrittenVariants
@@ -1229,7 +1228,7 @@ def check_deployed(
         >>> check_deployed("rosorin", "ros_ws/src/rosorin_base").differing  # doctest: +SKIP
         ()
     """
-    from rosorin_compile.ros.package.checking import check_deployed as check_copies
+    from rosorin_compile.ros.package.deploy import check_deployed as check_copies
 
     return check_copies(Request.of(robot, arguments, packages, trust=trust), Path(folder), full)
 

@@ -1,4 +1,4 @@
-"""Deploy: put the artifacts of a robot into a ROS 2 package that exists."""
+"""Deploy: put the artifacts of a robot into a ROS 2 package that exists, and check the copies in a folder."""
 
 from __future__ import annotations
 
@@ -7,24 +7,28 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
+from rosorin_compile.compare.changes import Change
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
-from rosorin_compile.output import MANIFEST, OutputError, PackageFolder, digest, open_package_folder
+from rosorin_compile.output import MANIFEST, OutputError, PackageFolder, digest, open_package_folder, read_manifest
+from rosorin_compile.output.committed import Comparison
 from rosorin_compile.output.ros_packages import files_below, missing, package_of, undeclared
 from rosorin_compile.request import Request
 from rosorin_compile.rules.case import report
-from rosorin_compile.source.diagnostics import Diagnostic, RequestError, has_errors
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, has_errors
 from rosorin_compile.source.files import is_file, read_bytes, read_text, resolve
 from rosorin_compile.source.load import LoadError
 
-from .checking import unreadable
-from .copies import copies, difference, difference_lines, kept, moved, other_robot, protected_files
+from .copies import copies, difference, difference_lines, forms, kept, moved, other_robot, protected_files
+from .launch import LAUNCH, PUBLISHER, STATICS, carry
 from .launch_files import check_launch_files
 from .meshes import missing_files, place_meshes
-from .options import FILE, NOWHERE, places_text, read_places
-from .package import folder_of
+from .options import FILE, NOWHERE, STAMP, Options, places_text, read_places, stored_options
+from .package import folder_of, make
 
+_NOT_AS_WRITTEN = "not as rosorin-compile package writes it"
 # Files that make a folder a package, or are stored there by the tool: no artifact replaces them.
 _OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", FILE, MANIFEST)
 
@@ -88,7 +92,7 @@ def deploy(
     except (LoadError, OutputError) as problem:
         diagnostics.append(problem.diagnostic)
     except OSError as problem:
-        diagnostics.append(unreadable(folder, problem))
+        diagnostics.append(_unreadable(folder, problem))
     return replace(result, diagnostics=tuple(diagnostics))
 
 
@@ -221,3 +225,142 @@ def _check_use(planned: Sequence[Artifact], folder: Path) -> Iterator[Diagnostic
     for needed in undeclared(root, launches):
         message = f"package.xml of {name} does not name {needed}, which its launch files start"
         yield report("deploy-not-depended", message, None, f"add: <exec_depend>{needed}</exec_depend>")
+
+
+def _unreadable(folder: Path, problem: OSError) -> Diagnostic:
+    """Return the error about a folder that cannot be read."""
+    return report("deploy-unreadable", f"cannot read {folder}: {problem.strerror or problem}")
+
+
+@dataclass(frozen=True)
+class CheckedCopies:
+    """The copies of artifacts in a folder; ``robot`` is empty if an error kept them from being compared."""
+
+    robot: str = ""
+    same: tuple[str, ...] = ()
+    differing: tuple[str, ...] = ()
+    lines: Annotated[tuple[str, ...], "what differs, in the lines that people read"] = ()
+    unlike: tuple[tuple[str, Comparison | None], ...] = field(default=(), repr=False)
+    inputs: tuple[str, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
+
+    def compared(self) -> tuple[Comparison, list[tuple[str, str]]]:
+        """Return how copies differ, and those that are other files; a change that several copies show is one."""
+        changes: dict[tuple[str, ...], Change] = {}
+        found = [(place, one) for place, one in self.unlike if one is not None]
+        for place, one in found:
+            for change in one.changes:
+                known = changes.get(change[:4], change._replace(artifacts=()))
+                changes[change[:4]] = known._replace(artifacts=(*known.artifacts, place))
+        texts = tuple(text._replace(file=place) for place, one in found for text in one.texts)
+        others = [(place, _NOT_AS_WRITTEN) for place, one in self.unlike if one is None]
+        return Comparison(tuple(changes.values()), texts, same=False), others
+
+
+def check_deployed(request: Request, folder: Path, full: bool = False) -> CheckedCopies:
+    """Compile a robot and compare it with the copies of its artifacts in a folder."""
+    compiled = request.compile()
+    result = CheckedCopies(inputs=tuple(map(str, request.inputs(compiled))))
+    diagnostics = [*compiled.diagnostics]
+    if compiled.robot is not None and not has_errors(diagnostics):
+        try:
+            found = _check(compiled, compiled.robot, request, folder, full)
+            result = replace(found, inputs=result.inputs)
+            diagnostics += found.diagnostics
+        except LoadError as problem:
+            diagnostics.append(problem.diagnostic)
+        except OSError as problem:
+            diagnostics.append(_unreadable(folder, problem))
+    return replace(result, diagnostics=tuple(diagnostics))
+
+
+def _check(compiled: Compiled, robot: Robot, request: Request, folder: Path, full: bool) -> CheckedCopies:
+    artifacts, files = compiled.artifacts, files_below(folder, skip_built=False)
+    places = read_places(folder, robot.name)
+    by_place: dict[str, list[Artifact]] = {}
+    for artifact in artifacts:
+        place = places.get(artifact.output, "")
+        for one in [place] if place in files else copies(folder, files, robot.name, artifact, artifacts):
+            by_place.setdefault(one, []).append(artifact)
+    urdfs = [place for place, those in by_place.items() if any(FORMATS.names_meshes(one) for one in those)]
+    same: list[str] = []
+    lines: list[str] = []
+    unlike: list[tuple[str, Comparison | None]] = []
+    for place, those in sorted(by_place.items()):
+        package = package_of((folder / place).parent)
+        right = [form for one in those for form in forms(robot, one, place, urdfs, package[1] if package else "")]
+        old = read_bytes(folder / place)
+        if any(old == form.text.encode() for form in right):
+            same.append(place)
+        elif found := difference(robot, right[0], old):
+            unlike.append((place, found))
+            lines += difference_lines(place, found, full)
+    for place, data in _written_by_package(compiled, robot, request, folder, files).items():
+        if place in files and read_bytes(folder / place) == data:
+            same.append(place)
+        else:
+            unlike.append((place, None))
+            lines.append(f"{place}: {_NOT_AS_WRITTEN if place in files else 'it is not there'}")
+    diagnostics = [*unfinished_runs(folder, files), *_missing(artifacts, by_place, folder, places)]
+    diagnostics += check_launch_files(robot, folder, files, [place for place in by_place if place.endswith(".py")])
+    differing = tuple(place for place, _ in unlike)
+    return CheckedCopies(
+        robot.name, tuple(same), differing, tuple(lines), tuple(unlike), diagnostics=tuple(diagnostics)
+    )
+
+
+def _written_by_package(
+    compiled: Compiled, robot: Robot, request: Request, folder: Path, files: Sequence[str]
+) -> dict[str, bytes]:
+    """Return what the launch files of packages of ours must contain, and the descriptions that they compile."""
+    found: dict[str, bytes] = {}
+    made: dict[Path, dict[str, bytes]] = {}
+    for name in files:
+        above, _, last = name.rpartition("launch/")
+        is_launch = last.startswith(f"{LAUNCH}.") or last in (PUBLISHER, STATICS)
+        package = package_of((folder / name).parent) if is_launch else None
+        if package is None or STAMP.encode() not in read_bytes(folder / name, 1000):
+            continue
+        root = package[0]
+        if root not in made:
+            options = stored_options(root, Options(package[1]), ())
+            carried, _ = carry(compiled, request, options)
+            made[root] = make(robot, compiled.artifacts, options, (), root, None, carried)[0]
+            found |= {f"{above}{place}": data for place, data in carried.files.items()} if carried else {}
+        if f"launch/{last}" in made[root]:
+            found[name] = made[root][f"launch/{last}"]
+    return found
+
+
+def unfinished_runs(folder: Path, files: Sequence[str]) -> Iterator[Diagnostic]:
+    """Yield an error for each manifest of an unfinished run that has written some of its files, and not all."""
+    for name in (name for name in files if name.rpartition("/")[2] == MANIFEST):
+        package = (folder / name).parent
+        states: dict[str, list[str]] = {"new": [], "old": [], "changed since": []}
+        for file, digests in read_manifest(package).items():
+            if not isinstance(digests, str):
+                current = digest((package / file).read_bytes()) if (package / file).is_file() else None
+                is_old = current == digests[0] if len(digests) > 1 else current is None
+                states["new" if current == digests[-1] else "old" if is_old else "changed since"].append(file)
+        groups = [f"{', '.join(group)}: {state}" for state, group in states.items() if group]
+        if len(groups) > 1:
+            message = f"{package} has files of two runs, because the last one was ended while it wrote: "
+            yield report("deployed-mixed", message + "; ".join(groups))
+
+
+def _missing(
+    artifacts: Sequence[Artifact], by_place: Mapping[str, Sequence[Artifact]], folder: Path, places: Mapping[str, str]
+) -> Iterator[Diagnostic]:
+    there = {artifact.output for those in by_place.values() for artifact in those}
+    others = []
+    for artifact in artifacts:
+        place = places.get(artifact.output)
+        name = place or artifact.file.rpartition("/")[2]
+        if artifact.output in there or place == NOWHERE:
+            continue
+        if place or FORMATS.feeds(artifact, ROBOT_STATE_PUBLISHER):
+            yield report("deployed-missing", f"there is no {name} in {folder}")
+        else:
+            others.append(name)
+    if others:
+        yield report("deployed-missing", f"there is no copy of {', '.join(others)} in {folder}", severity=NOTE)

@@ -24,14 +24,13 @@ from rosorin_compile.source.yaml_text import Scalar
 from ..ports import IN, message_of_sensor, ports
 from .bringup import Bringup, bringup
 from .copies import kept, protected_files
-from .launch import PackageFile, launch_files, launch_values
+from .launch import Carried, PackageFile, carry, check_carried, launch_files, launch_values
 from .meshes import companions, missing_files, place_meshes
 from .options import NO_LICENSE, NO_MAIL, NOBODY, STAMP, Options, file_name, options_of
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compiled import Compiled
 
-    from .carrying import Carried
 
 _BUILT_BY = {"ament_cmake": ("CMakeLists.txt",), "ament_python": ("setup.py", "setup.cfg")}
 _FOLDERS = ("config", "doc", "launch", "meshes", "rviz")  # besides those of formats
@@ -69,8 +68,6 @@ def write_package(
 
     ``given``, ``starts`` and ``topics`` change the options of the package that is there (see ``options_of``).
     """
-    from .carrying import carry, check_carried
-
     compiled = request.compile()
     result = WrittenPackage("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
     diagnostics = [*compiled.diagnostics]

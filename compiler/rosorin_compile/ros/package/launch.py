@@ -1,16 +1,15 @@
 """The launch files of a package that publish the frames, and the description that they compile at launch.
 
-A carried description is stored below ``descriptions`` with the same relative places as in the project. The copy is
-compiled before anything is written, to check that it works from the install space.
+A carried description is stored below ``descriptions`` with the same relative places as in the project, so that its
+files find each other from the install space.
 """
 
 from __future__ import annotations
 
 import os
 import shlex
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -32,11 +31,10 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLIS
 from rosorin_compile.rules.case import report
 from rosorin_compile.rules.publishers import modes_in
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span
-from rosorin_compile.source.files import read_bytes, resolve
+from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.load import yaml_of
 from rosorin_compile.source.project import Description, tool_folders
 
-from .copies import write_files
 from .meshes import named
 from .options import Options, is_legal
 
@@ -216,9 +214,9 @@ def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carri
     inputs = [_absolute(one) for one in compiled.files_read]
     own = [one for one in inputs if not any(map(one.is_relative_to, elsewhere))]
     top, prefix = _top(_absolute(path), own)
-    if problems := list(_relative_meshes(main, options.name, own)):
+    if problems := [*_lost_files(top, own), *_relative_meshes(main, options.name, own)]:
         return None, problems
-    places = {one: prefix + one.relative_to(top).as_posix() for one in own if one.is_relative_to(top)}
+    places = {one: prefix + one.relative_to(top).as_posix() for one in own}
     taken = [*(argument.name for argument in ARGUMENTS), *mode_arguments(compiled.robot).values(), WORDS]
     arguments = declared(path, values)[0]
     names = free_names([one.name for one in arguments], taken, "arg_")
@@ -251,6 +249,17 @@ def _top(first: Path, files: Sequence[Path]) -> tuple[Path, str]:
         name = first.parent.name
         return first.parent, f"{Description.FOLDER}/{name if name.isprintable() and name.strip('.') else 'robot'}/"
     return (folder if all(one.is_relative_to(folder) for one in files) else folder.parent), f"{Description.FOLDER}/"
+
+
+def _lost_files(top: Path, files: Sequence[Path]) -> Iterator[Diagnostic]:
+    """Yield the files that the description would not find from the package."""
+    for one in files:
+        if not one.is_relative_to(top):
+            message = f"{one} is read, and is outside the project {top}: no package can carry it"
+            yield report(_RULE, message, _mention(one.name, files))
+    if span := _mention(f"{top}{os.sep}", files):
+        message = "a file is named by its absolute path, which another machine does not have"
+        yield report(_RULE, message, span, "name it relative to the file that names it")
 
 
 def _relative_meshes(main: Artifact, package: str, files: Sequence[Path]) -> Iterator[Diagnostic]:
@@ -298,31 +307,3 @@ def _unquoted(written: str) -> str:
     except ValueError:  # it is shortened
         return written
     return value if isinstance(value, str) else written
-
-
-def check_carried(
-    carried: Carried, compiled: Compiled, request: Request, files: Mapping[str, bytes], package: str
-) -> list[Diagnostic]:
-    """Return an error if the description in the files of a package does not compile to the same URDF from there."""
-    with tempfile.TemporaryDirectory() as folder:
-        root = Path(folder, package)
-        write_files(root, files)
-        packages = {**compiled.packages, **request.packages, package: root}
-        copy = Description(package, root / carried.description, root / Description.OUTPUTS)
-        again = replace(request, description=copy, packages=packages, trust=True).compile((carried.urdf,))
-        allowed = [tool_folders()["parts_library"], *packages.values(), *again.python_packages]
-        allowed = [resolve(one) for one in allowed]
-        strays = [one for one in again.files_read if not any(map(resolve(one).is_relative_to, allowed))]
-    own = [_absolute(one) for one in compiled.files_read]
-    before = {one.output: one.text for one in compiled.artifacts}
-    for wrong in (one for one in again.diagnostics if one.severity == "error"):
-        span = wrong.span and _mention(wrong.span.source.line(wrong.span.line), own)
-        message = f"the description does not compile from the package: {wrong.message}"
-        return [report(_RULE, message, span, f"keep all files inside the folder of the project; {wrong.worded().help}")]
-    for stray in strays:
-        message = f"compiled from the package, the description still reads {stray}"
-        return [report(_RULE, message, _mention(stray.name, own), "name it relative to the file that reads it")]
-    if any(one.text != before[one.output] for one in again.artifacts):
-        message = f"compiled from the package, the description gives another {carried.urdf}"
-        return [report(_RULE, message, None, "it may read files by a path that depends on its folder")]
-    return []

@@ -24,7 +24,7 @@ from rosorin_compile.source.yaml_text import Scalar
 from ..ports import IN, message_of_sensor, ports
 from .bringup import Bringup, bringup
 from .copies import kept, protected_files
-from .launch import Carried, PackageFile, carry, check_carried, launch_files, launch_values
+from .launch import Carried, PackageFile, carry, launch_files, launch_values
 from .meshes import companions, missing_files, place_meshes
 from .options import NO_LICENSE, NO_MAIL, NOBODY, STAMP, Options, file_name, options_of
 
@@ -77,12 +77,10 @@ def write_package(
         with open_package_folder(folder) as target:
             sensors = [one.name for one in compiled.robot.sensors]
             options = options_of(folder, compiled.robot.name, sensors, given, starts, topics)
-            carried, wrong = carry(compiled, request, options)
+            carried, lost = carry(compiled, request, options)
             sources = [request.description.path.parent, request.description.outputs]
             files, found = make(compiled.robot, compiled.artifacts, options, sources, folder, compiled, carried)
-            if carried is not None and files:
-                wrong = check_carried(carried, compiled, request, files, options.name)
-            diagnostics += [*wrong, *found, *_foreign(folder, files)]
+            diagnostics += [*lost, *found, *_foreign(folder, files)]
             if files and not has_errors(diagnostics):
                 digests = target.digests()
                 edited = [name for name in (CHANGELOG, LICENSE) if is_file(folder / name)

@@ -1,7 +1,6 @@
 """Static transforms in launch files of people: read from every form, and held against the description."""
 
 import math
-from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -10,7 +9,6 @@ from hypothesis import strategies as st
 from rosorin_compile.formats import static_tf
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Limit, Link, Pose, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
-from rosorin_compile.output.ros_packages import is_launch_file
 from rosorin_compile.ros.launch_reader import LaunchError, LaunchNode
 from rosorin_compile.ros.package.launch_files import check_node, parse_arguments, static_nodes
 from rosorin_compile.source.diagnostics import Source
@@ -136,12 +134,6 @@ def test_nothing_is_run(text: str) -> None:
     assert calls("a.launch.py", f"{text}\n# static_transform_publisher\n") == []
 
 
-@pytest.mark.parametrize("name", ["a.launch.py", "a_launch.py", "launch/a.py", "b/launch/a.launch.xml", "a.launch"])
-def test_what_a_launch_file_is(name: str) -> None:
-    assert is_launch_file(name)
-    assert not is_launch_file(name.replace("launch", "lunch"))
-
-
 def told(args: str) -> list[str]:
     source = Source("a.launch.xml", f'<launch>\n<node exec="static_transform_publisher" args="{args}"/>\n</launch>')
     return [
@@ -179,34 +171,30 @@ def test_what_differs(args: str, said: list[str]) -> None:
     assert told(args) == [begin + one for one in said]
 
 
+REFUSED = "error[deployed-launch-refused]:2: static_transform_publisher refuses these arguments"
+OWNER = "is published here, but the description gives it to"
+
+
 @pytest.mark.parametrize(
     ("args", "said"),
     [
         (
             RIGHT.replace("laser", "arm"),
-            "error[deployed-launch-owner]:2: base_link -> arm is published here, but the description gives it to"
-            " robot_state_publisher, from the URDF",
+            f"error[deployed-launch-owner]:2: base_link -> arm {OWNER} robot_state_publisher, from the URDF",
         ),
-        (
-            RIGHT.replace("laser", "claw"),
-            "error[deployed-launch-owner]:2: base_link -> claw is published here, but the description gives it to"
-            " nobody",
-        ),
+        (RIGHT.replace("laser", "claw"), f"error[deployed-launch-owner]:2: base_link -> claw {OWNER} nobody"),
         (
             RIGHT.replace("base_link", "map").replace("laser", "base_link"),
-            "error[deployed-launch-owner]:2: map -> base_link is published here, but the description gives it to amcl",
+            f"error[deployed-launch-owner]:2: map -> base_link {OWNER} amcl",
         ),
         (
             RIGHT.replace("laser", "lidar_frame"),
             "warning[deployed-launch-unknown]:2: base_link -> lidar_frame is no frame of the description",
         ),
-        ("--x", "error[deployed-launch-refused]:2: static_transform_publisher refuses these arguments"),
-        (f"{RIGHT} --spin 1", "error[deployed-launch-refused]:2: static_transform_publisher refuses these arguments"),
-        (f"{RIGHT} --qw 1", "error[deployed-launch-refused]:2: static_transform_publisher refuses these arguments"),
-        (
-            RIGHT.replace("3.14159265", "nan"),
-            "error[deployed-launch-refused]:2: static_transform_publisher refuses these arguments",
-        ),
+        ("--x", REFUSED),
+        (f"{RIGHT} --spin 1", REFUSED),
+        (f"{RIGHT} --qw 1", REFUSED),
+        (RIGHT.replace("3.14159265", "nan"), REFUSED),
         (
             RIGHT.replace("laser", "$(var unknown)"),
             "note[deployed-launch-unread]:2: the arguments of this static_transform_publisher are known only when the"
@@ -214,7 +202,7 @@ def test_what_differs(args: str, said: list[str]) -> None:
         ),
     ],
 )
-def test_what_else_is_said(args: str, said: str) -> None:
+def test_other_mistakes(args: str, said: str) -> None:
     assert told(args) == [said]
 
 
@@ -240,16 +228,6 @@ def test_a_change_is_told(data: st.DataObject) -> None:
     said = told(" ".join(f"{key} {value}" for key, value in words.items()))
     assert len(said) == 1
     assert f"{flag} {words[flag]} -> " in said[0]
-
-
-def test_the_artifact_itself_is_read(tmp_path: Path) -> None:
-    from support.robots import compiled
-
-    robot = compiled().robot
-    assert robot is not None
-    text = next(artifact.text for artifact in compiled().artifacts if artifact.backend == "static_tf")
-    found = calls(str(tmp_path / "static_tf.launch.py"), text)
-    assert [call.arguments for call in found] == [t.arguments for t in static_tf.static_transforms(robot)[0]]
 
 
 PIECES = st.sampled_from(

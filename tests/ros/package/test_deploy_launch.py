@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from rosorin_compile.formats import static_tf
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Edge, Joint, Limit, Link, Pose, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
-from rosorin_compile.ros.launch_reader import LaunchError, LaunchNode
-from rosorin_compile.ros.package.launch_files import check_node, parse_arguments, static_nodes
+from rosorin_compile.ros.launch_files import LaunchError, LaunchNode, check_node, parse_arguments, static_nodes
 from rosorin_compile.source.diagnostics import Source
 
 LASER = Pose((0.048156, 7.5552e-05, 0.106748), (0.0, 0.0, math.pi))

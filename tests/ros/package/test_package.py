@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.ros.package.meshes import named, place_meshes
+from rosorin_compile.ros.package.copies import named, place_meshes
 from rosorin_compile.ros.package.options import is_legal, package_name
 from support.packages import EXAMPLES, describe, names_in, written
 from support.paths import ROOT, ROSORIN, data_text

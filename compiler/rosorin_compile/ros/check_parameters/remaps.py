@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, error
 
-from ..launch_reader import LaunchError, nodes_of
+from ..launch_files import LaunchError, nodes_of
 from ..ports import full_topic
 
 TF = "tf"

@@ -21,10 +21,20 @@ from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, h
 from rosorin_compile.source.files import is_file, read_bytes, read_text, resolve
 from rosorin_compile.source.load import LoadError
 
-from .copies import copies, difference, difference_lines, forms, kept, moved, other_robot, protected_files
+from ..launch_files import check_launch_files
+from .copies import (
+    copies,
+    difference,
+    difference_lines,
+    forms,
+    kept,
+    missing_files,
+    moved,
+    other_robot,
+    place_meshes,
+    protected_files,
+)
 from .launch import LAUNCH, PUBLISHER, STATICS, carry
-from .launch_files import check_launch_files
-from .meshes import missing_files, place_meshes
 from .options import FILE, NOWHERE, STAMP, Options, places_text, read_places, stored_options
 from .package import folder_of, make
 

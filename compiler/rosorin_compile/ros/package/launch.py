@@ -35,7 +35,7 @@ from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.load import yaml_of
 from rosorin_compile.source.project import Description, tool_folders
 
-from .meshes import named
+from .copies import named
 from .options import Options, is_legal
 
 if TYPE_CHECKING:

@@ -23,9 +23,8 @@ from rosorin_compile.source.yaml_text import Scalar
 
 from ..ports import IN, message_of_sensor, ports
 from .bringup import Bringup, bringup
-from .copies import kept, protected_files
+from .copies import companions, kept, missing_files, place_meshes, protected_files
 from .launch import Carried, PackageFile, carry, launch_files, launch_values
-from .meshes import companions, missing_files, place_meshes
 from .options import NO_LICENSE, NO_MAIL, NOBODY, STAMP, Options, file_name, options_of
 
 if TYPE_CHECKING:

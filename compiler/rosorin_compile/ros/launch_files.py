@@ -38,13 +38,11 @@ from rosorin_compile.source.xml.markup import MarkupError, parse
 
 Names = Mapping[str, Any]
 _MAX_LENGTH = 10_000  # characters or items of a value
-_MAX_NUMBER = 10**30
 _ARGUMENT = "launch argument "
 _CHANGES = ("append", "clear", "extend", "insert", "pop", "remove", "reverse", "sort", "update")
 _OPERATORS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
     ast.Div: operator.truediv,
 }
 _CONVERSIONS: Mapping[str, Callable[[Any], Any]] = {"math.radians": math.radians, "float": float, "str": str}
@@ -171,12 +169,15 @@ def _python(source: Source) -> Iterator[LaunchNode]:
         callee = ast.unparse(call.func)
         if not callee.endswith(("Node", "SetRemap")) and not words.keys() & {"executable", "node_executable"}:
             continue
-        scopes = [(call, names)]
-        if function is not None:  # a helper: its parameters have the values of each call
-            uses = [use for use, _ in calls if isinstance(use.func, ast.Name) and use.func.id == function.name]
-            scopes = [(use, _constants(function, _bind(function, use, names))) for use in uses]
-            scopes = scopes or [(call, _constants(function, _bind(function, None, names)))]
-        for place, scope in scopes:
+        if function is None:
+            yield _python_node(words, names, Span(source, call.lineno, call.col_offset + 1))
+            continue
+        # A helper: its parameters have the values of each call.
+        uses: list[ast.Call | None] = [
+            use for use, _ in calls if isinstance(use.func, ast.Name) and use.func.id == function.name
+        ]
+        for use in uses or [None]:
+            scope, place = _constants(function, _bind(function, use, names)), use or call
             yield _python_node(words, scope, Span(source, place.lineno, place.col_offset + 1))
 
 
@@ -267,22 +268,14 @@ def _constants(tree: ast.AST, names: Names = MappingProxyType({})) -> dict[str, 
 def _known(node: ast.expr, names: Names) -> Any:
     """Return the value of an expression, or None if it is known only when the program runs."""
     try:
-        return _value(node, names)
+        value = _value(node, names)
     except (_Unknown, ArithmeticError, LookupError, TypeError, ValueError):
         return None
+    return None if isinstance(value, str | list) and len(value) > _MAX_LENGTH else value
 
 
 def _value(node: ast.expr, names: Names) -> Any:
     """Return the value of an expression of plain values, ``names``, pi and a few calls."""
-    result = _evaluate(node, names)
-    if isinstance(result, str | list) and len(result) > _MAX_LENGTH:
-        raise _Unknown
-    if isinstance(result, int) and abs(result) > _MAX_NUMBER:
-        raise _Unknown
-    return result
-
-
-def _evaluate(node: ast.expr, names: Names) -> Any:
     match node:
         case ast.Constant(value=constant):
             return constant
@@ -299,24 +292,15 @@ def _evaluate(node: ast.expr, names: Names) -> Any:
         case ast.UnaryOp(op=ast.USub(), operand=operand):
             return -_value(operand, names)
         case ast.BinOp(op=op) if type(op) in _OPERATORS:
-            left, right = _value(node.left, names), _value(node.right, names)
-            is_number = isinstance(left, int | float) and isinstance(right, int | float)
-            return _OPERATORS[type(op)](left, right) if is_number or not isinstance(op, ast.Mult) else _unknown()
+            return _OPERATORS[type(op)](_value(node.left, names), _value(node.right, names))
         case ast.Subscript(value=of, slice=key):
             return _value(of, names)[_value(key, names)]
         case ast.Call(func=ast.Attribute(value=of, attr="split"), args=[] | [_], keywords=[]):
             return str.split(_value(of, names), *(_value(one, names) for one in node.args))
         case ast.Call(func=ast.Name(id="LaunchConfiguration"), args=[argument, *_]):
-            default = names[f"{_ARGUMENT}{_value(argument, names)}"]
-            return default if isinstance(default, str) else _unknown()
+            return names[f"{_ARGUMENT}{_value(argument, names)}"]
         case ast.Call(func=function, args=[argument], keywords=[]) if ast.unparse(function) in _CONVERSIONS:
-            converted = _value(argument, names)
-            is_plain = isinstance(converted, str | int | float)
-            return _CONVERSIONS[ast.unparse(function)](converted) if is_plain else _unknown()
-    raise _Unknown
-
-
-def _unknown() -> Any:
+            return _CONVERSIONS[ast.unparse(function)](_value(argument, names))
     raise _Unknown
 
 

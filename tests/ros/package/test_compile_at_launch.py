@@ -1,10 +1,6 @@
 """A package that compiles its description at launch: its launch files are run, and call the real program."""
 
 import json
-import os
-import stat
-import subprocess
-import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -216,25 +212,6 @@ def test_a_description_that_differs_is_found(tmp_path: Path, capsys: pytest.Capt
     carried.unlink()
     assert main(["check", "deployed", str(first), str(package.parent)]) == 1
     assert f"{NAME}/{place}: it is not there\n" in capsys.readouterr().out
-
-
-@pytest.mark.slow
-def test_it_compiles_where_nothing_can_be_written(tmp_path: Path) -> None:
-    package = packaged(tmp_path)
-    before = names_in(package)
-    for path in [package, *package.rglob("*")]:
-        path.chmod(stat.S_IMODE(path.stat().st_mode) & ~0o222)
-    description = package / "descriptions/descriptions/arm/robot.yaml"
-    command = [sys.executable, "-m", "rosorin_compile", "print", str(description), "full", "prefix:=x_"]
-    environment = {name: value for name, value in os.environ.items() if name not in ("HOME", "XDG_CACHE_HOME")}
-    try:
-        made = subprocess.run(command, cwd="/", env={**environment, "HOME": "/"}, capture_output=True, text=True)
-    finally:
-        for path in [package, *package.rglob("*")]:
-            path.chmod(path.stat().st_mode | 0o200)
-    assert (made.returncode, made.stderr) == (0, "")
-    assert made.stdout == compiled(tmp_path / "a project", prefix="x_")[0]
-    assert names_in(package) == before
 
 
 MESHED = """\

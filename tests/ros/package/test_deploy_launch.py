@@ -217,18 +217,6 @@ def test_what_we_print_is_as_described(data: st.DataObject) -> None:
     assert list(check_node(robot, call)) == []
 
 
-@settings(max_examples=100, deadline=None)
-@given(st.data())
-def test_a_change_is_told(data: st.DataObject) -> None:
-    flag = data.draw(st.sampled_from(["--x", "--y", "--z", "--roll", "--pitch", "--yaw"]))
-    step = data.draw(st.floats(2e-4, 3) | st.floats(-3, -2e-4))
-    words = dict(zip(WORDS[::2], WORDS[1::2], strict=True))
-    words[flag] = repr(float(words[flag]) + step)
-    said = told(" ".join(f"{key} {value}" for key, value in words.items()))
-    assert len(said) == 1
-    assert f"{flag} {words[flag]} -> " in said[0]
-
-
 PIECES = st.sampled_from(
     [
         *HELPER.split("\n"),

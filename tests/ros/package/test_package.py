@@ -267,20 +267,6 @@ def test_the_fixed_frame_is_the_root_of_the_urdf(tmp_path: Path, folder: Path) -
     assert [link.get("name") for link in tree.getroot().findall("link") if link.get("name") not in children] == [frame]
 
 
-def test_a_mesh_that_check_refuses_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    shapes = "".join(f"\n      - mesh: {{file: m/{number}.stl}}" for number in range(5))
-    outputs = "outputs: {urdf: {file: r.urdf}, mjcf: {file: r.xml}}"
-    path = describe(tmp_path, f"robot: many\nlinks:\n  base_link:\n    visual:{shapes}\n{outputs}\n")
-    (tmp_path / "there").mkdir()
-    for command in (["package", "-o", str(tmp_path / "package")], ["deploy", "-o", str(tmp_path / "there")]):
-        assert main([*command, str(path)]) == 1
-        assert "error[mesh-not-found]: 5 meshes (m/0.stl, m/1.stl, m/2.stl and 2 more) are not there" in (
-            capsys.readouterr().err
-        )
-    assert not (tmp_path / "package").exists()
-    assert not names_in(tmp_path / "there")
-
-
 WITH_MJCF = data_text("robots/package_with_mjcf.yaml")
 ARM = """\
 links: {arm: {visual: [{mesh: {file: arm.stl}}]}}

@@ -9,11 +9,11 @@ from __future__ import annotations
 import posixpath
 import re
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from types import MappingProxyType
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 from xml.sax.saxutils import unescape
 
 from rosorin_compile.formats import FORMATS
@@ -23,10 +23,10 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import digest, is_generated, kept_name
 from rosorin_compile.output.committed import Comparison, compare, shorten
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, first_of, printable
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error, first_of, printable
 from rosorin_compile.source.files import is_file, read_bytes
 
-from .options import is_legal
+from .options import NOWHERE, is_legal
 
 _FILE = re.compile(r"""(<(?:mesh|texture)\b[^<>]*?\bfilename=["'])([^"'<>]*)(?=["'])""")
 _OF_SDF = re.compile(r"(<(?:mesh>\s*<uri|albedo_map|normal_map|metalness_map|roughness_map)>\s*)([^<>]*?)(?=\s*</)")
@@ -228,54 +228,35 @@ def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], pa
     return [*found, replace(artifact, file=place)]
 
 
-@dataclass(frozen=True)
-class ProtectedFile:
-    """A file that is not replaced without a copy: ``kept`` is the name of the copy, ``data`` its content.
-
-    It is "foreign" if the tool did not write it, "edited" if it was changed since, "unknown" if that is not recorded.
-    """
-
-    name: str
-    reason: Literal["foreign", "edited", "unknown"]
-    kept: str
-    data: bytes
-
-
-def protected_files(
+def protect(
     folder: Path, files: Mapping[str, bytes], digests: Mapping[str, Sequence[str]], own_package: bool = False
-) -> list[ProtectedFile]:
-    """Return the files that ``files`` would replace and that have none of the ``digests`` of what was written.
+) -> tuple[dict[str, bytes], list[Diagnostic]]:
+    """Return copies of the files that ``files`` would replace and that are not as the tool wrote them, and diagnostics.
 
-    In a package that the tool made no file is foreign: older versions wrote no manifest. Raises OSError.
+    ``digests`` are those of what was written. A file that the tool did not write is an error, except in a package that
+    the tool made, because older versions did not record what they wrote. Raises OSError.
     """
-    protected = []
+    copies, diagnostics = dict[str, bytes](), list[Diagnostic]()
     for name, new in files.items():
-        path = folder / name
+        path, is_listed = folder / name, name in digests
         old = path.read_bytes() if path.is_file() and not path.is_symlink() else new
-        is_listed = name in digests
-        if (
-            old == new
-            or not old.strip()
-            or digest(old) in digests.get(name, ())
-            or (not is_listed and is_generated(old))
-        ):
+        is_written = digest(old) in digests.get(name, ()) or (not is_listed and is_generated(old))
+        if old == new or not old.strip() or is_written:
             continue
-        reason: Literal["foreign", "edited", "unknown"] = "edited" if is_listed else "unknown"
         if not is_listed and is_generated(new) and not own_package:
-            reason = "foreign"
-        kept = Path(name).with_name(kept_name(path, old).name).as_posix()
-        protected.append(ProtectedFile(name, reason, kept, old))
-    return protected
-
-
-def kept(protected: Iterable[ProtectedFile]) -> Iterator[Diagnostic]:
-    """Yield which files are stored next to those that replace them, and why."""
-    for one in protected:
-        if one.reason == "edited":
-            message = f"{one.name} was changed since this tool wrote it; as it was, it goes to {one.kept}"
-            help = "bring the change into the description, and remove that file"
-        else:
-            message = f"{one.name} has no mark of this tool; as it was, it goes to {one.kept}"
-            help = "remove that file if it is not needed"
-        if one.reason != "foreign":
-            yield Diagnostic("deploy-kept", WARNING, message, None, (), help)
+            help = f"move it away, or say another place with --map OUTPUT=PLACE ({NOWHERE} for nowhere)"
+            diagnostics.append(
+                error("deploy-not-ours", f"this tool did not write {name}: it is not replaced", None, help)
+            )
+            continue
+        copy = Path(name).with_name(kept_name(path, old).name).as_posix()
+        copies[copy] = old
+        why, help = "has no mark of this tool", "remove that file if it is not needed"
+        if is_listed:
+            why, help = (
+                "was changed since this tool wrote it",
+                "bring the change into the description, and remove that file",
+            )
+        message = f"{name} {why}; as it was, it goes to {copy}"
+        diagnostics.append(Diagnostic("deploy-kept", WARNING, message, None, (), help))
+    return copies, diagnostics

@@ -27,12 +27,11 @@ from .copies import (
     difference,
     difference_lines,
     forms,
-    kept,
     missing_files,
     moved,
     other_robot,
     place_meshes,
-    protected_files,
+    protect,
 )
 from .launch import LAUNCH, PUBLISHER, STATICS, carry
 from .options import FILE, NOWHERE, STAMP, Options, places_text, read_places, stored_options
@@ -90,11 +89,11 @@ def deploy(
             files = files_below(folder, skip_built=True)
             planned = _plan(robot, compiled.artifacts, folder, files, stored, diagnostics)
             old = {one.file: read_bytes(folder / one.file) for one in planned if is_file(folder / one.file)}
-            kept_files = _protect(robot, planned, folder, target, diagnostics)
+            kept = _protect(robot, planned, folder, target, diagnostics)
             if not has_errors(diagnostics):
                 if not dry_run:
                     extra = {FILE: places_text(folder, robot.name, stored).encode()} if given else {}
-                    target.write({one.file: one.text.encode() for one in planned}, {**kept_files, **extra})
+                    target.write({one.file: one.text.encode() for one in planned}, {**kept, **extra})
                 located = [one.file for one in planned if FORMATS[one.backend].located]
                 diagnostics += check_launch_files(robot, folder, files, located)
                 diagnostics += _check_use(planned, folder)
@@ -182,25 +181,22 @@ def _protect(
     robot: Robot, planned: Sequence[Artifact], folder: Path, target: PackageFolder, diagnostics: list[Diagnostic]
 ) -> dict[str, bytes]:
     """Return copies of edited files that would be replaced; add errors about files that must not be replaced."""
-    ours: dict[str, list[str]] = {}
+    digests = target.digests()
+    data: dict[str, bytes] = {}
     for one in planned:
         target.check_name(one.file)
+        if one.file.rpartition("/")[2] in _OF_PACKAGES:
+            message = f"{one.file} is a file of the package itself: no artifact goes there"
+            diagnostics.append(report("deploy-not-ours", message, None, f"say --map {one.output}=PLACE"))
+            continue
+        data[one.file] = one.text.encode()
         reader = FORMATS[one.backend].robot_of
         # A file of a format without a mark that names this robot is taken to be as it was written.
         if reader is not None and is_file(folder / one.file) and reader(folder / one.file) == robot.name:
-            ours[one.file] = [digest(read_bytes(folder / one.file))]
-    data = {one.file: one.text.encode() for one in planned}
-    protected = protected_files(folder, data, {**ours, **target.digests()})
-    foreign = [one.name for one in protected if one.reason == "foreign"]
-    for one in planned:
-        message = f"this tool did not write {one.file}: it is not replaced" if one.file in foreign else ""
-        if one.file.rpartition("/")[2] in _OF_PACKAGES:
-            message = f"{one.file} is a file of the package itself: no artifact goes there"
-        if message:
-            help = f"move it away, or say another place with --map {one.output}=PLACE ({NOWHERE} for nowhere)"
-            diagnostics.append(report("deploy-not-ours", message, None, help))
-    diagnostics += kept(protected)
-    return {file.kept: file.data for file in protected}
+            digests.setdefault(one.file, [digest(read_bytes(folder / one.file))])
+    kept, found = protect(folder, data, digests)
+    diagnostics += found
+    return kept
 
 
 def _result(

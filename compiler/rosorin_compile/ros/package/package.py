@@ -23,7 +23,7 @@ from rosorin_compile.source.yaml_text import Scalar
 
 from ..ports import IN, message_of_sensor, ports
 from .bringup import Bringup, bringup
-from .copies import companions, kept, missing_files, place_meshes, protected_files
+from .copies import companions, missing_files, place_meshes, protect
 from .launch import Carried, PackageFile, carry, launch_files, launch_values
 from .options import NO_LICENSE, NO_MAIL, NOBODY, STAMP, Options, file_name, options_of
 
@@ -85,9 +85,9 @@ def write_package(
                 edited = [name for name in (CHANGELOG, LICENSE) if is_file(folder / name)
                           and digest(read_bytes(folder / name)) not in digests.get(name, ())]  # fmt: skip
                 ours = {name: data for name, data in files.items() if name not in edited}
-                protected = protected_files(folder, ours, digests, own_package=True)
-                diagnostics += kept(protected)
-                written = target.write(ours, {one.kept: one.data for one in protected})
+                copies, remarks = protect(folder, ours, digests, own_package=True)
+                diagnostics += remarks
+                written = target.write(ours, copies)
                 new = tuple(name for name in written if name in files)
                 result = replace(result, package=options.name, files=tuple(sorted(files)), written=new)
     except OutputError as problem:

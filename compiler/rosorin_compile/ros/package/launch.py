@@ -104,11 +104,6 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
     always, in_modes, _ = static_transforms(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
     modes = mode_arguments(robot)
     conditions = {one.when: condition(robot, one.when) for one in in_modes}
-    statics = [_static(one) for one in always]
-    for one in in_modes:
-        condition_ = conditions[one.when]
-        both = {"condition": in_frontends(condition_, modes), "python_condition": if_condition(condition_, modes, 12)}
-        statics.append(_static(one) | both)
     more = [
         LaunchArgument(name, "false", f"the robot is run in the mode {mode}", STATES) for mode, name in modes.items()
     ]
@@ -123,9 +118,13 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
         "passed_on": passed_on,
         "included": STATICS if carried else PUBLISHER,
         "publisher": joints[0].publisher.name if joints else ROBOT_STATE_PUBLISHER,
-        "statics": statics,
+        "statics": [*always, *in_modes],
         "modes": modes,
         "conditions": {when: in_python(one, modes, 4) for when, one in conditions.items()},
+        "python_conditions": {when: if_condition(one, modes, 12) for when, one in conditions.items()},
+        "frontend_conditions": {when: in_frontends(one, modes) for when, one in conditions.items()},
+        "describe": describe,
+        "args": _args,
         "imports": import_substitutions(conditions.values(), "LaunchConfiguration", *(("Command",) if carried else ())),
         "plain": plain,
         "in_args": in_args,
@@ -136,17 +135,10 @@ def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
     }
 
 
-def _static(transform: StaticTransform) -> dict[str, Any]:
-    """Return a static_transform_publisher for the templates: ``pairs`` for Python, ``args`` for XML and YAML."""
+def _args(transform: StaticTransform) -> str:
+    """Return the arguments of a static_transform_publisher for XML and YAML."""
     words = (f"{flag} {PREFIX if is_frame else ''}{in_args(value)}" for flag, value, is_frame in transform.words())
-    return {
-        "name": transform.name,
-        "spelt_name": plain(transform.name),
-        "pairs": list(transform.in_python()),
-        "args": " ".join(words),
-        "source": describe(transform.source),
-        "condition": "",
-    }
+    return " ".join(words)
 
 
 def launch_files(carried: Carried | None) -> Iterator[PackageFile]:

@@ -65,11 +65,7 @@ class Deployed:
 
 
 def deploy(
-    request: Request,
-    folder: Path,
-    places: Mapping[str, str],
-    dry_run: bool = False,
-    full: bool = False,
+    request: Request, folder: Path, places: Mapping[str, str], dry_run: bool = False, full: bool = False
 ) -> Deployed:
     """Compile a robot and put its artifacts into a folder. Raises RequestError.
 

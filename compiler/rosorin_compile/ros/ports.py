@@ -75,7 +75,7 @@ def facts(name: str) -> Any:
     return json.loads(files.read_text(data_folder("schemas") / f"{name}.json"))
 
 
-def _known(distribution: str) -> str:
+def distribution_of_ports(distribution: str) -> str:
     """Return the distribution whose ports hold for another one: later ones are as the last in the table."""
     known = facts("ros2_ports")["distributions"]
     return distribution if distribution in known else str(known[-1])
@@ -119,7 +119,7 @@ def _of_nodes(distribution: str) -> tuple[Port, ...]:
 
 def ports(distribution: str, *, node: str = "", role: str = "", direction: str = "", group: str = "") -> Iterator[Port]:
     """Yield the ports of stock nodes in a distribution; empty arguments do not restrict them."""
-    for port in _of_nodes(_known(distribution)):
+    for port in _of_nodes(distribution_of_ports(distribution)):
         wanted = ((node, port.node), (role, port.role), (direction, port.direction), (group, port.group))
         if all(value in ("", actual) for value, actual in wanted):
             yield port
@@ -129,7 +129,7 @@ def ports(distribution: str, *, node: str = "", role: str = "", direction: str =
 def controller_ports(plugin: str, distribution: str) -> tuple[Port, ...]:
     """Return the ports of a controller or broadcaster of a type; none of a type without a table."""
     entries = facts("ros2_ports")["controllers"]["types"].get(plugin, ())
-    return tuple(_port(plugin, one, _known(distribution), "control", "") for one in entries)
+    return tuple(_port(plugin, one, distribution_of_ports(distribution), "control", "") for one in entries)
 
 
 def port_of(plugin: str, distribution: str, role: str) -> Port | None:

@@ -15,7 +15,7 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import MANIFEST, OutputError, PackageFolder, digest, open_package_folder, read_manifest
 from rosorin_compile.output.committed import Comparison
 from rosorin_compile.output.ros_packages import files_below, missing, package_of, undeclared
-from rosorin_compile.request import Request
+from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, has_errors
 from rosorin_compile.source.files import is_file, read_bytes, read_text, resolve
@@ -65,35 +65,49 @@ class Deployed:
 
 
 def deploy(
-    request: Request, folder: Path, places: Mapping[str, str], dry_run: bool = False, full: bool = False
+    robot: FilePath | Request,
+    folder: FilePath,
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    places: Mapping[str, str] | None = None,
+    dry_run: bool = False,
+    full: bool = False,
+    trust: bool = False,
 ) -> Deployed:
-    """Compile a robot and put its artifacts into a folder. Raises RequestError.
+    """Write the artifacts of a robot into a ROS 2 package or another folder that exists.
 
-    ``places`` maps outputs to paths in the folder, or to ``none``. ``full`` has differences of texts in full.
+    The result has the copies with their paths, and the changes as text; with an error its ``robot`` is empty.
+
+    Args:
+        places: The paths of outputs in the folder, or ``"none"``; they are stored there.
+        dry_run: Write nothing.
+        full: List differences of texts in full in ``changes``.
     """
+    request, folder = Request.of(robot, arguments, packages, trust=trust), Path(folder)
     if not folder.is_dir():
         raise RequestError(f'there is no folder "{folder}"; rosorin-compile package makes a new package')
     compiled = request.compile()
-    robot, diagnostics = compiled.robot, [*compiled.diagnostics]
+    made, diagnostics = compiled.robot, [*compiled.diagnostics]
     result = Deployed("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
-    if robot is None or has_errors(diagnostics):
+    if made is None or has_errors(diagnostics):
         return replace(result, diagnostics=tuple(diagnostics))
-    given = _given_places(places, compiled.artifacts)
+    given = _given_places(places or {}, compiled.artifacts)
     try:
         with open_package_folder(folder, dry_run) as target:
-            stored = {**read_places(folder, robot.name), **given}
+            stored = {**read_places(folder, made.name), **given}
             files = files_below(folder, skip_built=True)
-            planned = _plan(robot, compiled.artifacts, folder, files, stored, diagnostics)
+            planned = _plan(made, compiled.artifacts, folder, files, stored, diagnostics)
             old = {one.file: read_bytes(folder / one.file) for one in planned if is_file(folder / one.file)}
-            kept = _protect(robot, planned, folder, target, diagnostics)
+            kept = _protect(made, planned, folder, target, diagnostics)
             if not has_errors(diagnostics):
                 if not dry_run:
-                    extra = {FILE: places_text(folder, robot.name, stored).encode()} if given else {}
+                    extra = {FILE: places_text(folder, made.name, stored).encode()} if given else {}
                     target.write({one.file: one.text.encode() for one in planned}, {**kept, **extra})
                 located = [one.file for one in planned if FORMATS[one.backend].located]
-                diagnostics += check_launch_files(robot, folder, files, located)
+                diagnostics += check_launch_files(made, folder, files, located)
                 diagnostics += _check_use(planned, folder)
-                result = _result(result, robot, planned, old, full, dry_run)
+                result = _result(result, made, planned, old, full, dry_run)
     except (LoadError, OutputError) as problem:
         diagnostics.append(problem.diagnostic)
     except OSError as problem:
@@ -259,8 +273,21 @@ class CheckedCopies:
         return Comparison(tuple(changes.values()), texts, same=False), others
 
 
-def check_deployed(request: Request, folder: Path, full: bool = False) -> CheckedCopies:
-    """Compile a robot and compare it with the copies of its artifacts in a folder."""
+def check_deployed(
+    robot: FilePath | Request,
+    folder: FilePath,
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    full: bool = False,
+    trust: bool = False,
+) -> CheckedCopies:
+    """Compare the artifacts of a robot with the copies in a package, an install space or another folder.
+
+    Args:
+        full: List differences of texts in full in ``lines``.
+    """
+    request, folder = Request.of(robot, arguments, packages, trust=trust), Path(folder)
     compiled = request.compile()
     result = CheckedCopies(inputs=tuple(map(str, request.inputs(compiled))))
     diagnostics = [*compiled.diagnostics]

@@ -15,7 +15,7 @@ from rosorin_compile.formats.mesh_files import Searched, urdf_file_name
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from rosorin_compile.output import OutputError, digest, open_package_folder
-from rosorin_compile.request import Request
+from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, has_errors
 from rosorin_compile.source.files import exists, is_file, read_bytes
 from rosorin_compile.source.project import Description
@@ -56,17 +56,47 @@ class WrittenPackage:
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
 
-def write_package(
-    request: Request,
-    folder: Path,
-    given: Mapping[str, Any],
-    starts: Mapping[str, bool | None],
-    topics: Mapping[str, str],
+def package(
+    robot: FilePath | Request,
+    folder: FilePath,
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    name: str | None = None,
+    build_type: str | None = None,
+    version: str | None = None,
+    maintainer: str | None = None,
+    license: str | None = None,  # noqa: A002 - as in package.xml
+    url: str | None = None,
+    topics: Mapping[str, str] | None = None,
+    compile_at_launch: bool | None = None,
+    control: bool | None = None,
+    moveit: bool | None = None,
+    nav2: bool | None = None,
+    trust: bool = False,
 ) -> WrittenPackage:
-    """Compile a robot and write its package, unless an error is found. Raises RequestError.
+    """Write a ROS 2 package with the artifacts of a robot, unless an error is found.
 
-    ``given``, ``starts`` and ``topics`` change the options of the package that is there (see ``options_of``).
+    A package that this function wrote before keeps the options that are None. With an error ``package`` of the result
+    is empty.
+
+    Args:
+        folder: The folder of the package.
+        name: The name of the package; by default ``ROBOT_description``.
+        build_type: ``"ament_cmake"``, the default, or ``"ament_python"``.
+        version: The version, three numbers; by default ``"0.1.0"``.
+        maintainer: The maintainer, as ``"Name <mail@example.org>"``.
+        license: The license as an SPDX name.
+        url: The website of the package.
+        topics: Topics by sensor, for the RViz configuration.
+        compile_at_launch: Compile the description at launch, with its arguments as launch arguments.
+        control: Add a launch file that starts the controller_manager and the controllers.
+        moveit: Add a launch file that starts MoveIt.
+        nav2: Add a launch file that starts Nav2 and robot_localization.
     """
+    request, folder = Request.of(robot, arguments, packages, trust=trust), Path(folder)
+    given: dict[str, Any] = {"name": name, "build_type": build_type, "version": version, "maintainer": maintainer}
+    starts = {"control": control, "moveit": moveit, "nav2": nav2}
     compiled = request.compile()
     result = WrittenPackage("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
     diagnostics = [*compiled.diagnostics]
@@ -75,7 +105,8 @@ def write_package(
     try:
         with open_package_folder(folder) as target:
             sensors = [one.name for one in compiled.robot.sensors]
-            options = options_of(folder, compiled.robot.name, sensors, given, starts, topics)
+            given |= {"license": license, "url": url, "at_launch": compile_at_launch}
+            options = options_of(folder, compiled.robot.name, sensors, given, starts, topics or {})
             carried, lost = carry(compiled, request, options)
             sources = [request.description.path.parent, request.description.outputs]
             files, found = make(compiled.robot, compiled.artifacts, options, sources, folder, compiled, carried)

@@ -337,21 +337,15 @@ def graph(
     """
     compiled = Request.of(robot, arguments, packages, trust=trust).compile()
     errors = tuple(one for one in compiled.diagnostics if one.severity == ERROR)
-    return RobotGraph(diagnostics=errors) if compiled.robot is None or errors else _robot_graph(compiled.robot)
-
-
-def _robot_graph(robot: Robot) -> RobotGraph:
-    """Return the graph of all that a package of a robot can start, with its open ends as diagnostics."""
-    backends = {output.backend for output in robot.outputs}
-    starts = [CONTROL] if "controllers" in backends else []
-    starts += [MOVEIT] if "srdf" in backends else []
-    starts += [NAV2] if backends & {NAV2, "robot_localization"} else []
-    made = graph_of(robot, starts)
+    if compiled.robot is None or errors:
+        return RobotGraph(diagnostics=errors)
+    backends = {output.backend for output in compiled.robot.outputs}
+    needed = {CONTROL: {"controllers"}, MOVEIT: {"srdf"}, NAV2: {NAV2, "robot_localization"}}
+    made = graph_of(compiled.robot, [word for word, formats in needed.items() if backends & formats])
     found: dict[tuple[str, str], tuple[list[str], list[str]]] = {}
     for index, ends in enumerate((made.published, made.read)):
         for end in ends:
             found.setdefault((end.topic, end.type), ([], []))[index].append(end.node)
     topics = [Topic(*key, *(tuple(dict.fromkeys(names)) for names in both)) for key, both in sorted(found.items())]
-    nodes, drivers_ = ([name for name, kind in made.nodes.items() if kind == each] for each in (NODE, DRIVER))
-    diagnostics = tuple(open_ends(robot, made))
-    return RobotGraph(robot.name, tuple(nodes), tuple(drivers_), tuple(topics), diagnostics)
+    nodes, others = (tuple(name for name, kind in made.nodes.items() if kind == each) for each in (NODE, DRIVER))
+    return RobotGraph(compiled.robot.name, nodes, others, tuple(topics), tuple(open_ends(compiled.robot, made)))

@@ -99,7 +99,7 @@ def deploy(
             files = files_below(folder, skip_built=True)
             planned = _plan(made, compiled.artifacts, folder, files, stored, diagnostics)
             old = {one.file: read_bytes(folder / one.file) for one in planned if is_file(folder / one.file)}
-            kept = _protect(made, planned, folder, target, diagnostics)
+            kept = _protect(planned, folder, target, diagnostics)
             if not has_errors(diagnostics):
                 if not dry_run:
                     extra = {FILE: places_text(folder, made.name, stored).encode()} if given else {}
@@ -188,23 +188,16 @@ def _with_meshes(artifact: Artifact, package: str, folder: Path, diagnostics: li
 
 
 def _protect(
-    robot: Robot, planned: Sequence[Artifact], folder: Path, target: PackageFolder, diagnostics: list[Diagnostic]
+    planned: Sequence[Artifact], folder: Path, target: PackageFolder, diagnostics: list[Diagnostic]
 ) -> dict[str, bytes]:
     """Return copies of edited files that would be replaced; add errors about files that must not be replaced."""
-    digests = target.digests()
-    data: dict[str, bytes] = {}
     for one in planned:
         target.check_name(one.file)
         if one.file.rpartition("/")[2] in _OF_PACKAGES:
             message = f"{one.file} is a file of the package itself: no artifact goes there"
             diagnostics.append(report("deploy-not-ours", message, None, f"say --map {one.output}=PLACE"))
-            continue
-        data[one.file] = one.text.encode()
-        reader = FORMATS[one.backend].robot_of
-        # A file of a format without a mark that names this robot is taken to be as it was written.
-        if reader is not None and is_file(folder / one.file) and reader(folder / one.file) == robot.name:
-            digests.setdefault(one.file, [digest(read_bytes(folder / one.file))])
-    kept, found = protect(folder, data, digests)
+            return {}
+    kept, found = protect(folder, {one.file: one.text.encode() for one in planned}, target.digests())
     diagnostics += found
     return kept
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from rosorin_compile.model import Publisher
 from rosorin_compile.model.joint import NODE
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.joints import pieces
-from rosorin_compile.rules.publishers import steps_in_modes
+from rosorin_compile.rules.publishers import Step, all_steps, steps_in_modes
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Suggestion, error, quoted
-from rosorin_compile.source.tree import Path
 
 from ..parameters.tables import Key, written
 from .nodes import Node, Setting
@@ -47,23 +45,6 @@ class Claim:
     def off(self) -> str:
         """How the node would not publish the transform."""
         return f"{self.key}: {'0.0' if isinstance(self.switch.value, float) else 'false'}"
-
-
-@dataclass(frozen=True)
-class _Declared:
-    """A transform of the description: its ends, its publisher with its name in messages, its place and mode."""
-
-    parent: str
-    child: str
-    publisher: Publisher
-    path: Path
-    who: str
-    when: str = ""
-
-    @property
-    def edge(self) -> str:
-        """The edge in words."""
-        return f"{self.parent} -> {self.child}"
 
 
 def claims(nodes: Iterable[Node], remaps: Sequence[Remap]) -> list[Claim]:
@@ -128,21 +109,14 @@ def _of_filter(node: Node) -> Claim | None:
     return claim if tf.value else replace(claim, silent=claim.because)
 
 
-def _declared(case: Case) -> list[_Declared]:
-    """Return the transforms of the description that are published, joints first."""
-    found = []
-    for joint in case.robot.joints:
-        who = f'{joint.publisher.name} (joint "{joint.name}")'
-        found.append(_Declared(joint.parent, joint.child, joint.publisher, case.end(joint, "child"), who))
-    for index, edge in enumerate(case.robot.edges):
-        path, who = case.edge(index, "child"), edge.publisher.name
-        found.append(_Declared(edge.parent, edge.child, edge.publisher, path, who, edge.when))
-    return [one for one in found if one.publisher.publishes]
+def _edge(step: Step) -> str:
+    return f"{step.parent} -> {step.child}"
 
 
 def check(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
     """Yield where what nodes publish is not what the description says."""
-    declared, publishers = _declared(case), case.robot.publishers
+    declared = [step for step in all_steps(case, legal=False) if step.publisher.publishes]
+    publishers = case.robot.publishers
     speaking = [claim for claim in found if not claim.silent]
     explained: set[str] = set()
     for index, claim in enumerate(speaking):
@@ -170,10 +144,10 @@ def check(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
         does = any(not claim.silent and claim.child.value == one.child for claim in owned)
         if could and not does and not any(claim.node.full in explained for claim in owned):
             claim, when = owned[0], f" when {one.when}" if one.when else ""
-            message = f"no node publishes {one.edge}{when}: {claim.node.shown} owns it, and "
+            message = f"no node publishes {_edge(one)}{when}: {claim.node.shown} owns it, and "
             message += claim.silent or f"it publishes {claim.edge}"
             help = claim.fix if claim.silent else "correct its frames, or the edge"
-            related = [case.related(f"{one.who} owns it here", one.path)]
+            related = [case.related(f"{one.owner} owns it here", one.path)]
             yield error("parameters-no-owner", message, claim.switch.span, help, related)
 
 
@@ -184,27 +158,27 @@ def _both(claim: Claim, rival: Claim) -> Diagnostic:
     return error("parameters-two-owners", message, claim.switch.span, help, [related])
 
 
-def _not_its_own(case: Case, claim: Claim, into: Sequence[_Declared], owners: Iterable[Claim]) -> Diagnostic:
+def _not_its_own(case: Case, claim: Claim, into: Sequence[Step], owners: Iterable[Claim]) -> Diagnostic:
     """Return that a node publishes an edge of another one."""
     one = into[0]
-    message = f"{claim.node.shown} publishes {claim.edge} ({claim.because}), and by the description {one.edge} is of "
-    related = [case.related(f"{other.edge} is of {other.who} here", other.path) for other in into]
+    message = f"{claim.node.shown} publishes {claim.edge} ({claim.because}), and by the description {_edge(one)} is of "
+    related = [case.related(f"{_edge(other)} is of {other.owner} here", other.path) for other in into]
     related += [Related(f"{it.node.shown}: {it.silent or it.because}", it.switch.span) for it in owners]
     help = claim.off
     if one.publisher.kind == NODE and claim.node.name != one.publisher.name:
         help += f"; if it is to own the edge, name it in the description: publisher: {claim.node.name}"
-    return error("parameters-two-owners", message + one.who, claim.switch.span, help, related)
+    return error("parameters-two-owners", message + one.owner, claim.switch.span, help, related)
 
 
-def _other_edge(case: Case, claim: Claim, near: _Declared | None, end: Setting) -> Diagnostic:
+def _other_edge(case: Case, claim: Claim, near: Step | None, end: Setting) -> Diagnostic:
     """Return that a node publishes another edge than ``near``, or one that the description does not have."""
     help, prefix = "", _prefix(claim.node)
     if prefix:
         help = f'the controller writes "{prefix}" before its frames, unless tf_frame_prefix_enable is false'
     message = f"{claim.node.shown} publishes {claim.edge}"
     if near is not None:
-        message += f"{end.how}, and by the description it is {near.edge}"
-        related = [case.related(f"described here, of {near.who}", near.path)]
+        message += f"{end.how}, and by the description it is {_edge(near)}"
+        related = [case.related(f"described here, of {near.owner}", near.path)]
         help = help or f'name the frame "{near.parent if end is claim.parent else near.child}", or correct the edge'
         return error("parameters-other-edge", message, end.span, help, related)
     ends = f"parent: {claim.parent.value}, child: {claim.child.value}, publisher: {claim.node.name}"

@@ -14,16 +14,7 @@ from typing import Any
 from rosorin_compile.formats.format import Unsupported, described_by
 from rosorin_compile.model import Edge, Output, Robot
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    WARNING,
-    Diagnostic,
-    Suggestion,
-    first_of,
-    listed,
-    nearest,
-    quoted,
-)
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Suggestion, first_of, listed, nearest, quoted
 from rosorin_compile.source.tree import Path, Seq, at, exists
 
 from ..parameters.checking import Finding, against_kind, unwritable

@@ -7,7 +7,7 @@ where that was written.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from types import NoneType
 from typing import Any, NamedTuple
 
@@ -33,7 +33,7 @@ _SIMILAR = 0.9
 class Finding(NamedTuple):
     """Something wrong with a parameter; ``key`` is empty for the node as a whole, ``at_key``: the name of it.
 
-    ``unknown`` is a name that there is not, ``known`` are those that there are.
+    ``unknown`` is a name that does not exist.
     """
 
     rule: str
@@ -43,7 +43,6 @@ class Finding(NamedTuple):
     severity: str = ERROR
     at_key: bool = False
     unknown: str = ""
-    known: Collection[str] = ()
 
     def at(self, span: Span | None, related: Iterable[Related] = ()) -> Diagnostic:
         """Return it with its place."""

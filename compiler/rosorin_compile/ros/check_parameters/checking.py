@@ -23,6 +23,7 @@ from rosorin_compile.source.diagnostics import (
     error,
     has_errors,
     listed,
+    quoted,
 )
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
@@ -146,8 +147,9 @@ def _check(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
     yield from diagnostics
     if not node.type:
         return
-    if wrong is None:
-        yield from (one.at(node.span) for one in missing(node.shown, node.kind, node.parameters))
+    if wrong is None and (needed := missing(node.kind, node.parameters)):
+        message = f"{node.shown} needs {quoted(needed, most=4)}: it does not start"
+        yield error("controller-missing", message, node.span, f"add {needed[0]}: VALUE")
     places = {one.span for one in diagnostics}
     values = {key: value for key, value in node.values.items() if node.parameters[key].span not in places}
     kind = full_type(node.type)

@@ -12,8 +12,9 @@ from rosorin_compile.rules.publishers import Step, all_steps, steps_in_modes
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Suggestion, error, quoted
 
 from ..parameters.tables import Key, written
+from ..ports import full_topic
 from .nodes import Node, Setting
-from .topics import Remap, is_tf, topic
+from .topics import Remap, moved
 
 
 @dataclass(frozen=True)
@@ -57,8 +58,9 @@ def claims(nodes: Iterable[Node], remaps: Sequence[Remap]) -> list[Claim]:
         if node.kind is None or claim is None:
             continue
         name = node.kind.odometry or "/tf"
-        full = topic(name, node.namespace, node.name, remaps)
-        if not claim.silent and not is_tf(full, node.namespace):
+        full = full_topic(name, node.namespace, node.name)
+        full = moved(node, remaps).get(full, full)
+        if not claim.silent and full not in ("/tf", full_topic("tf", node.namespace, "")):
             fix = f"remap {full} to /tf: --remap {node.name}:{name}:=/tf, if the launch file does"
             claim = replace(claim, silent=f"publishes on {full}, which nothing remaps to /tf", fix=fix)
         found.append(claim)
@@ -239,9 +241,8 @@ def _check_frame(
         return
     value = value.removeprefix("/")
     if key.frame == BASE:
-        odom = _odometry(case, node)
-        moved = [step for step in steps_in_modes(case)[0] if step.parent == odom]
-        part: Collection[str] = next((part for part in parts if odom in part), ())
+        moved = _moved(case, node)
+        part: Collection[str] = next((part for part in parts if moved and moved[0].parent in part), ())
         if value in part or not moved:
             return
         related = [case.related(f"{step.parent} -> {step.child} is described here", step.path) for step in moved]
@@ -250,7 +251,7 @@ def _check_frame(
             suggestion = Suggestion(value, part, instead=help)
             yield error("parameters-frame", f"{name}: there is no such frame", setting.span, suggestion, related)
             return
-        message = f'{name}, and no transform leads to it from "{odom}": the odometry moves '
+        message = f'{name}, and no transform leads to it from "{moved[0].parent}": the odometry moves '
         message += quoted(step.child for step in moved)
         yield error("parameters-base", message, setting.span, help, [*related, *_unpublished(case, value)])
     elif value not in known:
@@ -266,17 +267,10 @@ def _unpublished(case: Case, frame: str) -> list[Related]:
     return [case.related(f'no node publishes joint "{joint.name}"', case.publisher(joint))] if joint else []
 
 
-def _odometry(case: Case, node: Node) -> str:
-    """Return the frame that the odometry is given in: as the node says, if it is there, else as the description has it.
-
-    That is the parent of the transform of another node that leads to the robot and hangs on no other, but for a map.
-    """
-    steps = [step for step in steps_in_modes(case)[0] if step.edge is not None]
-    parents = [step.parent for step in steps]
-    said = next((setting.value for key, _, setting in _named(node) if key.frame == ODOM), None)
-    if said in parents:
-        return str(said)
-    moving = [step for step in steps if step.edge is not None and case.robot.edges[step.edge].moving]
-    lowest = [step.parent for step in moving if step.child not in parents]
-    children = {step.child for step in steps_in_modes(case)[0]}
-    return next((parent for parent in lowest if parent in children), next(iter(lowest), ""))
+def _moved(case: Case, node: Node) -> list[Step]:
+    """Return the transforms that move the robot: those from the frame of the odometry that a node names, or all."""
+    links, edges = case.robot.link, case.robot.edges
+    steps = [step for step in steps_in_modes(case)[0] if step.edge is not None and edges[step.edge].moving]
+    leading = [step for step in steps if step.child in links and step.parent not in links]
+    said = {setting.value for key, _, setting in _named(node) if key.frame == ODOM}
+    return [step for step in leading if step.parent in said] or leading

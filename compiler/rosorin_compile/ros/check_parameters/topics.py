@@ -17,7 +17,7 @@ from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Relate
 
 from ..graph import End, Graph, mismatched_qos, source_message, topics_of_sensors
 from ..launch_reader import LaunchError, nodes_of
-from ..ports import IMU, ODOMETRY, SCAN, TF, VELOCITY, controller_ports, full_topic, full_type, ports, short_type
+from ..ports import IMU, ODOMETRY, SCAN, VELOCITY, controller_ports, full_topic, full_type, ports, short_type
 from .nodes import Node
 
 _ODOM = "odom"  # the usual topic
@@ -45,18 +45,11 @@ def of_word(word: str) -> Remap | None:
     return Remap(node.strip("/").rsplit("/", 1)[-1], name, to)
 
 
-def topic(name: str, namespace: str, node: str, remaps: Iterable[Remap]) -> str:
-    """Return the topic that a node publishes on under ``name``: the first rule that fits is followed."""
-    full = full_topic(name, namespace, node)
-    for remap in remaps:
-        if remap.node in ("", node) and full_topic(remap.name, namespace, node) == full:
-            return full_topic(remap.to, namespace, node)
-    return full
-
-
-def is_tf(topic: str, namespace: str) -> bool:
-    """Return True if a topic is the one that tf2 listens to: /tf, or that of the namespace."""
-    return topic in (f"/{TF}", full_topic(TF, namespace, ""))
+def moved(node: Node, remaps: Iterable[Remap]) -> dict[str, str]:
+    """Return the new topics of a node by the old ones, in full; the first remap of one is followed."""
+    space, name = node.namespace, node.name
+    mine = [one for one in remaps if one.node in ("", name)]
+    return {full_topic(one.name, space, name): full_topic(one.to, space, name) for one in reversed(mine)}
 
 
 def of_launch(path: Path) -> tuple[list[Remap], list[Diagnostic]]:
@@ -128,8 +121,7 @@ def _graph(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) ->
             known = tuple(ports(distribution, node=node.kind.name))
         those = [one for one in known if not one.each and node.setting(one.parameter).value != ""]
         those = [one for one in those if one.parameter in values or one.parameter not in node.parameters]
-        moved = [(one.name, one.to) for one in reversed(remaps) if one.node in ("", node.name)]
-        made.add(node.full, those, values, node.namespace, moved)
+        made.add(node.full, those, values, node.namespace, moved(node, remaps).items())
     return made
 
 

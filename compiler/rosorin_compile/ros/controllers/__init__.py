@@ -7,8 +7,7 @@ robot, be they of a description or of a file; what is known of the types is in `
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import partial
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from rosorin_compile.formats.format import Unsupported, described_by
@@ -129,14 +128,16 @@ def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
     right = {key: value for key, value in one.values.items() if key not in {finding.key for finding in found}}
     named = list(against_robot(name, one.type, right, one.known, case.robot, WARNING))
     joints = (joint.name for block in case.robot.control for joint in block.joints)
-    if wrong is None and not any(found.unknown for found in named) and all(map(case.robot.joint.get, joints)):
-        help = partial(_help_about_missing, case.robot, one)
-        yield from missing(name, one.kind, one.values, help)  # else what is missing may follow from the wrong name
+    are_right = wrong is None and not any(found.unknown for found in named) and all(map(case.robot.joint.get, joints))
+    needed = missing(one.kind, one.values) if are_right else []  # else it may follow from the wrong name
+    if needed:
+        message, help = f"{name} needs {quoted(needed, most=4)}: it does not start", _help(case.robot, one, needed)
+        yield Finding("controller-missing", message, "", help)
     yield from frames_of(name, given, case.robot)
     yield from named
 
 
-def _help_about_missing(robot: Robot, one: Filled, needed: list[str]) -> str:
+def _help(robot: Robot, one: Filled, needed: list[str]) -> str:
     if one.known.why_not:
         return f"{one.known.why_not}; give it in params"
     blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
@@ -219,17 +220,12 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
     return Finding("controller-type", message, "type", "", NOTE)
 
 
-def missing(
-    name: str, kind: Kind | None, given: Iterable[str], help: Callable[[list[str]], str] | None = None
-) -> Iterator[Finding]:
-    """Yield that a controller lacks parameters that it needs; ``help`` makes the help about them."""
+def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:
+    """Return the parameters that a controller needs and does not have."""
     if kind is None:
-        return
+        return []
     meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # misspelt, and reported
-    needed = [key.name for key in kind.own() if key.needed and key.name not in given and key.name not in meant]
-    if needed:
-        message = f"{name} needs {quoted(needed, most=4)}: it does not start"
-        yield Finding("controller-missing", message, "", help(needed) if help else f"add {needed[0]}: VALUE")
+    return [key.name for key in kind.own() if key.needed and key.name not in given and key.name not in meant]
 
 
 def against_robot(

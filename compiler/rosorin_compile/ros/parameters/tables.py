@@ -230,17 +230,15 @@ class Kind:
         return (key.name.partition("__map_")[2].partition(".")[0], match[1]) if key and match else ("", "")
 
     def like(self, name: str) -> set[str]:
-        """Return the keys that a person may have meant by one: those of many names as they would stand here."""
-        words = name.split(".")
-        numbers = re.findall(r"\d+", name)
+        """Return the keys that a person may have meant by one: those of many names with its words and first number."""
+        words, number = name.split("."), next(iter(re.findall(r"\d+", name)), "0")
         found = set()
         for key in self.own():
-            if not key.many:
-                found.add(key.name)
-            elif "<n>" in key.name:
-                found |= {key.name.replace("<n>", number) for number in numbers}
-            elif key.name.count(".") == len(words) - 1:
-                pairs = zip(key.name.split("."), words, strict=True)
+            pieces = key.name.replace("<n>", number).split(".")
+            if not key.many or "<n>" in key.name:
+                found.add(".".join(pieces))
+            elif len(pieces) == len(words):
+                pairs = zip(pieces, words, strict=True)
                 found.add(".".join(word if _VARIABLE.fullmatch(piece) else piece for piece, word in pairs))
         return found
 

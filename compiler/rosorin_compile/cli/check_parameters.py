@@ -4,8 +4,8 @@ import re
 from pathlib import Path
 
 from rosorin_compile import api
+from rosorin_compile.formats.format import DISTRIBUTIONS
 from rosorin_compile.request import is_foreign
-from rosorin_compile.ros.parameters.files import DISTRIBUTION
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.project import Description
@@ -26,7 +26,7 @@ _MAX_BYTES = 1_000_000  # of a file that are searched
     repeatable("--launch FILE ...", many=True, help="launch files to read remappings from"),
     repeatable("--remap NODE:FROM:=TO", type=str, help="add a remapping"),
     option("--namespace NS", default="", help="namespace of the nodes"),
-    option(f"--distribution {'|'.join(DISTRIBUTION['enum'])}", help="ROS 2 distribution; default: that of the outputs"),
+    option(f"--distribution {'|'.join(DISTRIBUTIONS)}", help="ROS 2 distribution; default: that of the outputs"),
     section="Parameter files",
 )
 def run(options: Options) -> int:

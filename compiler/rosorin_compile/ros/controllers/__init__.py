@@ -44,8 +44,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     is_first = output.name == next(one for one in case.robot.outputs if one.backend == output.backend).name
     if not case.robot.controllers:
         message = f'output "{output.name}" is for controllers, and the description has none'
-        help = "name them: controllers: {NAME: {type: diff_drive}}"
-        yield case.problem("controllers-none", message, entry, help, severity=WARNING, key=True)
+        yield case.problem("controllers-none", message, entry, severity=WARNING, key=True)
     for found in against_kind(f"the {MANAGER}", kinds(distribution)[MANAGER], managed(output, distribution)):
         yield _placed(case, found, entry, "manager")
     if is_first:
@@ -76,9 +75,8 @@ def _claimed(case: Case, every: Iterable[Filled]) -> Iterator[Diagnostic]:
                 taken.setdefault((owner, word, key), []).append(joint)
         for (owner, word, key), joints in list(taken.items())[:1]:
             message = f'controllers "{owner}" and "{name}" both claim the {word} of {quoted(joints, most=4)}: '
-            help = f"start one of them later: {name}: {{inactive: true}}; or give them other joints"
             key = key if key in one.controller.params else ""
-            found = Finding("controller-interface", f"{message}the second one does not start", key, help, at_key=True)
+            found = Finding("controller-interface", f"{message}the second one does not start", key, at_key=True)
             yield _placed(case, found, ("controllers", name), "params")
 
 
@@ -91,9 +89,7 @@ def _joint_states(case: Case) -> Iterator[Diagnostic]:
     if not any(one.endswith("/JointStateBroadcaster") for one in types):
         block, joint = states[0]
         message = f'no controller publishes the states that hardware block "{block.name}" has, such as that of '
-        help = "controllers: {joint_state_broadcaster: {type: joint_state_broadcaster}}"
-        path: Path = ("controllers",)
-        yield case.problem(rule, f'{message}"{joint.name}"', path, help, severity=WARNING, key=True)
+        yield case.problem(rule, f'{message}"{joint.name}"', ("controllers",), severity=WARNING, key=True)
         return
     for still in case.robot.unmeasured_joints:
         message = f'no node publishes the position of joint "{still.name}", which no hardware block has: '
@@ -110,10 +106,8 @@ def _apart(case: Case, output: Output) -> Iterator[Diagnostic]:
     name, option = next(iter(blocks.items()))
     message = f'output "{output.name}" is for {asked(output).capitalize()}, and the hardware blocks of output "{name}" '
     message += f"are for {option.capitalize()}"
-    help = f'distribution: {option} here, or control: {asked(output)} in output "{name}"'
     path: Path = ("outputs", output.name, "distribution")
-    place = path if exists(case.tree, path) else path[:2]
-    yield case.problem("controllers-distribution", message, place, help, within=True)
+    yield case.problem("controllers-distribution", message, path if exists(case.tree, path) else path[:2], within=True)
 
 
 def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:

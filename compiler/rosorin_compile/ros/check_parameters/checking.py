@@ -36,7 +36,7 @@ from ..parameters.tables import MANAGER
 from ..ports import full_type
 from . import owners, topics
 from .nodes import Node, check_node, nodes_of
-from .topics import Remap, of_launch, of_word
+from .topics import of_launch, of_word
 
 # Keys of the configuration files of MoveIt, which are no parameter files.
 _MOVEIT = re.compile(
@@ -61,22 +61,6 @@ class ParameterFiles:
     namespace: str = ""
     distribution: str = ""
 
-    def remappings(self) -> list[Remap]:
-        """Return the remappings. Raises RequestError for one that is invalid."""
-        found = []
-        for word in self.remaps:
-            remap = of_word(word)
-            if remap is None:
-                raise RequestError(f'"{word}" is no remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
-            found.append(remap)
-        return found
-
-    def check(self) -> None:
-        """Raise RequestError for a file that does not exist."""
-        for path in (*self.files, *self.controllers, *self.launch):
-            if not is_file(path):
-                raise RequestError(no_file(path))
-
 
 @dataclass(frozen=True)
 class CheckedParameters:
@@ -94,8 +78,6 @@ class CheckedParameters:
 
 def check_parameters(request: Request, selected: ParameterFiles) -> CheckedParameters:
     """Check parameter files against a robot, a description or in another format. Raises RequestError."""
-    selected.check()
-    selected.remappings()
     understood = request.understand()
     if understood.case is None:
         return CheckedParameters(diagnostics=tuple(one for one in understood.diagnostics if one.severity == ERROR))
@@ -103,14 +85,17 @@ def check_parameters(request: Request, selected: ParameterFiles) -> CheckedParam
 
 
 def look(case: Case, selected: ParameterFiles) -> CheckedParameters:
-    """Check parameter files against a robot. Raises RequestError."""
+    """Check parameter files against a robot. Raises RequestError for a missing file and an invalid remap."""
     robot, distribution = case.robot, selected.distribution
     if not distribution:
         every = {str(one.options["distribution"]) for one in robot.outputs if "distribution" in one.options}
         distribution = every.pop() if len(every) == 1 else ""
+    missing_files = [path for path in (*selected.files, *selected.controllers, *selected.launch) if not is_file(path)]
+    if missing_files:
+        raise RequestError(no_file(missing_files[0]))
     found: list[Diagnostic] = []
     files = _read((*selected.controllers, *selected.files), found)
-    remaps = selected.remappings()
+    remaps = [of_word(word) for word in selected.remaps]
     for path in selected.launch:
         of_file, wrong = of_launch(path)
         remaps += of_file

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import Robot
 from rosorin_compile.rules.case import report
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Related, Span, error, listed
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Related, RequestError, Span, error, listed
 
 from ..graph import End, Graph, mismatched_qos, source_message, topics_of_sensors
 from ..launch_reader import LaunchError, nodes_of
@@ -36,12 +37,12 @@ class Remap(NamedTuple):
     to: str
 
 
-def of_word(word: str) -> Remap | None:
-    """Return what a text such as NODE:FROM:=TO says; None if it is no remap."""
-    left, mark, to = word.partition(":=")
+def of_word(word: str) -> Remap:
+    """Return the remap that a text such as NODE:FROM:=TO is. Raises RequestError if it is none."""
+    left, _, to = word.partition(":=")
     node, colon, name = left.rpartition(":")
-    if not mark or not name or not to or (colon and not node):
-        return None
+    if not name or not to or (colon and not node):
+        raise RequestError(f'"{word}" is no remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
     return Remap(node.strip("/").rsplit("/", 1)[-1], name, to)
 
 
@@ -83,8 +84,10 @@ def _unknown(what: str, these: str, span: Span) -> Diagnostic:
 
 def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
     for flag, word in pairwise(words):
-        if flag in _FLAGS and (remap := of_word(word)) is not None:
-            yield remap if remap.node else remap._replace(node=node)
+        if flag in _FLAGS:
+            with suppress(RequestError):  # which the node refuses, too
+                remap = of_word(word)
+                yield remap if remap.node else remap._replace(node=node)
         elif flag == "--controller-ros-args":
             spawned = next((one for one in words if not one.startswith("-")), "")
             yield from _of_arguments(word.split(), spawned)

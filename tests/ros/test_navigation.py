@@ -69,7 +69,7 @@ def written(robot: Robot, output: Output) -> str:
 
 
 def looked_at(robot: Case, paths: list[Path], distribution: str) -> list[Diagnostic]:
-    return list(checking.look(robot, checking.ParameterFiles(paths, distribution=distribution)).diagnostics)
+    return list(checking.look(robot, paths, distribution=distribution).diagnostics)
 
 
 @pytest.mark.parametrize("name", NAMES)

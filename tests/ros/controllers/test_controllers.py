@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import yaml
 
-from rosorin_compile.api import check_parameters
+from rosorin_compile import check_parameters
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.request import Request
 from rosorin_compile.source.diagnostics import NOTE, has_errors

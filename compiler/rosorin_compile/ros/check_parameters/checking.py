@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rosorin_compile.model import Controller
 from rosorin_compile.model.joint import NODE
-from rosorin_compile.request import Request
+from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import (
     ERROR,
@@ -46,23 +46,6 @@ _MOVEIT = re.compile(
 
 
 @dataclass(frozen=True)
-class ParameterFiles:
-    """Parameter files of nodes, and how the nodes are started.
-
-    ``controllers`` are the files that must have controllers, ``launch`` launch files to read remappings from.
-    ``remaps`` are further ones as NODE:FROM:=TO. Without a distribution, parameters of all ROS 2 distributions are
-    accepted, or of the one that the outputs of the robot name.
-    """
-
-    files: Sequence[Path] = ()
-    controllers: Sequence[Path] = ()
-    launch: Sequence[Path] = ()
-    remaps: Sequence[str] = ()
-    namespace: str = ""
-    distribution: str = ""
-
-
-@dataclass(frozen=True)
 class CheckedParameters:
     """What was checked: the edges of nodes that were judged, the publishers that no file has, and unknown nodes.
 
@@ -76,47 +59,77 @@ class CheckedParameters:
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
 
-def check_parameters(request: Request, selected: ParameterFiles) -> CheckedParameters:
-    """Check parameter files against a robot, a description or in another format. Raises RequestError."""
-    understood = request.understand()
+def check_parameters(
+    robot: FilePath | Request,
+    files: Sequence[FilePath],
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    controllers: Sequence[FilePath] = (),
+    launch: Sequence[FilePath] = (),
+    remaps: Sequence[str] = (),
+    namespace: str = "",
+    distribution: str | None = None,
+    trust: bool = False,
+) -> CheckedParameters:
+    """Check parameter files of ROS nodes against a robot: frames, publishers, controllers and odometry topics.
+
+    Args:
+        files: The parameter files.
+        controllers: Parameter files of a controller_manager.
+        launch: Launch files to read remappings from.
+        remaps: Further remappings, as ``"NODE:FROM:=TO"``.
+        namespace: The namespace of the nodes.
+        distribution: The ROS 2 distribution; by default that of the outputs of the robot, if they agree.
+    """
+    nodes, managers, launches = ([Path(file) for file in paths] for paths in (files, controllers, launch))
+    understood = Request.of(robot, arguments, packages, trust=trust).understand()
     if understood.case is None:
         return CheckedParameters(diagnostics=tuple(one for one in understood.diagnostics if one.severity == ERROR))
-    return look(understood.case, selected)
+    return look(understood.case, nodes, managers, launches, remaps, namespace, distribution or "")
 
 
-def look(case: Case, selected: ParameterFiles) -> CheckedParameters:
+def look(
+    case: Case,
+    nodes: Sequence[Path],
+    managers: Sequence[Path] = (),
+    launches: Sequence[Path] = (),
+    remaps: Sequence[str] = (),
+    namespace: str = "",
+    distribution: str = "",
+) -> CheckedParameters:
     """Check parameter files against a robot. Raises RequestError for a missing file and an invalid remap."""
-    robot, distribution = case.robot, selected.distribution
+    robot = case.robot
     if not distribution:
         every = {str(one.options["distribution"]) for one in robot.outputs if "distribution" in one.options}
         distribution = every.pop() if len(every) == 1 else ""
-    missing_files = [path for path in (*selected.files, *selected.controllers, *selected.launch) if not is_file(path)]
-    if missing_files:
-        raise RequestError(no_file(missing_files[0]))
+    for path in (*nodes, *managers, *launches):
+        if not is_file(path):
+            raise RequestError(no_file(path))
     found: list[Diagnostic] = []
-    files = _read((*selected.controllers, *selected.files), found)
-    remaps = [of_word(word) for word in selected.remaps]
-    for path in selected.launch:
+    files = _read((*managers, *nodes), found)
+    moved = [of_word(word) for word in remaps]
+    for path in launches:
         of_file, wrong = of_launch(path)
-        remaps += of_file
+        moved += of_file
         found += wrong
-    nodes, wrong = nodes_of(files, selected.namespace, distribution, robot.controllers)
+    known, wrong = nodes_of(files, namespace, distribution, robot.controllers)
     found += wrong
-    if selected.controllers and not any(node.type for node in nodes) and not has_errors(found):
+    if managers and not any(node.type for node in known) and not has_errors(found):
         help = f"{MANAGER}: {{ros__parameters: {{NAME: {{type: TYPE}}}}}}"
         first = [section.span for sections in files for section in sections]
-        span = first[0] if first else Span(Source(str(selected.controllers[0]), ""), 1, 1)
+        span = first[0] if first else Span(Source(str(managers[0]), ""), 1, 1)
         found.append(error("controllers-none", "no controller has a type here", span, help))
-    for node in nodes:
+    for node in known:
         found += _check(case, node, distribution)
-    claims = owners.claims(nodes, remaps)
+    claims = owners.claims(known, moved)
     found += owners.check(case, claims)
-    found += owners.check_frames(case, nodes, claims)
-    found += topics.check(robot, nodes, remaps, distribution)
+    found += owners.check_frames(case, known, claims)
+    found += topics.check(robot, known, moved, distribution)
     of_nodes = [edge.publisher for edge in robot.edges if edge.publisher.kind == NODE]
-    judged = [one for one in of_nodes if any(node.kind and node.is_of(one, robot.publishers) for node in nodes)]
+    judged = [one for one in of_nodes if any(node.kind and node.is_of(one, robot.publishers) for node in known)]
     absent = dict.fromkeys(one.name for one in of_nodes if one not in judged)
-    unknown = [node for node in nodes if node.kind is None]
+    unknown = [node for node in known if node.kind is None]
     names = (node.shown for node in unknown if any(node.is_of(one, robot.publishers) for one in robot.publishers))
     return CheckedParameters(robot.name, len(judged), tuple(absent), tuple(names), tuple(arrange(found)))
 

@@ -94,9 +94,7 @@ def _near(kind: Kind, key: str, values: Mapping[str, Any]) -> Help:
     if not kind.complete:
         close = difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=_SIMILAR)
         return suggest(close[0]) if close else ""
-    last = key.rpartition(".")[2]
-    same = [one for one in names if one.rpartition(".")[2] == last]
-    return Suggestion(key, names, instead=suggest(same[0]) if len(same) == 1 else REMOVE)
+    return Suggestion(key, names, instead=REMOVE)
 
 
 def _unlisted(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Iterator[Finding]:

@@ -119,15 +119,15 @@ def _proof(mujoco: Any, asked: dict[str, Any], here: Path) -> dict[str, Any]:
     """
     from .compare_models import STATES, TOLERANCE, Comparison
 
-    theirs, ours = _spec(mujoco, Path(asked["path"]), here), mujoco.MjSpec.from_string(asked["text"])
-    ours.modelfiledir = str(Path(asked["path"]).parent)
-    for asset in (*ours.meshes, *ours.textures, *ours.hfields, *ours.skins):
-        asset.file = asked["files"].get(asset.file, asset.file)
-    for texture in ours.textures:
-        texture.cubefiles = [asked["files"].get(file, file) for file in texture.cubefiles]
     given = {kind: {int(index): name for index, name in names.items()} for kind, names in asked["names"].items()}
-    source = theirs.compile()
+    source = _spec(mujoco, Path(asked["path"]), here).compile()
     try:
+        ours = mujoco.MjSpec.from_string(asked["text"])
+        ours.modelfiledir = str(Path(asked["path"]).parent)
+        for asset in (*ours.meshes, *ours.textures, *ours.hfields, *ours.skins):
+            asset.file = asked["files"].get(asset.file, asset.file)
+        for texture in ours.textures:
+            texture.cubefiles = [asked["files"].get(file, file) for file in texture.cubefiles]
         made = ours.compile()
     except Exception as problem:  # whatever MuJoCo has against it
         return {"refused": " ".join(str(problem).split())}

@@ -138,15 +138,11 @@ def _inertial(body: Mapping[str, Any], element: Element) -> Map:
 def add_marks(reading: Reading) -> None:
     """Add the sites, cameras and lights of every link; those of the world are its scene, unless that is a link."""
     for kind in _MARKS:
-        scene = []
         for index, thing in enumerate(reading.facts[kind]):
             if thing["bodyid"] in reading.link_of:
                 _add_mark(reading, kind, index, thing)
             else:
-                scene.append(index)
-        if scene:
-            message = f"{counted(len(scene), kind[:-1])} of the world: the scene is no part of the robot"
-            reading.ignored(message, reading.places.of(kind, scene[0]).span)
+                reading.skip_scene(kind[:-1], reading.places.of(kind, index).span)
 
 
 def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any]) -> None:

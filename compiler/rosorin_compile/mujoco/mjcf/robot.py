@@ -76,14 +76,13 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
 
 
 def _no_body(markup: Markup) -> Diagnostic:
-    outside = [element for element in markup.everything() if element.tag == "body"]
-    if not outside:
+    outside = next((element for element in markup.everything() if element.tag == "body"), None)
+    if outside is None:
         message = "the file has no body: it is a scene without a robot"
         return error("mjcf-no-body", message, markup.root.span, "name the file that has the robot")
-    count = "its body is" if len(outside) == 1 else f"its {len(outside)} bodies are"
-    message = f"{count} outside of <worldbody>, which MuJoCo ignores: this is a part of an MJCF"
+    message = "bodies outside of <worldbody>, which MuJoCo ignores: this is a part of an MJCF"
     help = "name the MJCF that includes it, or put them into a <worldbody>"
-    return error("mjcf-no-body", message, outside[0].span, help)
+    return error("mjcf-no-body", message, outside.span, help)
 
 
 def _read(reading: Reading, path: Path) -> None:
@@ -108,6 +107,7 @@ def _read(reading: Reading, path: Path) -> None:
     entries.add_sensors(reading)
     entries.add_contacts(reading)
     entries.add_kept(reading)
+    reading.report_scene()
 
 
 def _outputs(reading: Reading) -> Map:

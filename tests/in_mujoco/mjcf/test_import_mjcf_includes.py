@@ -18,10 +18,6 @@ def _file(*names: str) -> str:
     return f"<mujocoinclude>{''.join(f'<include file={name!r}/>' for name in names)}</mujocoinclude>"
 
 
-def _body(name: str) -> str:
-    return f'<mujocoinclude><worldbody><body name="{name}"><geom size="1"/></body></worldbody></mujocoinclude>'
-
-
 def _main(*names: str, more: str = "") -> str:
     return _file(*names).replace("mujocoinclude", "mujoco").replace("</mujoco>", f"{more}</mujoco>")
 

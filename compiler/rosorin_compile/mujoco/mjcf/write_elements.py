@@ -281,7 +281,7 @@ class ElementPrinter:
         """Return the element of an actuator: its name, what it acts on, its gains, its ranges, all else."""
         actuator = drive.actuator
         values: dict[str, Attribute] = dict(actuator.targets)
-        if drive.joint is not None and drive.beside:
+        if drive.joint is not None and drive.in_joint:
             values = {"joint": drive.joint.name}
         values |= {"kp": actuator.kp, "kv": actuator.kv or None, "dampratio": actuator.damping_ratio or None}
         values |= {"gear": actuator.gear or None, "ctrlrange": aims(drive), "forcerange": actuator.force}

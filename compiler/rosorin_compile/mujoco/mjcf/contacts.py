@@ -1,23 +1,22 @@
-"""Contacts: which links are not to collide, and which may though MuJoCo would not let them.
+"""Contacts: pairs of links that must not collide, and pairs that may collide although MuJoCo filters them.
 
 MuJoCo lets nothing that is welded together on one side of a joint collide with what is welded together on its other
-side, where both sides can move. That hides too much: a camera that is fixed to the wrist may well meet the gripper. So
+side, where both sides can move. That hides too much: a camera that is fixed to the wrist may meet the gripper. So
 
 - the two links that the joint connects are excluded, and so are links that touch at zero, in each named pose and all
   over the range of the joint: a simulation would push them apart;
 - links with a mesh are excluded: what a mesh touches is not known here;
 - of the others the shapes that the joint can bring together are named as pairs, which slide without friction.
 
-Where the bits of shapes (``Masks``) keep links apart, there is nothing to exclude; and a pair would pass over them.
-Pairs and excludes are written for every base, fixed or free: a robot is attached to other things.
+Where the bits of shapes (``Masks``) keep links apart, nothing is excluded or paired. Pairs and excludes are written for
+every base, fixed or free: a robot may be attached to other things.
 
-Solids are boxes, cylinders, capsules, spheres and ellipsoids. The distance of two is that of their Minkowski difference
-from the origin, which simplices of support points approach (E. G. Gilbert, D. W. Johnson, S. S. Keerthi, "A fast
-procedure for computing the distance between complex objects in three-dimensional space", 1988). A sphere is a point and
-a capsule a line with a radius around it.
+The distance of two solids is that of their Minkowski difference from the origin, which simplices of support points
+approach (E. G. Gilbert, D. W. Johnson, S. S. Keerthi, "A fast procedure for computing the distance between complex
+objects in three-dimensional space", 1988). A sphere is a point and a capsule a line with a radius around it.
 
-MJX, MuJoCo on accelerators, loads no model of which two shapes may touch that it cannot collide (mujoco-mjx 3.17, JAX):
-cylinders and ellipsoids against boxes, meshes and height fields, and fields against each other.
+MJX, MuJoCo on accelerators, does not collide cylinders and ellipsoids with boxes, meshes and height fields, nor fields
+with each other, and does not load a model in which they may touch (mujoco-mjx 3.17, JAX).
 """
 
 from __future__ import annotations

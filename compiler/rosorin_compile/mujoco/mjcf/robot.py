@@ -1,7 +1,7 @@
 """MJCF: MuJoCo itself reads the file; what it made of it becomes the plain tree of a description.
 
 So defaults, classes, includes, frames, replicas, units, euler sequences, ``fromto`` and inertias of geoms mean what
-MuJoCo means by them. The text is read beside it, for the place of everything, for what is left out, and for comments.
+MuJoCo means by them. The text is read as well, for positions, for what is left out, and for comments.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _NEAR_KEY = 1e-9  # rad or m: of two that are the same but for rounding
 def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     """Return the robot of an MJCF as a plain tree. Problems are diagnostics, never exceptions.
 
-    ``outputs`` of the tree says ``{mjcf: {base: free}}`` where the base of the robot has a free joint, and the settings
+    ``outputs`` of the tree has ``{mjcf: {base: free}}`` where the base of the robot has a free joint, and the settings
     of the simulation; it is for the writer to add the files.
     """
     try:

@@ -108,7 +108,7 @@ class Markup:
     def place_of(self, name: str) -> str:
         """Return the name of a mesh or texture as seen from the main file.
 
-        MuJoCo names one that is beside an included file by its whole path, and one of an attached model as that model
+        MuJoCo names one in the folder of an included file by its whole path, and one of an attached model as that model
         does.
         """
         top = Path(os.path.abspath(self.models[0]))

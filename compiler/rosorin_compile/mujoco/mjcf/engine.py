@@ -112,8 +112,8 @@ def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
 def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
     """Return how the MJCF at ``path`` differs from a text of ours, field by field, and in motion if nothing does.
 
-    ``request`` has the ``path``, the ``text``, the files of its meshes by the names in it (``files``), and the ``names``
-    that the import gave by kind and index.
+    ``request`` has the ``path``, the ``text``, the files of its meshes by the names in it (``files``), and the
+    ``names`` that the import gave by kind and index.
     """
     from .compare_models import STATES, TOLERANCE, Comparison
 
@@ -165,7 +165,7 @@ def _resolve_files(spec: Any) -> None:
     def path(file: str, folder: str) -> str:
         file, folder = file.replace("\\", "/"), folder.replace("\\", "/").rstrip("/")
         file = file.rpartition("/")[2] if spec.strippath else file
-        return f"{folder}/{file}" if file and folder else file
+        return f"{folder}/{file}" if file and folder and not Path(file).is_absolute() else file
 
     for word, assets in (("meshdir", (*spec.meshes, *spec.hfields, *spec.skins)), ("texturedir", spec.textures)):
         for asset in assets:

@@ -9,6 +9,7 @@ import posixpath
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from rosorin_compile.language.element_names import kind_of_name
 from rosorin_compile.source.diagnostics import Span, counted
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Element
@@ -18,15 +19,6 @@ from .bodies import STIFF
 from .reading import BALL, Reading
 from .shapes import ASSETS, is_scene, keep_asset, whole_geom
 
-# The kinds of objects that attributes name.
-_KINDS = {
-    **dict.fromkeys(("body", "xbody", "body1", "body2", "subtree1", "subtree2", "target"), "body"),
-    **dict.fromkeys(("site", "site1", "site2", "sidesite", "refsite"), "site"),
-    **dict.fromkeys(("geom", "geom1", "geom2"), "geom"),
-    **dict.fromkeys(("joint", "joint1", "joint2"), "joint"),
-    **dict.fromkeys(("tendon", "tendon1", "tendon2"), "tendon"),
-    **{kind: kind for kind in ("actuator", "camera", "material")},
-}
 # The types of sensors that other formats know, by the element of MuJoCo.
 _TYPES = {"gyro": "imu", "accelerometer": "imu", "force": "force_torque", "torque": "force_torque"}
 _TYPES |= {"touch": "contact", "rangefinder": "range_finder", "magnetometer": "magnetometer"}
@@ -44,11 +36,6 @@ class _Measured(NamedTuple):
     node: convert.Node
     element: Element
     site: Mapping[str, Any]
-
-
-def _kind_of(word: str, attributes: Mapping[str, str]) -> str:
-    """Return the kind of what an attribute names; empty if it names nothing of the robot."""
-    return _KINDS.get(attributes.get(f"{word[:3]}type", "") if word in ("objname", "refname") else word, "")
 
 
 def keep_tendons(reading: Reading) -> None:
@@ -300,7 +287,7 @@ def add_kept(reading: Reading) -> None:
 def _keep_named_by(reading: Reading, node: convert.Node, span: Span) -> None:
     """Keep the assets, and what is in the world, that an element and its inner elements name."""
     for word, text in node["attributes"].items():
-        _keep_of_scene(reading, _kind_of(word, node["attributes"]), text)
+        _keep_of_scene(reading, kind_of_name(word, node["attributes"]), text)
         if word in ASSETS:
             keep_asset(reading, word, text, span)
     for inner in node["inner"]:
@@ -313,7 +300,7 @@ def _renamed(reading: Reading, node: convert.Node) -> convert.Node:
     if node["tag"] == "skin" and "file" in attributes:
         attributes["file"] = reading.markup.place_of(attributes["file"])
     for word, text in attributes.items():
-        kind = _kind_of(word, attributes)
+        kind = kind_of_name(word, attributes)
         if kind and kind != "material":
             attributes[word] = reading.called(kind, text)
     return {**node, "attributes": attributes, "inner": [_renamed(reading, one) for one in node["inner"]]}

@@ -24,7 +24,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from functools import cache, cached_property
-from itertools import combinations, product
+from itertools import combinations
 from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Link, Mesh, Output, Robot
@@ -346,34 +346,31 @@ def refused(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, str], tup
     implied = output.options.get("contacts", "implied") == "implied"
     masks, form, touching = Masks(robot, implied), form_of(output), contacts(robot, form_of(output), implied)
     # The first shape of each kind and mask of a link, with its number.
-    looks: dict[str, dict[tuple[str, Mask], int]] = {}
+    looks: dict[tuple[str, str, Mask], int] = {}
     for link in robot.links:
         for number, shape in enumerate(link.collision):
             kind = _kind(robot, shape, form)
             if kind:
-                looks.setdefault(link.name, {}).setdefault((kind, masks.of(link.name, shape)), number)
+                looks.setdefault((link.name, kind, masks.of(link.name, shape)), number)
     paired = {frozenset((geom.link, _kind(robot, geom.solid.shape, form)) for geom in pair) for pair in touching.pairs}
     excluded = set(map(frozenset, touching.excluded))
     top_of = {name: top for top, names in weld_groups(robot).items() for name in names}
     above = {top: top_of[robot.joint_to[top].parent] for top in set(top_of.values()) if top in robot.joint_to}
     world = "" if robot.has_free_base(output) else robot.root  # the top of what is welded to the world
     found: set[frozenset[str]] = set()
-    for one, other in combinations(looks, 2):
+    for first, second in combinations(looks, 2):
+        (one, kind, mask), (other, other_kind, other_mask) = first, second
+        kinds = frozenset((kind, other_kind))
+        if one == other or kinds not in CANNOT or kinds in found or not mask.meets(other_mask):
+            continue
         tops = top_of[one], top_of[other]
         is_filtered = tops[0] == tops[1] or (world not in tops and bool({above.get(top) for top in tops} & set(tops)))
         is_excluded = frozenset((body_name(robot, one), body_name(robot, other))) in excluded
-        for ((kind, mask), number), ((other_kind, other_mask), other_number) in product(
-            looks[one].items(), looks[other].items()
-        ):
-            kinds = frozenset((kind, other_kind))
-            if kinds not in CANNOT or kinds in found or not mask.meets(other_mask):
-                continue
-            if frozenset(((one, kind), (other, other_kind))) in paired or not (is_filtered or is_excluded):
-                found.add(kinds)
-                first, second = (kind, (one, number)), (other_kind, (other, other_number))
-                if other_kind in _ROUND:
-                    first, second = second, first
-                yield (first[0], second[0]), first[1], second[1]
+        if frozenset(((one, kind), (other, other_kind))) in paired or not (is_filtered or is_excluded):
+            found.add(kinds)
+            if other_kind in _ROUND:
+                first, second = second, first
+            yield (first[1], second[1]), (first[0], looks[first]), (second[0], looks[second])
 
 
 def _kind(robot: Robot, shape: Shape, form: str) -> str:

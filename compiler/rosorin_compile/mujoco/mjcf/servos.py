@@ -160,6 +160,10 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     if assumed := stand_ins(robot, robot.joints, output):
         message = f"{counted(len(assumed), 'joint')} without an actuator: servos of an assumed strength move them in"
         message += f" {output.file} alone ({first_of([one.name for one in assumed], _SHOWN)})"
+        moved = {link for one in assumed if one.joint for link in robot.below(one.joint.child)}
+        affected = [one.name for one in robot.sensors if any(part.link in moved for part in one.simulated)]
+        if affected:
+            message += f", which changes what sensors measure in MuJoCo ({first_of(affected, _SHOWN)})"
         if not robot.has_free_base(output) and any(one.joint and one.joint.type == "continuous" for one in assumed):
             message += "; the base is fixed, so wheels turn in the air: base: free lets them drive"
         place = ("outputs", output.name, "drives")

@@ -66,20 +66,20 @@ EDITS = [
     pytest.param(
         *("rosorin.xml", "implicitfast", "Euler", 1),
         "rosorin.xml: different text; nothing that is compared by meaning differs: "
-        'line 6 option: integrator="Euler" -> integrator="implicitfast"',
+        'line 6: integrator="Euler" -> integrator="implicitfast"',
         id="not-compared",
     ),
     pytest.param(
         *("rosorin.xml", "</mujoco>", "", 1),
         "rosorin.xml: the committed file is damaged and compared as text alone "
-        f"(no element found: line {BEHIND}, column 0): line {BEHIND - 1} mujoco: nothing -> </mujoco>",
+        f"(no element found: line {BEHIND}, column 0): line {BEHIND - 1}: nothing -> </mujoco>",
         id="damaged-xml",
     ),
     pytest.param(
         *("robot_model.json", '"parent": "base_link"', '"parent": 7', 1),
         "robot_model.json: the committed file is damaged and compared as text alone "
         '(not a driver\'s model: 7 does not match type "string"): '
-        'line 1 parent: 7, -> "base_link",',
+        'line 1: 7, -> "base_link",',
         id="damaged-json",
     ),
 ]

@@ -53,6 +53,13 @@ def test_help_and_version_import_nothing_heavy(words: list[str], home: Path) -> 
     }
 
 
+def test_plugins_are_searched_without_importlib(home: Path) -> None:
+    (home / "robot.yaml").write_text("robot: r\nlinks: {a: }\noutputs: {urdf: {file: r.urdf}}\n", "utf-8")
+    code = [sys.executable, "-c", IMPORTED_BY.format(words=["all", "robot.yaml"])]
+    ran = subprocess.run(code, capture_output=True, text=True, check=True, cwd=home)
+    assert "importlib.metadata" not in ran.stderr.splitlines()[-1].split()
+
+
 @pytest.mark.usefixtures("rosorin")
 def test_all_is_called_compile_as_well(capsys: Shown) -> None:
     assert main(["compile", "rosorin"]) == main(["all", "rosorin"]) == 0
@@ -98,14 +105,14 @@ def test_exit_codes_are_those_of_the_help(rosorin: Path, capsys: Shown, monkeypa
     ("words", "wanted"),
     [
         (["--xyz", "-12.5mm,-1cm,0"], ((-0.0125, -0.01, 0.0), False, ["a.stl"])),
-        (["--xyz=-1cm,0,0", "--exact"], ((-0.01, 0.0, 0.0), True, ["a.stl"])),
+        (["--xyz=-1cm,0,0", "--bottom"], ((-0.01, 0.0, 0.0), True, ["a.stl"])),
         (["--xyz", "-.5,0,0"], ((-0.5, 0.0, 0.0), False, ["a.stl"])),
-        (["--exact", "--xyz", "-1cm,0,0", "b.stl"], ((-0.01, 0.0, 0.0), True, ["a.stl", "b.stl"])),
+        (["--bottom", "--xyz", "-1cm,0,0", "b.stl"], ((-0.01, 0.0, 0.0), True, ["a.stl", "b.stl"])),
     ],
 )
 def test_number_below_zero_is_the_value_of_an_option(words: list[str], wanted: tuple[object, bool, list[str]]) -> None:
     options = parse(["extract", "heightmap", "a.stl", *words])
-    assert (tuple(options.xyz), options.exact, options.words) == wanted
+    assert (tuple(options.xyz), options.bottom, options.words) == wanted
 
 
 def test_every_schema_is_printed(capsys: Shown) -> None:

@@ -106,7 +106,7 @@ _STATELESS = ("position", "velocity", "motor", "damper", "adhesion")
     SIMULATED,
 )
 def keys(case: Case) -> Iterator[Diagnostic]:
-    """Find lists of poses whose length MuJoCo would refuse."""
+    """Report lists of poses whose length MuJoCo would refuse."""
     joints, captured = case.robot.joints, sum(link.mjcf.get("mocap") is True for link in case.robot.links)
     bases = {one.options.get("base", "fixed") == "free" for one in case.robot.outputs if one.backend == "mjcf"}
     lengths = {"mpos": {3 * captured}, "mquat": {4 * captured}}

@@ -65,10 +65,6 @@ def test_one_mode(capsys: Shown) -> None:
 def test_who_publishes_this_frame(capsys: Shown) -> None:
     said = shown(capsys, "--frame", "base_link", "--mode", "slam")
     assert said == [
-        "no node publishes base_footprint -> base_link, joint base_joint: the filter of the odometry owns the transform"
-        " into base_link",
-        "ekf publishes odom -> base_link on /tf, always",
-        "",
         ON,
         "frame              published by  topic  joint",
         "map",
@@ -76,26 +72,15 @@ def test_who_publishes_this_frame(capsys: Shown) -> None:
         "    └── base_link  ekf           /tf",
     ]
     said = shown(capsys, "--frame", "odom")
-    assert said[:3] == [
-        "slam_toolbox publishes map -> odom on /tf, when slam",
-        "amcl publishes map -> odom on /tf, when not slam",
-        "",
-    ]
     assert [line for line in said if line.startswith("slam is")] == [ON, OFF]
-    assert shown(capsys, "--frame", "laser")[0] == (
-        "tf_base_laser publishes base_link -> laser on /tf_static, always, joint lidar_joint"
-    )
 
 
 def test_a_root_and_a_frame_that_is_only_in_the_description(capsys: Shown) -> None:
     assert shown(capsys, "--frame", "map") == [
-        "nothing is above map: it is a root",
-        "",
         "frame  published by  topic  joint",
         "map",
     ]
     said = shown(capsys, "--frame", "base_footprint", "--mode", "slam")
-    assert said[0] == "nothing is above base_footprint: it is a root"
     assert "base_footprint (above)  nobody (1)" in said[-2]
 
 
@@ -104,8 +89,6 @@ def test_a_frame_that_is_not_there_in_a_mode(capsys: Shown, rosorin: Path) -> No
     path = rosorin / "descriptions" / "rosorin" / "publishers.yaml"
     path.write_text(path.read_text("utf-8") + edges, "utf-8")
     assert shown(capsys, "--frame", "marker", "--mode", "not slam") == [
-        "no node publishes marker in these modes",
-        "",
         OFF,
         "marker is not there",
     ]

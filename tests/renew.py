@@ -2,6 +2,7 @@
 
 python tests/renew.py schema | planted | goldens | from-xacro | findings
 python tests/renew.py docs [PAGE...]
+python tests/renew.py commands [PAGE...]
 python tests/renew.py messages [TEST FILE...]
 python tests/renew.py imported | translated | pictures [NAME...]
 """
@@ -13,6 +14,7 @@ import sys
 from support.paths import DOCS, TESTS
 
 WRITERS = {
+    "commands": "commands/test_commands.py",
     "docs": "docs/test_docs.py",
     "schema": "support/generated.py",
     "planted": "judges/planted/test_planted.py",

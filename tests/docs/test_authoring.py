@@ -95,6 +95,12 @@ BEYOND = {
     "wrong-unit-hinge": "the unit depends on the type of the joint",
     "wrong-unit-pose": "the unit depends on the type of the joint",
     "wrong-unit-slide": "the unit depends on the type of the joint",
+    "bad-name-sensor-element-attribute-name": "attributes are those of MuJoCo",
+    "missing-key-sensor-element-empty": "an element has one of three kinds",
+    "missing-key-sensor-element-frame-optical": "whether the type has an optical frame",
+    "missing-key-sensor-element-two-kinds": "an element has one of three kinds",
+    "wrong-value-sensor-element-replicate-two-axes": "one of three angles",
+    "wrong-value-sensor-element-replicate-zero": "a count may be an expression",
 }
 
 

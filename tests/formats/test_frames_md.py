@@ -83,56 +83,6 @@ def emit(robot: Robot, number_format: str = "exact") -> str:
     return text
 
 
-def rows(text: str) -> list[list[str]]:
-    """Return the cells of the lines of the first table, as anybody would cut them."""
-    lines = text[text.index("| parent") :].split("\n\n")[0].splitlines()
-    return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines[2:]]
-
-
-def test_each_edge_is_a_row_in_the_order_of_the_description() -> None:
-    found = rows(emit(TESTER))
-    children = ["base", "arm", "slide", "claw", "laser", "depth_optical", "base", "odom", "odom", "rgb", "lost"]
-    assert [row[1] for row in found] == children
-    assert found[1] == [
-        "base",
-        "arm",
-        "robot_state_publisher",
-        "moving",
-        "/tf",
-        "0.1         -0.2        7.5e-05",
-        "0           0           1.5707963267948966",
-        "0         0         90",
-        "always",
-    ]
-
-
-@pytest.mark.parametrize(
-    ("row", "who", "motion", "topic", "when"),
-    [
-        (0, "nobody: odom", "static", "none", "never"),
-        (2, "robot_state_publisher", "moving", "/tf", "always"),
-        (3, "nobody", "moving", "none", "never"),
-        (4, "tf_laser", "static", "/tf_static", "always"),
-        (5, "robot_state_publisher", "static", "/tf_static", "always"),
-        (6, "ekf", "moving", "/tf", "always"),
-        (7, "slam_toolbox", "moving", "/tf", "slam"),
-        (8, "amcl", "moving", "/tf", "not slam"),
-        (9, "camera_driver", "static", "/tf_static", "always"),
-        (10, "nobody", "static", "none", "never"),
-    ],
-)
-def test_who_publishes_a_frame_where_and_when(row: int, who: str, motion: str, topic: str, when: str) -> None:
-    found = rows(emit(TESTER))[row]
-    assert (found[2], found[3], found[4], found[8]) == (who, motion, topic, when)
-
-
-def test_numbers_that_only_a_node_knows() -> None:
-    found = rows(emit(TESTER))
-    assert found[6][5:8] == ["known to ekf alone", "", ""]
-    assert found[10][5:8] == ["not known", "", ""]
-    assert found[9][5].split() == ["0.015", "0", "0"]
-
-
 def test_a_new_frame_is_a_new_line() -> None:
     """Whatever the frame is called and wherever it sits, no other row moves."""
     robot = compiled().robot
@@ -146,23 +96,6 @@ def test_a_new_frame_is_a_new_line() -> None:
     assert [line for line in after if line not in before and not line.startswith("Checked")] == [
         line for line in after if name in line
     ]
-
-
-def test_stand_ins_are_listed_by_what_is_missing() -> None:
-    text = emit(TESTER)
-    assert "- joint slide_joint, joint laser_joint: nobody measured \\| it\n" in text
-    assert "- the box housing of link laser: no drawing\n" in text
-    assert "- the height map of link floor: no mesh\n" in text
-    assert "Source of the numbers, where nothing else is said: factory, 2026-01-02: the maker." in text
-    assert "is a stand-in as a whole" not in text
-    assert "is a stand-in as a whole" in emit(Robot("r", (Link("a"),), ()))
-
-
-def test_a_robot_of_one_frame() -> None:
-    text = emit(Robot("block", (Link("block"),), ()))
-    assert "The robot has one frame, block." in text
-    assert "| parent" not in text
-    assert "## Named poses" not in text
 
 
 def test_reading_gives_back_the_rows() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,6 @@ from typing import Any
 import pytest
 
 from rosorin_compile.formats import templating as template
-from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.templating import TemplateProblem, Templates
 from rosorin_compile.model import Box, Joint, Limit, Link, Output, Pose, Robot, Shape
 from rosorin_compile.model.link import Source
@@ -38,80 +36,12 @@ def render(folder: Path, text: str, name: str = "own.txt.jinja", options: Mappin
     return made
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("{{ robot.name }} {{ robot.joints | map(attribute='name') | join(' ') }}", "a<b shoulder tip_joint"),
-        ("{{ number(robot.joint['shoulder'].origin.xyz[2]) }}", "0.333333333333"),
-        ("{{ six(1 / 3) }} {{ fixed(7.5e-05, 4) }} {{ number(-0.0) }}", "0.333333 0.0001 0"),
-        ("{{ vector(robot.joint.shoulder.origin.xyz, six) }}", "0.1 0 0.333333"),
-        ("{{ exact(robot.joint['shoulder'].origin.xyz[2]) }}", "0.3333333333333333"),
-        ("{{ vector(robot.joint.shoulder.origin.xyz, exact) }}", "0.1 0 0.3333333333333333"),
-        ("{{ vector(robot.joint.shoulder.origin.xyz) }}", "0.1 0 0.333333333333"),
-        ("{{ kind(robot.link.arm.collision[0].geometry) }}", "Box"),
-        ("{{ source(robot.joint.tip_joint.source) }}", "measured, 2026-01-02: a ruler"),
-        ("{{ number(degrees(radians(90))) }}", "90"),
-        ("{{ output.file }} {{ output.options.options.colour }}", "own.txt blue"),
-        ("{{ robot.name | tojson }}", '"a\\u003cb"'),
-        ("{{ vector(robot.transform('base', 'tip', {}).xyz) }}", "1.1 0 0.333333333333"),
-        ("{{ vector(robot.transform('base', 'tip', robot.poses[0].positions).xyz, six) }}", "0.1 1 0.333333"),
-        ("{{ vector(robot.transform('base', 'tip', robot.poses[0].positions).rpy(), six) }}", "0 0 1.570796"),
-        ("{{ vector(robot.transform('base', 'tip', {}).quaternion()) }}", "1 0 0 0"),
-    ],
-)
-def test_what_a_template_can_say(text: str, expected: str, tmp_path: Path) -> None:
-    assert render(tmp_path, text, options={"options": {"colour": "blue"}}) == expected
-
-
-def test_markup_is_escaped_where_the_name_says_xml(tmp_path: Path) -> None:
-    text = "<robot name='{{ robot.name }}'/>"
-    assert render(tmp_path, text, "own.srdf.jinja") == "<robot name='a&lt;b'/>"
-    assert render(tmp_path, text, "own.txt.jinja") == "<robot name='a<b'/>"
-
-
-def test_a_template_can_include_another(tmp_path: Path) -> None:
-    (tmp_path / "part.jinja").write_text("{{ robot.root }}")
-    assert render(tmp_path, "root: {% include 'part.jinja' %}") == "root: base"
-
-
-@pytest.mark.parametrize(
-    ("text", "rule"),
-    [
-        ("{{ robot.nmae }}", "template-failed"),
-        ("{{ nothing }}", "template-failed"),
-        ("{% if %}", "template-syntax"),
-        ("{{ robot.__class__.__mro__ }}", "template-unsafe"),
-        ("{{ number.__wrapped__.__globals__ }}", "template-unsafe"),
-        ("{{ robot.transform('base', 'nowhere', {}).xyz.foo }}", "template-failed"),
-        ("{% include '../secret.txt' %}", "template-missing"),
-        ("{% for i in range(10000000) %}{% endfor %}", "template-failed"),
-    ],
-)
-def test_what_goes_wrong_is_a_problem_with_a_name(text: str, rule: str, tmp_path: Path) -> None:
-    (tmp_path / "secret.txt").write_text("secret")
-    folder = tmp_path / "description"
-    folder.mkdir()
-    with pytest.raises(TemplateProblem) as problem:
-        render(folder, text)
-    assert problem.value.diagnostic.rule == rule
-
-
 def test_a_template_changes_nothing(tmp_path: Path) -> None:
     with pytest.raises(TemplateProblem):
         render(tmp_path, "{% set _ = output.options.update({'x': 1}) %}")
     with pytest.raises(TemplateProblem):
         render(tmp_path, "{% set _ = robot.poses[0].positions.clear() %}")
     assert TESTER.poses[0].positions == {"shoulder": math.pi / 2}
-
-
-def test_an_output_without_a_template(tmp_path: Path) -> None:
-    text, diagnostics = template.write(TESTER, Output("own", "template", "own.txt"), Templates(tmp_path))
-    assert text == ""
-    assert [(d.rule, d.severity) for d in diagnostics] == [("template-not-named", "error")]
-
-
-def test_nothing_is_known_of_its_meaning() -> None:
-    assert template.FORMAT.read is None
 
 
 OWN = """\
@@ -138,28 +68,6 @@ def test_one_line_of_yaml_adds_an_artifact(tmp_path: Path) -> None:
     assert document["frames"]["link1"] == [0.04662, 7.5437e-05, 0.16044]
     before = texts(compiled())
     assert {name for name in files if files[name] != before.get(name)} == {"own.json"}
-
-
-def test_a_mistake_in_a_template_is_shown_in_it(tmp_path: Path) -> None:
-    changes = {"robot.yaml": ("  frames: {file: frames.md}", "  own: {file: own.json, template: own.json.jinja}")}
-    path = copy_of_rosorin(tmp_path, changes)
-    (path.parent / "own.json.jinja").write_text("one\ntwo {{ robot.nmae }}\n")
-    made = compile_robot(path, {})
-    (found,) = [d for d in made.diagnostics if d.severity == "error"]
-    assert found.rule == "template-failed"
-    assert found.span is not None
-    assert (Path(found.span.source.path).name, found.span.line) == ("own.json.jinja", 2)
-    (path.parent / "own.json.jinja").unlink()
-    (found,) = [d for d in compile_robot(path, {}).diagnostics if d.severity == "error"]
-    assert found.rule == "template-missing"
-    assert found.span is not None
-    assert Path(found.span.source.path).name == "robot.yaml"
-
-
-def test_a_template_can_make_well_formed_xml(tmp_path: Path) -> None:
-    text = "<r n='{{ robot.name }}'>{% for p in robot.poses %}<p n='{{ p.name }}'/>{% endfor %}</r>"
-    root = ElementTree.fromstring(render(tmp_path, text, "own.xml.jinja"))
-    assert root.get("n") == TESTER.name
 
 
 @pytest.mark.parametrize(

@@ -35,41 +35,6 @@ def test_the_examples_use_what_they_declare(path):
     assert idle(compile_robot(path)) == []
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "args: {a: 1}\nlinks: {base_link: {}, 'l${a}': {if: '${false}'}}\n",
-        "args: {a: 1, b: '${a}'}\nlet: {c: '${b}'}\nlinks: {base_link: {}, l: {if: '${c == 2}'}}\n",
-        "let: {n: 2}\nlinks: {base_link: {}, 'l${i}': {for: {i: '${range(n)}'}, if: '${false}'}}\n",
-        "let: {t: {k: 2}}\nlinks: {base_link: {}, l: {if: '${t.k > 2}'}}\n",
-        "let: {r: 1, d: 2}\nlinks: {base_link: {}, l: {if: '${[r + x for x in [d]] == []}'}}\n",
-        "let: {größe: 1}\nlinks: {base_link: {}, l: {if: '${größe > 9}'}}\n",
-        "args: {kind: a}\nparts: {a: {links: {}}, b: {links: {}}}\nlinks: {base_link: {}}\n"
-        "use: {it: {part: '${kind}'}}\n",
-        "args: {k: a}\npublishers: {a: {}, b: {}}\nlinks: {base_link: {}}\nedges: [{parent: odom, child: base_link, "
-        "publisher: '${k}'}]\n",
-        "publishers: {a: {stamps: [base_link]}}\nlinks: {base_link: {}}\n",
-        "modes: {slam: it is}\nlinks: {base_link: {}}\noutputs: {p: {backend: frames_picture, file: p.svg, "
-        "modes: [slam]}}\n",
-        "parts: {a: {let: {w: 1}, use: {x: {part: b, if: '${w > 1}'}}}, b: {links: {}}}\nlinks: {base_link: {}}\n"
-        "use: {it: {part: a}}\n",
-        "let: {entry: {type: mine, parent: base_link, frame: f}}\nsensor_types: {mine: {}}\nlinks: {base_link: {}}\n"
-        "sensors: {s: '${entry}'}\n",
-        "publishers: {a: {}}\nparts: {a: {links: {x: {}}, joints: {m: {type: fixed, parent: mount, child: x, "
-        "publisher: a}}}}\nlinks: {base_link: {}}\nuse: {it: {part: a, parent: base_link}}\n",
-        "let: {seen: {stamps: [base_link]}}\npublishers: {a: '${seen}'}\nlinks: {base_link: {}}\n",
-        "publishers: {p: {}}\nsensor_types: {mine: {publisher: p}}\nlinks: {base_link: {}}\n"
-        "sensors: {s: {type: mine, parent: base_link, frame: f}}\n",
-        "publishers: {p: {}}\nparts: {a: {links: {x: {}}, joints: {m: {type: fixed, parent: mount, child: x}}}}\n"
-        "links: {base_link: {}}\nuse: {it: {part: a, parent: base_link, content: {links: {c: {}}, "
-        "joints: {j: {type: fixed, parent: x, child: c, publisher: p}}}}}\n",
-    ],
-)
-def test_what_another_value_needs_is_used(tmp_path, text):
-    made = compiled_text(tmp_path, f"robot: it\n{text}")
-    assert [d.message for d in made.diagnostics if d.severity != "note"] == []
-
-
 def test_a_name_inside_does_not_use_the_one_outside(tmp_path):
     text = "let: {r: 1, i: 2}\nparts: {a: {params: {r: 2}, links: {l: {visual: [{sphere: {radius: '${r}'}}]}}}}\n"
     text += "use: {it: {part: a}}\nsensors: {'s${i}': {for: {i: [1]}, type: imu, parent: base_link, frame: 's${i}'}}\n"

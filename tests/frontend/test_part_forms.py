@@ -45,38 +45,6 @@ def test_parts_of_one_instance_are_not_in_the_next(tmp_path: Path) -> None:
     assert links(made) == ["a_leg", "a_next_leg", "a_next_next_leg", "b_leg", "body"]
 
 
-@pytest.mark.parametrize(
-    "part",
-    [
-        {"links": {"leg": 3}},
-        {"links": {"leg": {"collision": 3}}},
-        {"links": {"leg": {"collision": [{"box": {"min": [0, 0, 0]}}]}}},
-        {"links": {"leg": {"collision": [{"box": {"min": [0, 0], "max": "a"}}]}}},
-        {"links": {"leg": {"visual": [{"mesh": {"file": "a", "scale": ["a", 1, 1]}}]}}},
-        {"links": {"leg": {"visual": [{"mesh": {"file": "a", "scale": 2}}]}}},
-        {"links": {"leg": {"inertial": {"mass": 1, "inertia": {"ixx": 1, "iyy": 1, "izz": 1, "ixy": "a"}}}}},
-        {"joints": {"hip": 3}},
-        {"joints": {"hip": {**JOINT, "xyz": ["a", 0, 0]}}},
-        {"joints": {"hip": {**JOINT, "axis": {"x": 1}, "type": "continuous"}}},
-        {"joints": {"hip": {**JOINT, "mimic": 3}}},
-        {"sensors": {"s": 3}},
-        {"sensors": {"s": {"type": "imu", "parent": "leg", "frame": [1]}}},
-        {"sensors": {"s": {"type": "imu", "parent": "leg", "frame": "f", "optical": 3}}},
-        {"poses": {"p": {"positions": 3}}},
-        {"servos": {"s": {"joints": 3}}},
-        {"edges": [3]},
-        {"disabled_contacts": [{"links": 3, "reason": "r"}]},
-    ],
-)
-@pytest.mark.parametrize("mirror", ["", "y"])
-def test_odd_value_in_a_part_is_told(tmp_path: Path, part: dict[str, Any], mirror: str) -> None:
-    whole = {**PART, **part}
-    entry = use(xyz=[1, 0, 0], **({"mirror": mirror} if mirror else {}))
-    made = compiled_parts(tmp_path, parts={"leg": whole}, use={"a": entry})
-    assert made.robot is None
-    assert any(found.severity == "error" for found in made.diagnostics)
-
-
 @pytest.mark.parametrize("pose", [{}, {"xyz": [1, 0, 0]}, {"mirror": "x"}])
 def test_wrong_unit_in_a_part_is_told_however_it_is_placed(tmp_path: Path, pose: dict[str, Any]) -> None:
     hip = {**JOINT, "xyz": ["2 kg", 0, 0]}

@@ -7,9 +7,7 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.formats.compiled import compile_robot  # noqa: E402
 from rosorin_compile.model import Pose  # noqa: E402
-from rosorin_compile.source.diagnostics import text as report  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import distance, emitted, load, probe, rays, room, said, sensor, written  # noqa: E402
 
@@ -79,26 +77,6 @@ def test_a_type_may_bring_text_of_its_own_by_a_template(tmp_path):
     assert model.body(model.site("snout_hair_1").bodyid[0]).name == "base_link"
 
 
-@pytest.mark.parametrize(
-    ("template", "words"),
-    [
-        ("<site", "is no XML"),
-        ('<body name="x"><joint/></body>', "has a joint"),
-        ("<body/>", "has a body without a name"),
-        ("{{ nothing }}", "'nothing' is undefined"),
-        ("{% if %}", "Expected an expression"),
-        (None, "there is no template whiskers.xml.jinja"),
-    ],
-)
-def test_a_template_that_would_spoil_the_file_is_an_error(tmp_path, template, words):
-    path = written(tmp_path, TEMPLATED.replace("      - {template: reading", "      #- {template: reading"))
-    if template is not None:
-        (path.parent / "whiskers.xml.jinja").write_text(template, "utf-8")
-    made = compile_robot(path)
-    assert not made.artifacts
-    assert words in report(made.diagnostics)
-
-
 @pytest.mark.parametrize("rpy", [(0.3, 0, 0), (0, -0.5, 0), (0, 0, 0.9), (0, 0, 0)])
 def test_copies_turn_as_the_description_says(tmp_path, rpy):
     text = f"""sensor_types:
@@ -116,71 +94,12 @@ sensors:
         at = step.then(at)
 
 
-@pytest.mark.parametrize(
-    ("kind", "given", "rule", "at"),
-    [
-        ("lidar_2d", "rais: 3", "unknown-argument", "rais"),
-        ("lidar_2d", "rays: many", "bad-argument", "many"),
-        ("lidar_2d", "rays: 0", "bad-argument", "0}"),
-        ("lidar_2d", "fov: 361 deg", "bad-argument", "361 deg"),
-        ("lidar_2d", "max_range: 3 kg", "bad-argument", "3 kg"),
-        ("lidar_2d", "rate: -1 Hz", "bad-argument", "-1 Hz"),
-        ("camera", "hfov: 60", "bad-argument", "60}"),
-        ("camera", 'hfov: "${1/0}"', "expression", "1/0}"),
-        ("contact", "surface: floor", "bad-argument", "floor"),
-    ],
-)
-def test_a_mistake_in_with_is_told_where_it_stands(tmp_path, kind, given, rule, at):
-    path = written(tmp_path, sensor(kind, more=f", with: {{{given}}}"))
-    (found,) = compile_robot(path).diagnostics
-    assert found.rule == rule
-    line = path.read_text("utf-8").splitlines()[3]
-    assert (found.span.source.path.endswith("robot.yaml"), found.span.line) == (True, 4)
-    assert found.span.column == line.rindex(at) + 1
-
-
-@pytest.mark.parametrize(
-    ("element", "rule"),
-    [
-        ("{}", "missing-key"),
-        ("{sensor: gyro, body: site}", "missing-key"),
-        ("{sensor: gyro, section: x}", "ignored-key"),
-        ("{sensor: gyro, frame: optical}", "missing-key"),
-        ("{sensor: gyro, frame: mount}", "wrong-value"),
-        ("{sensor: gyro, rpy: [0, 0, 0], replicate: {count: 0}}", "wrong-value"),
-        ("{sensor: gyro, replicate: {count: 2, rpy: [1, 0, 1]}}", "wrong-value"),
-        ("{sensor: gy ro}", "bad-name"),
-        ('{sensor: gyro, attributes: {"a b": 1}}', "bad-name"),
-        ("{sensor: gyro, attributes: {a: {}}}", "wrong-type"),
-        ("{sensor: gyro, attribute: {}}", "unknown-key"),
-        ("{sensor: gyro, xyz: [1 kg, 0, 0]}", "wrong-unit"),
-        ("{sensor: gyro, name: a b}", "bad-name"),
-        ("{sensor: gyro}\n      - {sensor: gyro}", "duplicate-name"),
-        ("{sensor: gyro, rpy: [1, 0, 0]}\n      - {body: site, name: site}", "duplicate-name"),
-    ],
-)
-def test_a_mistake_in_a_type_is_told_where_it_stands(tmp_path, element, rule):
-    path = written(tmp_path, own_type(element))
-    (found,) = compile_robot(path).diagnostics
-    assert found.rule == rule
-    assert found.span.line in (6, 7)
-    assert found.related
-
-
 def test_what_mujoco_does_not_know_is_left_to_mujoco(tmp_path):
     """The form of the names is checked here, what they mean there."""
     for element in ("{sensor: girot}", "{sensor: gyro, attributes: {colour: red}}"):
         text = emitted(tmp_path, own_type(element))
         with pytest.raises(ValueError, match=r"girot|colour"):
             mujoco.MjModel.from_xml_string(text)
-
-
-@pytest.mark.parametrize("element", ["{body: site}", "{sensor: gyro, rpy: [1, 0, 0], name: arm}"])
-def test_a_site_may_not_have_the_name_of_a_link(tmp_path, element):
-    text = own_type(element).replace("sensors:", "links: {base_link: {}, it_arm_site: {}}\nsensors:")
-    joint = "\njoints: {j: {type: fixed, parent: base_link, child: it_arm_site}}"
-    (found,) = compile_robot(written(tmp_path, text + joint)).diagnostics
-    assert found.message.startswith('sensor "it" brings a site called "it')
 
 
 def own_type(element: str) -> str:

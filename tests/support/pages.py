@@ -23,6 +23,7 @@ from support.paths import DOCS, ROOT
 
 README = ROOT / "README.md"
 MARK = re.compile(r"<!-- (file|edit|continues): (\S+) -->")
+FENCE = re.compile("`{3,}")
 FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 ELLIPSIS = "..."
 PACKAGES = ".packages"  # where packages stand that a page installs
@@ -53,24 +54,32 @@ class Ran(NamedTuple):
 
 
 def blocks(text: str) -> Iterator[Block]:
-    """Yield the fenced blocks of a page."""
+    """Yield the fenced blocks of a page; a longer fence may enclose lines with a shorter one."""
     lines = text.splitlines()
-    opened: int | None = None
+    opened, fence = -1, ""
     for number, line in enumerate(lines):
-        if not line.startswith("```"):
-            continue
-        if opened is None:
-            opened = number
-            continue
-        mark = MARK.fullmatch(lines[opened - 1])
-        yield Block(opened + 1, lines[opened][3:], (mark[1], mark[2]) if mark else ("", ""), lines[opened + 1 : number])
-        opened = None
-    assert opened is None, f"the block that begins in line {opened} has no end"
+        found = FENCE.match(line)
+        if fence and line == fence:
+            mark = MARK.fullmatch(lines[opened - 1])
+            language = lines[opened].removeprefix(fence)
+            yield Block(opened + 1, language, (mark[1], mark[2]) if mark else ("", ""), lines[opened + 1 : number])
+            fence = ""
+        elif not fence and found:
+            opened, fence = number, found[0]
+    assert not fence, f"the block that begins in line {opened} has no end"
 
 
 def play(page: Path, folder: Path) -> list[Ran]:
     """Do in a folder what a page says, and return its commands."""
-    text = page.read_text("utf-8")
+    return play_text(page.read_text("utf-8"), folder)
+
+
+def play_text(text: str, folder: Path, *, testing: bool = False) -> list[Ran]:
+    """Do in a folder what the text of a page says.
+
+    ``testing`` appends ``[exit N]`` to the output of a failure, and runs Python in the folder too, not at the top of
+    the project.
+    """
     for kind, name in MARK.findall(text):
         if kind == "continues":
             play(DOCS / name, folder)
@@ -85,9 +94,9 @@ def play(page: Path, folder: Path) -> list[Ran]:
         elif kind == "edit":
             edit(folder / name, block.lines)
         elif block.language == "console":
-            ran += commands(block, folder)
+            ran += commands(block, folder, testing)
         elif is_session(block):
-            ran += session(block, names)
+            ran += session(block, names, folder if testing else ROOT)
     return ran
 
 
@@ -96,12 +105,12 @@ def is_session(block: Block) -> bool:
     return block.language == "python" and block.lines[0].startswith(">>> ")
 
 
-def session(block: Block, names: dict[str, object]) -> Iterator[Ran]:
-    """Run the lines of a session at the top of the project and yield them; ``names`` are those of its page."""
+def session(block: Block, names: dict[str, object], folder: Path) -> Iterator[Ran]:
+    """Run the lines of a session in a folder and yield them; ``names`` are those of its page."""
     for example in doctest.DocTestParser().get_examples("\n".join(block.lines) + "\n"):
         terminal = io.StringIO()
         with pytest.MonkeyPatch.context() as patch, redirect_stdout(terminal), redirect_stderr(terminal):
-            patch.chdir(ROOT)
+            patch.chdir(folder)
             patch.setattr(sys, "displayhook", lambda value: None if value is None else print(repr(value)))
             try:
                 exec(compile(example.source, "<session>", "single"), names)  # noqa: S102 - a page of ours
@@ -124,18 +133,23 @@ def edit(path: Path, diff: list[str]) -> None:
     path.write_text(text.replace(old, new), "utf-8")
 
 
-def commands(block: Block, folder: Path) -> Iterator[Ran]:
-    """Run the commands of a block and yield them."""
+def commands(block: Block, folder: Path, testing: bool) -> Iterator[Ran]:
+    """Run the commands of a block and yield them; ``cd`` holds until the end of the block."""
     starts = [number for number, line in enumerate(block.lines) if line.startswith("$ ")]
     assert starts[:1] == [0], f"a console block begins with a command: {block.lines[:1]}"
-    code = 0
+    code, here = 0, folder
     for first, following in zip(starts, [*starts[1:], len(block.lines)], strict=True):
         command = block.lines[first][2:]
-        printed = str(code)
-        if command != "echo $?":
-            printed, code = run(command, folder)
-        shown = block.lines[first + 1 : following]
-        yield Ran(command, block.start + first + 1, shown, [line.rstrip() for line in printed.splitlines()])
+        printed = ""
+        if command == "echo $?":
+            printed = str(code)
+        elif command.startswith("cd "):
+            here, code = here / command[3:], 0
+        else:
+            printed, code = run(command, here)
+        lines = [line.rstrip() for line in printed.splitlines()]
+        lines += [f"[exit {code}]"] if testing and code else []
+        yield Ran(command, block.start + first + 1, block.lines[first + 1 : following], lines)
 
 
 def run(command: str, folder: Path) -> tuple[str, int]:
@@ -153,10 +167,13 @@ def run(command: str, folder: Path) -> tuple[str, int]:
     command, bar, others = command.partition(" | ")
     if bar:
         return run_in_shell(others, folder, run(command, folder)[0])
+    command, less, file = command.partition(" < ")
     terminal = io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(terminal), redirect_stderr(terminal):
         patch.chdir(folder)
         patch.setenv("ROSORIN_COMPILE_CACHE", str(folder / ".cache"))
+        if less:
+            patch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(Path(file).read_bytes())))
         code = main(shlex.split(command)[1:])
     return terminal.getvalue(), code
 
@@ -183,4 +200,5 @@ def _environment(folder: Path) -> dict[str, str]:
     environment = {**os.environ, "LC_ALL": "C", "PATH": path}
     if (folder / PACKAGES).is_dir():
         environment |= {"PYTHONPATH": str(folder / PACKAGES), "ROSORIN_COMPILE_CACHE": str(folder / ".cache")}
+        environment["PYTHONDONTWRITEBYTECODE"] = "1"
     return environment

@@ -7,7 +7,6 @@ from types import ModuleType
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats import FORMATS
 from rosorin_compile.mujoco.mjcf import process
 from support.commands import Shown, edit, write_files
 from support.paths import data_text
@@ -23,39 +22,6 @@ def said(capsys: Shown, code: int) -> list[str]:
     capsys.readouterr()
     assert main(["check"]) == code
     return [line for line in capsys.readouterr().err.splitlines() if "engine-refuses" in line]
-
-
-@pytest.mark.slow  # MuJoCo in a process of its own
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("v 0 0 0", "MuJoCo needs 4 different vertices, and it has 1"),
-        ("v 0 0 zero", "a vertex is not three numbers"),
-        ("f 1 2 3", "it has no vertices"),
-        (OBJ.replace("0 0 0.1", "0.1 0.1 0"), "all its points are in one plane, and MuJoCo computes no hull of it"),
-    ],
-    ids=["too few vertices", "no number", "no vertices", "flat"],
-)
-def test_a_mesh_that_is_left_out_is_told_at_its_line_and_mujoco_loads_the_rest(
-    project: Path, capsys: Shown, text: str, reason: str
-) -> None:
-    (project / "descriptions/cart/cover.obj").write_text(text)
-    assert main(["all"]) == 0
-    capsys.readouterr()
-    assert main(["check"]) == 0
-    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("descriptions/")]
-    place = "descriptions/cart/robot.yaml:7:22: warning[mesh-not-read]: mesh cover.obj is left out of the MJCF"
-    assert line == f"{place}: {reason}"
-
-
-def test_a_robot_without_meshes_is_loaded_in_this_process(project: Path, capsys: Shown) -> None:
-    edit(project / "descriptions/cart/robot.yaml", "      - mesh: {file: cover.obj}\n", "")
-    assert main(["all"]) == 0
-    assert said(capsys, 0) == []
-    assert FORMATS["mjcf"].refusal is not None
-    text = "<mujoco><worldbody><body><joint/></body></worldbody></mujoco>"
-    reason = "mass and inertia of moving bodies must be larger than mjMINVAL Element name '', id 1, line 1"
-    assert FORMATS["mjcf"].refusal(text, project) == (reason, False, "")
 
 
 def test_a_refusal_that_names_no_mesh_stands_at_the_output(

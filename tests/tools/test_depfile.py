@@ -11,11 +11,9 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.depfile import escaped
-from rosorin_compile.cli.main import main
 from rosorin_compile.output import OutputError
-from support.commands import Shown, ask, edit, write_files
-from support.paths import ROOT
-from support.projects import foreign, meshes, packaged, rosorin_alone, stl, ur5e
+from support.commands import write_files
+from support.projects import foreign, meshes, packaged, rosorin_alone, ur5e
 
 PROGRAM = f"{sys.executable} -m rosorin_compile"
 # Notes each file that is opened for reading, in every process of Python that is started.
@@ -63,8 +61,6 @@ CASES = {
     "a-template": (meshes, ["print", "r", "note", "-o", "a.txt"]),
     "a-xacro-alone": (meshes, ["print", "descriptions/r/x/v.xacro", "urdf", "-o", "a.urdf"]),
 }
-# A package.xml says what a package is called: where a name leads decides, and not what else stands in the file.
-OUTPUTS = "outputs: {urdf: {file: r.urdf}}\n"
 NAMING = "package.xml"
 
 
@@ -190,122 +186,10 @@ def test_ninja_runs_what_depends_on_a_file_and_then_nothing(home: Path, deps: st
 # What is written when, and what does not go together
 
 
-def test_the_target_is_what_the_caller_calls_it(home: Path, capsys: Shown) -> None:
-    outputs = "outputs: {urdf: {file: r.urdf}, frames: {file: frames.md}}\n"
-    write_files(home, {"descriptions/r/robot.yaml": f"robot: r\nlinks: {{base: {{}}}}\n{outputs}"})
-
-    def target(*words: str) -> str:
-        ask(capsys, *words, "--depfile", "d/made.d")
-        return names_in(home / "d" / "made.d")[0]
-
-    assert target("all", "-q") == "outputs/r/frames.md"
-    assert target("all", "-q", "-o", "./out/r") == "out/r/frames.md"
-    assert target("all", "-q", "-o", str(home / "out/r")) == f"{home}/out/r/frames.md"
-    assert target("all", "-q", "--only", "urdf") == "outputs/r/r.urdf"
-    assert target("all", "-q", "--depfile-target", "mine") == "mine"
-    assert target("print", "urdf", "-o", "./x/r.urdf") == "./x/r.urdf"
-    assert target("print", "urdf", "-o", "x/r.urdf", "--depfile-target", "mine") == "mine"
-    assert target("print", "urdf", "--depfile-target", "mine") == "mine"
-
-
-def test_a_depfile_goes_over_nothing_that_it_tells_of(home: Path, capsys: Shown) -> None:
-    (home / "r.yaml").write_text("robot: r\nlinks: {a: {}}\n")
-    for words in (
-        ["print", "r.yaml", "urdf", "-o", "r.urdf", "--depfile", "r.urdf"],
-        ["print", "r.yaml", "urdf", "-o", "r.urdf", "--depfile", "./r.yaml"],
-        ["all", "r.yaml", "--only", "urdf", "--depfile", "r.yaml"],
-        ["all", "r.yaml", "--only", "urdf", "--depfile", "outputs/r/r.urdf"],
-    ):
-        main(words)
-        assert "is an input or an artifact in the depfile" in capsys.readouterr().err
-    assert (home / "r.yaml").read_text().startswith("robot: r")
-    assert (home / "r.urdf").read_text().startswith("<?xml")
-
-
-def test_an_error_leaves_no_depfile(rosorin: Path) -> None:
-    (rosorin / "descriptions/rosorin/arm.yaml").write_text("links: {a: {}\n")
-    for words in (["all", "--depfile", "made.d"], ["print", "urdf", "-o", "r.urdf", "--depfile", "made.d"]):
-        assert main(words) == 1
-        assert not (rosorin / "made.d").exists()
-
-
 # --only
 
 
-def test_only_some_outputs_are_written_and_the_others_stay(rosorin: Path, capsys: Shown) -> None:
-    said = ask(capsys, "all", "--only", "urdf", "--only", "mjcf")
-    assert said == "rosorin: 2 artifacts in outputs/rosorin, written: rosorin.urdf, rosorin.xml\n"
-    folder = rosorin / "outputs" / "rosorin"
-    for name in ("rosorin.urdf", "rosorin.xml"):
-        assert (folder / name).read_bytes() == (ROOT / "outputs" / "rosorin" / name).read_bytes()
-    ask(capsys, "all")
-    (folder / "static_tf.json").write_text("{}")
-    (folder / "frames.md").unlink()
-    assert main(["all", "--only", "static_tf_json"]) == 0
-    shown = capsys.readouterr()
-    assert shown.out == "rosorin: 1 artifact in outputs/rosorin, written: static_tf.json\n"
-    assert "not-an-artifact" not in shown.err
-    assert not (folder / "frames.md").exists()
-    assert "written: frames.md" in ask(capsys, "all")
-    assert len(list(folder.iterdir())) == 10
-
-
-def test_only_may_be_a_format_that_is_not_listed(rosorin: Path, capsys: Shown) -> None:
-    said = ask(capsys, "all", "--only", "frames_picture", "-o", "out/rosorin")
-    assert said == "rosorin: 1 artifact in out/rosorin, written: frames.svg\n"
-    assert 'rosorin has no output "frame"' in ask(capsys, "all", "--only", "frame", code=2)
-    assert [path.name for path in (rosorin / "out" / "rosorin").iterdir()] == ["frames.svg"]
-
-
-def test_the_meshes_of_an_output_go_along_and_those_of_others_do_not(home: Path, capsys: Shown) -> None:
-    (home / "m.stl").write_bytes(stl())
-    outputs = "{urdf: {file: r.urdf}, a: {backend: mjcf, file: a/r.xml}, b: {backend: mjcf, file: b/r.xml}}"
-    (home / "r.yaml").write_text(
-        f"robot: r\nlinks: {{base: {{collision: [{{mesh: {{file: m.stl}}}}]}}}}\noutputs: {outputs}\n"
-    )
-    ask(capsys, "all", "r.yaml", "--only", "a", "-o", "out/r")
-    ask(capsys, "all", "r.yaml", "--only", "urdf", "-o", "plain/r")
-    ask(capsys, "all", "r.yaml", "-o", "whole/r")
-    made = {path.relative_to(home / "out").as_posix() for path in (home / "out").rglob("*") if path.is_file()}
-    whole = {path.relative_to(home / "whole").as_posix() for path in (home / "whole").rglob("*") if path.is_file()}
-    assert made == {name for name in whole if name.startswith("r/a/")}
-    assert [path.name for path in (home / "plain" / "r").iterdir()] == ["r.urdf"]
-    for name in made:
-        assert (home / "out" / name).read_bytes() == (home / "whole" / name).read_bytes()
-
-
-def test_a_mesh_that_another_output_lacks_is_no_matter(home: Path, capsys: Shown) -> None:
-    outputs = "{urdf: {file: r.urdf}, mjcf: {file: r.xml}}"
-    (home / "r.yaml").write_text(
-        f"robot: r\nlinks: {{base: {{collision: [{{mesh: {{file: none.stl}}}}]}}}}\noutputs: {outputs}\n"
-    )
-    assert "error[mesh-not-found]" in ask(capsys, "all", "r.yaml", code=1)
-    assert "error[mesh-not-found]" in ask(capsys, "print", "r.yaml", "mjcf", code=1)
-    assert 'filename="none.stl"' in ask(capsys, "print", "r.yaml", "urdf")
-
-
-def test_what_was_read_is_told_with_the_artifacts_too(rosorin: Path, capsys: Shown) -> None:
-    for _ in range(2):  # compiled, and found unchanged
-        assert main(["all", "-v"]) == 0
-        err = capsys.readouterr().err
-        assert sum(line.startswith("read descriptions/rosorin/") for line in err.splitlines()) == 10
-    assert main(["all", "-v", "-q"]) == 2
-    assert "not allowed with argument" in capsys.readouterr().err
-    assert rosorin
-
-
 # What was looked for and not found
-
-
-def test_a_folder_stands_for_a_file_that_was_not_found(home: Path) -> None:
-    mesh = "visual: [{mesh: {file: meshes/a.stl}}]"
-    write_files(home / "descriptions" / "r", {"robot.yaml": f"robot: r\nlinks: {{a: {{{mesh}}}}}\n{OUTPUTS}"})
-    (home / "descriptions/r/meshes").mkdir()
-    assert main(["all", "--depfile", "made.d"]) == 0
-    assert names_in(home / "made.d")[1:] == ["descriptions/r/robot.yaml", "descriptions/r/meshes"]
-    (home / "descriptions/r/meshes/a.stl").write_bytes(stl())
-    assert main(["all", "--depfile", "made.d"]) == 0
-    assert names_in(home / "made.d")[1:] == ["descriptions/r/robot.yaml", "descriptions/r/meshes/a.stl"]
 
 
 # check --depfile: a build learns what was compiled, and what it was compared with.
@@ -316,18 +200,3 @@ PROJECT = {
     "descriptions/lamp/more.yaml": "links: {base_link: {}}\n",
     "descriptions/other/robot.yaml": "robot: other\nlinks: {base_link: {}}\noutputs: {urdf: {file: o.urdf}}\n",
 }
-CHECK = ("check", "lamp", "--depfile", "lamp.d", "--depfile-target", "stamp")
-
-
-def test_what_was_read_and_compared(project: Path) -> None:
-    assert main(["all", "lamp"]) == 0
-    assert main(list(CHECK)) == 0
-    names = ["descriptions/lamp/robot.yaml", "descriptions/lamp/more.yaml", "outputs/lamp/lamp.urdf"]
-    assert (project / "lamp.d").read_text() == " \\\n  ".join(["stamp:", *names]) + "\n"
-
-
-def test_what_differs_is_not_done(project: Path) -> None:
-    assert main(["all", "lamp"]) == 0
-    edit(project / "descriptions/lamp/more.yaml", "base_link", "base")
-    assert main(list(CHECK)) == 1
-    assert not (project / "lamp.d").exists()

@@ -10,14 +10,11 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.importing.new_robot import TEMPLATES, check_name, init, texts_of
-from rosorin_compile.source.diagnostics import RequestError
 from support.kills import at_each_step
-from support.paths import COMPILER, PACKAGES, ROOT, SCHEMAS
+from support.paths import ROOT, SCHEMAS
 from support.robots import compiled, texts
 
 pytestmark = pytest.mark.usefixtures("here")
-
-SCHEMA = "descriptions/.schema/rosorin-compile.schema.json"
 
 
 @pytest.fixture
@@ -35,21 +32,6 @@ def terminal(answer: str) -> io.StringIO:
 
 def files(folder: Path) -> list[str]:
     return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
-
-
-def test_from_nothing_to_artifacts(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["init", "my_bot"]) == 0
-    assert capsys.readouterr().out == (
-        "descriptions/my_bot/robot.yaml written: a small mobile base with a lidar, which drives\n"
-        f"{SCHEMA} written: completion and help in editors\n"
-        "next: rosorin-compile all my_bot, and rosorin-compile view my_bot to see it\n"
-    )
-    assert files(here) == [SCHEMA, "descriptions/my_bot/robot.yaml"]
-    assert main(["all"]) == 0
-    shown = capsys.readouterr()
-    assert shown.out.startswith("my_bot: 6 artifacts in outputs/my_bot, written: frames.md, frames.svg, my_bot.urdf, ")
-    assert shown.err == ""
-    assert main(["check"]) == 0
 
 
 @pytest.mark.parametrize("template", TEMPLATES)
@@ -84,15 +66,6 @@ def test_a_template_could_be_built_and_simulates(template: str, capsys: pytest.C
     assert {line.partition("[")[2].partition("]")[0] for line in told.err.splitlines() if "note[" in line} <= {
         "stand-in"
     }
-
-
-def test_a_length_of_the_arm_stands_once() -> None:
-    init("bot", "arm")
-    path = Path("descriptions/bot/arm.yaml")
-    path.write_text(path.read_text("utf-8").replace("upper_arm: 260 mm", "upper_arm: 300 mm"), "utf-8")
-    made = compiled(Path("descriptions/bot/robot.yaml")).robot
-    assert made is not None
-    assert made.joint["forearm_joint"].origin.xyz == pytest.approx((0, 0, 0.3))
 
 
 def test_the_mobile_manipulator_is_the_example() -> None:
@@ -163,59 +136,6 @@ def test_the_modeline_leads_to_the_schema_without_a_network() -> None:
     assert schema.read_bytes() == (SCHEMAS / "authoring.schema.json").read_bytes()
 
 
-def test_into_another_folder(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["init", "bot", "-o", "some/project"]) == 0
-    assert files(here / "some") == [f"project/{SCHEMA}", "project/descriptions/bot/robot.yaml"]
-    assert "next: cd some/project && rosorin-compile all bot" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("kind", ["robot", "empty folder", "file", "dangling link"])
-def test_nothing_is_overwritten(capsys: pytest.CaptureFixture[str], kind: str) -> None:
-    target = Path("descriptions/bot")
-    target.parent.mkdir()
-    if kind == "robot":
-        init("bot")
-        (target / "robot.yaml").write_text("mine", "utf-8")
-    elif kind == "empty folder":
-        target.mkdir()
-    elif kind == "file":
-        target.write_text("mine", "utf-8")
-    else:
-        target.symlink_to("nowhere")
-    before = files(Path())
-    assert main(["init", "bot"]) == 2
-    assert "is there already; nothing is overwritten" in capsys.readouterr().err
-    assert files(Path()) == before
-    if kind == "robot":
-        assert (target / "robot.yaml").read_text("utf-8") == "mine"
-
-
-def test_a_schema_of_another_version_is_named_and_kept(capsys: pytest.CaptureFixture[str]) -> None:
-    init("bot")
-    Path(SCHEMA).write_text("{}", "utf-8")
-    capsys.readouterr()
-    assert main(["init", "second"]) == 0
-    told = capsys.readouterr().out
-    (command,) = re.findall(r"to renew it: rosorin-compile (.*)$", told, re.MULTILINE)
-    assert Path(SCHEMA).read_text("utf-8") == "{}"
-    assert command == f"schema > {SCHEMA}"
-    assert main(["schema"]) == 0
-    assert capsys.readouterr().out == (SCHEMAS / "authoring.schema.json").read_text("utf-8")
-    init("third")
-    assert not init("fourth", project=Path("elsewhere")).schema_outdated
-
-
-BAD_NAMES = ["", "my bot", "../bot", "a/b", ".", "..", ".bot", "-bot", "2bot", "_", "größe", "bot\n", "a.b", "true"]
-BAD_NAMES += ["null"]
-
-
-@pytest.mark.parametrize("name", [*BAD_NAMES, "x" * 61])
-def test_bad_names(name: str) -> None:
-    with pytest.raises(RequestError):
-        init(name)
-    assert files(Path()) == []
-
-
 @pytest.mark.parametrize("name", ["b", "my_bot", "Bot2", "on", "no", "a-b", "x" * 60])
 def test_good_names(here: Path, name: str) -> None:
     check_name(name)
@@ -256,42 +176,3 @@ def test_killed_at_any_moment_it_is_there_or_not(here: Path) -> None:
 
     assert at_each_step(lambda: init("bot", project=here), after) > 10
     assert seen == {False, True}
-
-
-def test_everything_that_ships_is_packaged() -> None:
-    """Hold the packages and data files in pyproject.toml against what is on disk."""
-    text = (ROOT / "pyproject.toml").read_text("utf-8")
-    sources = [path for package in PACKAGES for path in package.rglob("__init__.py")]
-    on_disk = {".".join(path.parent.relative_to(COMPILER).parts) for path in sources}
-    folders = {name: name for name in ("bazel", "cmake", "schemas", "templates")}
-    folders |= {"parts_library": "parts", "viewer.built": "viewer/built"}
-    data = {f"rosorin_compile.{name}" for name in folders}
-    listed = text.partition("packages = [")[2].partition("]")[0]
-    assert set(re.findall(r'"(.+?)"', listed)) == on_disk | data
-    for name, folder in folders.items():
-        patterns = re.findall(r'"(.+?)"', text.partition(f'"rosorin_compile.{name}" = [')[2].partition("]")[0])
-        shipped = {path for pattern in patterns for path in (ROOT / folder).glob(pattern)}
-        assert {
-            path for path in (ROOT / folder).rglob("*") if path.is_file() and path.suffix not in (".py", ".pyc")
-        } == shipped
-
-
-def test_every_file_beside_modules_is_packaged() -> None:
-    """Hold what is no module in the folders of packages, as py.typed, against the package data."""
-    text = (ROOT / "pyproject.toml").read_text("utf-8").partition("[tool.setuptools.package-data]\n")[2]
-    rows = re.findall(r'^"?([\w.]+)"? = \[(.*)\]$', text.partition("\n\n")[0], re.MULTILINE)
-    patterns = {package: re.findall(r'"(.+?)"', row) for package, row in rows}
-    beside = [path for path in COMPILER.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
-    beside = [path for path in beside if path.suffix != ".py" and path.name != "README.md"]
-    # Pieces of the schema in folders of sections are part of schemas/description.schema.json, which is packaged.
-    beside = [path for path in beside if not ("sections" in path.parts and path.suffix == ".json")]
-    assert beside
-    left = [
-        path.relative_to(COMPILER).as_posix()
-        for path in beside
-        if path.parent.name != "compiler" and "egg-info" not in path.parent.name
-        if not any(
-            path.match(pattern) for pattern in patterns.get(".".join(path.parent.relative_to(COMPILER).parts), ())
-        )
-    ]
-    assert left == []

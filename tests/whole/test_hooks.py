@@ -44,55 +44,6 @@ def user(home: Path, capsys: Shown) -> Path:
     return home
 
 
-@pytest.mark.usefixtures("user")
-def test_a_file_stands_for_the_robots_of_its_project(capsys: Shown) -> None:
-    assert main(["check", "--hook", ARM, "README.md", "ml/outputs/weights.txt"]) == 0
-    said = [f"{name}: 1 artifact up to date in ws/src/arm/outputs/{name}" for name in ("arm", "cell")]
-    assert capsys.readouterr().out.splitlines() == said
-    edit(Path(CELL), "100 mm", "120 mm")
-    assert main(["check", "--hook", "ws/src/arm/outputs/arm/arm.urdf"]) == 1
-    assert "mast moved 20.0 mm in base_link" in capsys.readouterr().out
-    assert main(["check", "--hook", DOG]) == 0
-
-
-@pytest.mark.usefixtures("user")
-def test_files_of_no_project(capsys: Shown) -> None:
-    assert main(["check", "--hook", "README.md", "docs/descriptions/of/words.md"]) == 0
-    assert capsys.readouterr().out.startswith("none of these files is in a project")
-    assert main(["check", "--hook", "nowhere.yaml"]) == 2
-    assert 'there is no file "nowhere.yaml"' in capsys.readouterr().err
-
-
-@pytest.mark.usefixtures("user")
-def test_a_project_that_is_looked_at_each_time(capsys: Shown) -> None:
-    assert main(["check", "--hook", "dog/descriptions", "README.md"]) == 0
-    assert capsys.readouterr().out == "dog: 1 artifact up to date in dog/outputs/dog\n"
-
-
-def test_a_file_from_within_a_project(user: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(user / "dog/descriptions/dog")
-    assert main(["check", "--hook", "robot.yaml"]) == 0
-    assert capsys.readouterr().out.startswith("dog: 1 artifact up to date in ")
-    assert main(["check", "--hook"]) == 0  # as without: every robot of the project here
-    assert capsys.readouterr().out.startswith("dog: ")
-
-
-def test_a_file_is_a_file_whatever_its_name(user: Path) -> None:
-    (user / "dog/descriptions/x:=1").touch()
-    assert main(["check", "--hook", "dog/descriptions/x:=1"]) == 0
-
-
-@pytest.mark.usefixtures("user")
-def test_all_fails_where_it_wrote_something(capsys: Shown) -> None:
-    assert main(["all", "--hook", DOG]) == 0
-    edit(Path(DOG), "100 mm", "120 mm")
-    assert main(["all", "--hook", DOG]) == 1
-    assert "written: dog.urdf" in capsys.readouterr().out
-    assert main(["all", "--hook", DOG]) == 0
-    Path("dog/outputs/dog/dog.urdf").unlink()
-    assert main(["all", "--hook", DOG, "--only", "urdf"]) == 1
-
-
 def test_hooks_say_what_pre_commit_knows() -> None:
     clientlib = pytest.importorskip("pre_commit.clientlib")
     assert clientlib.load_manifest(ROOT / ".pre-commit-hooks.yaml")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rosorin_compile.request import is_foreign
 from rosorin_compile.ros.check_parameters.checking import check_parameters
-from rosorin_compile.ros.parameters import DISTRIBUTION
+from rosorin_compile.ros.parameters.files import DISTRIBUTION
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.project import Description

@@ -98,7 +98,7 @@ def boxes(options: cli.Options) -> int:
 @_section_option
 @cli.option("--frame", help="link whose frame the height map uses")
 @_grid_options
-@cli.flag("--bottom", help="also compute the lowest point in each cell")
+@cli.flag("--bottom", help="also compute the lowest point of the mesh")
 @cli.option("--xyz X,Y,Z", type=_Numbers(3), default="0,0,0", help="position of the mesh, such as 0,0,25mm")
 @cli.option("--rpy R,P,Y", type=_Numbers(3, ANGLE), default="0,0,0", help="orientation of the mesh, such as 0,0,90deg")
 @_scale_option

@@ -13,8 +13,7 @@ from rosorin_compile.source.diagnostics import NOTE
 from rosorin_compile.source.diagnostics import text as report
 from support import sdformat
 from support.comparing import compared, told
-from support.paths import ROSORIN
-from support.robots import compiled, compiled_text
+from support.robots import compiled_text
 
 TYPES = {
     "camera": "camera",
@@ -65,30 +64,6 @@ def values(element):
     return {f"{element.tag}/{path}": text for inner in element for path, text in values(inner).items()}
 
 
-def test_every_type_of_the_library_is_there(tmp_path):
-    text, _ = urdf(tmp_path, EVERY)
-    found = sensors(text)
-    assert {name: one.get("type") for name, (one, _) in found.items()} == TYPES
-    assert {name: where for name, (_, where) in found.items()} == {name: name for name in TYPES} | {
-        "contact": "base_link", "force_torque": "force_torque_joint"
-    }  # fmt: skip
-    stamps = {name: one.findtext("gz_frame_id") for name, (one, _) in found.items()}
-    assert stamps == {name: name for name in TYPES} | {name: f"{name}_optical" for name in ("camera", "depth_camera")}
-    assert all(one.find("pose") is None for one, _ in found.values())
-
-
-def test_it_is_not_there_unless_it_is_asked_for(tmp_path):
-    assert "<gazebo" not in urdf(tmp_path, EVERY.replace("default: true", "default: false"))[0]
-    assert "<gazebo" not in compiled(ROSORIN).artifacts[0].text
-    assert urdf(tmp_path, EVERY)[0] == urdf(tmp_path, EVERY.replace("default: true", "default: harmonic"))[0]
-
-
-def test_fortress_names_the_frame_in_its_own_way(tmp_path):
-    harmonic = urdf(tmp_path, EVERY)[0]
-    fortress = urdf(tmp_path, EVERY.replace("default: true", "default: fortress"))[0]
-    assert fortress == harmonic.replace(DISTRIBUTIONS["harmonic"], DISTRIBUTIONS["fortress"])
-
-
 NUMBERS = """robot: r
 links: {base_link: {inertial: {mass: 1, of: collision}, collision: [{box: {size: [1, 1, 1]}, xyz: [0, 0, -3]}]}}
 sensors:
@@ -106,34 +81,6 @@ sensors:
   imu: {type: imu, parent: base_link, frame: imu, with: {gyro_noise: 1 deg/s, accelerometer_noise: 0.1, rate: 200}}
 outputs: {urdf: {file: r.urdf, gazebo: true}}
 """
-
-
-def test_each_number_is_the_one_of_the_sensor(tmp_path):
-    found = {name: values(one) for name, (one, _) in sensors(urdf(tmp_path, NUMBERS)[0]).items()}
-    camera = {key.removeprefix("sensor/"): text for key, text in found["camera"].items()}
-    assert camera["topic"] == "front"
-    assert float(camera["update_rate"]) == 15
-    assert float(camera["camera/horizontal_fov"]) == pytest.approx(np.pi / 2, rel=1e-12)
-    assert (camera["camera/image/width"], camera["camera/image/height"]) == ("320", "200")
-    assert (camera["camera/clip/near"], camera["camera/clip/far"]) == ("0.1", "8")
-    assert (camera["camera/noise/type"], camera["camera/noise/stddev"]) == ("gaussian", "0.01")
-    lidar, scan = found["lidar"], "sensor/lidar/scan/horizontal"
-    assert (lidar[f"{scan}/samples"], lidar["sensor/update_rate"], lidar["sensor/topic"]) == ("5", "5", "lidar")
-    assert float(lidar[f"{scan}/min_angle"]) == pytest.approx(-np.pi / 2)
-    assert float(lidar[f"{scan}/max_angle"]) == pytest.approx(np.pi / 2)
-    assert (lidar["sensor/lidar/range/min"], lidar["sensor/lidar/range/max"]) == ("0.05", "12")
-    assert not any("noise" in key for key in lidar)
-    layers = found["layers"]
-    assert float(layers[f"{scan}/min_angle"]) == pytest.approx(-np.pi)  # a full circle has no ray twice
-    assert float(layers[f"{scan}/max_angle"]) == pytest.approx(np.pi / 2)
-    assert layers["sensor/lidar/scan/vertical/samples"] == "16"
-    assert float(layers["sensor/lidar/scan/vertical/max_angle"]) == pytest.approx(np.radians(15))
-    assert (layers["sensor/lidar/range/min"], layers["sensor/lidar/noise/stddev"]) == ("0.2", "0.02")
-    imu = found["imu"]
-    for axis in "xyz":
-        assert float(imu[f"sensor/imu/angular_velocity/{axis}/noise/stddev"]) == pytest.approx(np.radians(1))
-        assert imu[f"sensor/imu/linear_acceleration/{axis}/noise/stddev"] == "0.1"
-    assert (imu["sensor/update_rate"], imu["sensor/imu/enable_orientation"]) == ("200", "false")
 
 
 def turn(rpy):
@@ -199,106 +146,6 @@ def test_a_sensor_looks_from_where_its_frame_is(tmp_path, seed):
             x, y, z = wanted[:3, :3].T
             wanted = np.column_stack([[*z, 0], [*-x, 0], [*-y, 0], wanted[:, 3]])
         np.testing.assert_allclose(there, wanted, atol=1e-9)
-
-
-def test_types_and_sensors_of_your_own_say_it_in_words_of_sdf(tmp_path):
-    text = """robot: r
-links: {base_link: {inertial: {mass: 1, of: collision}, collision: [{box: {size: [1, 1, 1]}, xyz: [0, 0, -3]}]}}
-sensor_types:
-  compass:
-    params: {rate: {type: frequency, default: 50 Hz}}
-    gazebo:
-      - sensor: magnetometer
-        name: needle
-        xyz: [10 mm, 0, 0]
-        elements:
-          update_rate: ${rate}
-          always_on: true
-          ignition_frame_id: <north>
-          magnetometer: {x: {noise: {attributes: {type: gaussian}, mean: 0}}, y: }
-          plugin: [{attributes: {name: a&b, filename: f}}, {attributes: {name: c, filename: g}, level: 2}]
-parts:
-  head:
-    sensors:
-      compass: {type: compass, parent: mount, frame: needle, with: {rate: 10}}
-      camera: {type: camera, parent: mount, frame: eye, gazebo: []}
-      thermal: {type: camera, parent: mount, frame: warm, gazebo: [{sensor: thermal_camera, frame: optical}]}
-use: {left: {part: head, parent: base_link}, right: {part: head, parent: base_link}}
-outputs: {urdf: {file: r.urdf, gazebo: true}}
-"""
-    made, _ = urdf(tmp_path, text)
-    found = sensors(made)
-    assert set(found) == {f"{side}_{name}" for side in ("left", "right") for name in ("compass_needle", "thermal")}
-    compass, where = found["left_compass_needle"]
-    assert (compass.get("type"), where, compass.findtext("pose")) == ("magnetometer", "left_needle", "0.01 0 0 0 0 0")
-    assert [one.tag for one in compass] == [
-        *("pose", "update_rate", "always_on", "ignition_frame_id", "magnetometer", "plugin", "plugin")
-    ]
-    assert (compass.findtext("always_on"), compass.findtext("ignition_frame_id")) == ("true", "<north>")
-    assert compass.find("magnetometer/x/noise").get("type") == "gaussian"
-    assert [one.get("name") for one in compass.findall("plugin")] == ["a&b", "c"]
-    thermal, where = found["right_thermal"]
-    assert (where, thermal.findtext("gz_frame_id")) == ("right_warm", "right_warm_optical")
-
-
-MERGED = """robot: r
-links:
-  footprint: {}
-  base: {inertial: {mass: 100, of: collision}, collision: [{box: {size: [1, 1, 1]}}, {name: deck, sphere: {radius: 1}}]}
-  arm: {inertial: {mass: 1, of: collision}, collision: [{box: {size: [1, 1, 1]}}]}
-joints:
-  up: {type: fixed, parent: footprint, child: base}
-  turn: {type: continuous, parent: base, child: arm, axis: [0, 0, 1]}
-sensors:
-  bump: {type: contact, parent: base, frame: bump}
-  feel: {type: contact, parent: arm, frame: feel, with: {surface: parent}}
-outputs: {urdf: {file: r.urdf, gazebo: true}}
-"""
-
-
-def test_a_contact_names_the_shapes_as_gazebo_does(tmp_path):
-    found = sensors(urdf(tmp_path, MERGED)[0])
-    assert [one.text for one in found["bump"][0].iter("collision")] == [
-        "footprint_fixed_joint_lump__base_collision", "footprint_fixed_joint_lump__deck_collision_1"
-    ]  # fmt: skip
-    assert [one.text for one in found["feel"][0].iter("collision")] == ["arm_collision"]
-    kept = '<gazebo reference="up"><preserveFixedJoint>true</preserveFixedJoint></gazebo>'
-    text = MERGED.replace("footprint: {}", "footprint: {inertial: {mass: 1, density: 1, of: [{sphere: {radius: 1}}]}}")
-    text = text.replace("mass: 1, density: 1,", "mass: 1,") + f"urdf_elements: ['{kept}']\n"
-    found = sensors(urdf(tmp_path, text)[0])
-    assert [one.text for one in found["bump"][0].iter("collision")] == [
-        "base_collision", "base_fixed_joint_lump__deck_collision_1"
-    ]  # fmt: skip
-
-
-UNSEEN = [
-    ("elements", EVERY.replace("[inertial, visual, collision]", "[collision]"), 1,
-     'Gazebo does not see sensors "camera", "depth_camera", "lidar_2d" and 8 more: '
-     "it drops links without mass, and no link of this URDF has one"),
-    ("no mass", NUMBERS.replace("mass: 1, of: collision", "mass: 1.0e-9, of: collision"), 0, ""),
-    ("moves", MERGED.replace("feel: {type: contact, parent: arm, frame: feel, with: {surface: parent}}",
-                             "feel: {type: imu, parent: arm, frame: feel}")
-     .replace("arm: {inertial: {mass: 1, of: collision}, ", "arm: {"), 1,
-     'Gazebo does not see sensor "feel": it drops link "arm", which has no mass in this URDF'),
-    ("no shape", MERGED.replace("{type: contact, parent: base, frame: bump}",
-                                "{type: contact, parent: base, frame: bump, with: {surface: sensor}}"), 1,
-     'Gazebo does not see sensor "bump": link "bump" has no shape in this URDF that could feel'),
-    ("not in the urdf", MERGED.replace("{type: contact, parent: base, frame: bump}",
-     "{type: contact, parent: base, frame: bump, with: {surface: sensor}, publisher: {none: why}}"), 1,
-     'Gazebo does not see sensor "bump": the URDF has no link "bump"'),
-    ("nothing on it", EVERY.replace("fixed, parent: force_torque", "fixed, parent: imu"), 1,
-     'Gazebo does not see sensor "force_torque": it drops link "force_torque", which has no mass in this URDF'),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("text", "count", "first"), [case[1:] for case in UNSEEN], ids=[case[0] for case in UNSEEN])
-def test_what_gazebo_cannot_see_is_told(tmp_path, text, count, first):
-    made, said = urdf(tmp_path, text, quiet=False)
-    said = [one for one in said if "does not see" in one]
-    assert len(said) == count
-    assert not first or said[0] == first
-    names = {name for one in said for name in one.split(": ")[0].split('"')[1::2]}
-    assert not names & set(sensors(made))
 
 
 def test_readers_of_urdf_pass_over_it(tmp_path):

@@ -9,7 +9,6 @@ import yourdfpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.output.committed import compare, lines
 from rosorin_compile.source.xml.elements import damage, indented
 from support.images import png
@@ -62,20 +61,6 @@ def test_yourdfpy_has_the_materials(tmp_path):
     assert (joint.calibration.rising, joint.safety_controller.k_position) == (pytest.approx(0.17453293), 15)
 
 
-def test_what_is_read_back(tmp_path):
-    _, artifacts, _ = sound(compiled_text(tmp_path, ROBOT + OUTPUTS))
-    found = leaves_of("urdf", artifacts["urdf"])
-    assert found["material", "Light Grey", "rgba"] == (0.7, 0.7, 0.7, 1)
-    assert found["material", "wood", "texture"] == "package://carrier/wood.png"
-    assert found["link", "base link", "element controller:x a"] == 1
-    assert found["joint", "joint 1/a", "calibration reference position"] == 0.5
-    assert found["joint", "joint 1/a", "safety k velocity"] == 10.0
-    assert found["robot", "robot", "element transmission t type"] == "a/B"
-    words = [word for solid in found["link", "base link", "collision"].solids() for word in solid.words]
-    assert "name c 1" in words
-    assert "element <contact/>" in words
-
-
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
@@ -119,16 +104,6 @@ def test_a_capsule_in_urdf_1_2(tmp_path, version):
     assert '<geometry><capsule radius="0.1" length="0.5"/></geometry>' in artifacts["urdf"]
     assert not [d for d in made.diagnostics if d.rule == "urdf-cannot-say"]
     assert leaves_of("urdf", artifacts["urdf"])["link", "base link", "collision"].solids()[0].sizes == (0.1, 0.5)
-
-
-def test_elements_can_be_left_out(tmp_path):
-    outputs = "outputs: {urdf: {file: a.urdf, elements: [collision]}}\n"
-    _, artifacts, _ = sound(compiled_text(tmp_path, ROBOT + outputs))
-    root = ET.fromstring(artifacts["urdf"])
-    assert {element.tag for element in root.iter()} == {
-        *("robot", "link", "collision", "origin", "geometry", "cylinder"),
-        *("joint", "parent", "child", "axis", "limit", "calibration", "safety_controller"),
-    }
 
 
 def test_elements_of_links_that_are_not_carried_are_named(tmp_path):
@@ -199,15 +174,3 @@ def test_indentation_changes_no_meaning(element):
         assert (one.tag, one.attrib) == (other.tag, other.attrib) or "\n" in str(one.attrib)
         for a, b in ((one.text, other.text), (one.tail, other.tail)):
             assert (a or "") == (b or "") or not ((a or "").strip() or (b or "").strip())
-
-
-def test_parts_have_no_such_sections(tmp_path):
-    text = """
-robot: a
-links: {base: {}}
-parts: {leg: {links: {foot: {}}, materials: {}, accept: []}}
-use: {left: {part: leg}}
-"""
-    (tmp_path / "robot.yaml").write_text(text, "utf-8")
-    told = [d.message for d in compile_robot(tmp_path / "robot.yaml").diagnostics]
-    assert told == [f'part "leg" has no key "{key}"' for key in ("materials", "accept")]

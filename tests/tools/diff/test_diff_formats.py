@@ -21,7 +21,7 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output, Robot
-from support.comparing import DIFF, changed, compared, diff, told
+from support.comparing import DIFF, changed, compared, told
 from support.machines import robot_of
 from support.paths import ROOT, ROSORIN
 from support.schemas import schema
@@ -222,106 +222,3 @@ def test_a_prefix_is_seen_through_found_or_said(arm: Path, tmp_path: Path) -> No
     assert compared(arm / "arm.urdf", path, "--prefix", "left_")["same"]
     refused = compared(arm / "arm.urdf", path, "--prefix", "")
     assert {item["quantity"] for item in refused["differences"]} == {"name"}
-
-
-def test_arguments_of_one_side_and_of_both(tmp_path: Path) -> None:
-    (tmp_path / "robot.yaml").write_text(
-        "robot: small\nargs: {height: {type: length, default: 0.1}}\nlinks: {base_link: {}, top: {}}\n"
-        'joints: {j: {type: fixed, parent: base_link, child: top, xyz: [0, 0, "${height}"]}}\n',
-        "utf-8",
-    )
-    assert told(tmp_path, tmp_path) == []
-    assert told(tmp_path, tmp_path, "-a", "height=0.2") == []
-    assert told(tmp_path, tmp_path, "--b-arg", "height=20 cm") == [
-        "top moved 100.0 mm in base_link: origin z 0.1 -> 0.2 m"
-    ]
-    assert told(tmp_path, tmp_path, "-a", "height=0.2", "--a-arg", "height=0.3")[0].startswith("top moved 100.0 mm")
-
-
-def test_a_xacro_file_is_expanded_after_a_warning(tmp_path: Path) -> None:
-    path = tmp_path / "small.xacro"
-    path.write_text(
-        '<robot name="small" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="height" default="0.1"/>'
-        '<link name="base_link"/><link name="top"/><joint name="j" type="fixed"><parent link="base_link"/>'
-        '<child link="top"/><origin xyz="0 0 $(arg height)"/></joint></robot>',
-        "utf-8",
-    )
-    code, out, err = diff(path, path, "--b-arg", "height=0.2")
-    assert code == 1
-    assert "top moved 100.0 mm in base_link: origin z 0.1 -> 0.2 m" in out.splitlines()
-    assert "warning[xacro-runs-code]" in err
-    assert diff(path, path, "--b-arg", "height=0.2", "--trust")[2] == ""
-
-
-def test_the_tolerance_can_be_chosen(tmp_path: Path) -> None:
-    path = changed(tmp_path, ("xyz: [0, 0, 0.22]", "xyz: [0, 0, 0.2201]"))
-    assert len(told(DIFF / "arm.yaml", path)) == 1
-    assert told(DIFF / "arm.yaml", path, "--tolerance", "1e-3") == []
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["one.urdf"], "rosorin-compile: diff compares two robots, and was given 1: one.urdf\n"),
-        (["a", "b", "c"], "rosorin-compile: diff compares two robots, and was given 3: a, b, c\n"),
-        (
-            ["one.urdf", "two.urdf"],
-            'rosorin-compile: there is no file, folder with robot.yaml or description "one.urdf"',
-        ),
-        (["a", "b", "--package", "x"], 'rosorin-compile: "x" is not NAME=PATH\n'),
-        (["a", "b", "--a-arg", "=1"], 'rosorin-compile: "=1" is not NAME=VALUE\n'),
-    ],
-)
-def test_wrong_usage(words: list[str], message: str) -> None:
-    code, out, err = diff(*words)
-    assert (code, out) == (2, "")
-    assert err.startswith(message)
-
-
-@pytest.mark.parametrize("value", ["-1", "nan", "inf", "much"])
-def test_a_tolerance_is_a_number_from_zero_upwards(value: str) -> None:
-    code, _, err = diff(ROSORIN, ROSORIN, f"--tolerance={value}")
-    assert code == 2
-    assert "--tolerance" in err
-
-
-def test_a_broken_side_is_told_with_its_line(tmp_path: Path) -> None:
-    path = tmp_path / "broken.urdf"
-    path.write_text('<robot name="broken">\n  <link name="a"/>\n  <link name="a"/>\n</robot>\n', "utf-8")
-    code, out, err = diff(DIFF / "arm.yaml", path)
-    assert (code, out) == (1, "")
-    assert f"{path}:3:" in err
-    assert err.endswith(f"{path}: cannot be compared\n")
-
-
-def test_a_broken_file_of_arguments_is_told(tmp_path: Path) -> None:
-    path = tmp_path / "arguments.yaml"
-    path.write_text("- 1\n", "utf-8")
-    code, out, err = diff(ROSORIN, ROSORIN, "--args", path)
-    assert (code, out) == (1, "")
-    assert err.startswith(f"{path}:1:1: error[")
-
-
-def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "world.sdf"
-    path.write_text("<world name='w'/>", "utf-8")
-    code, out, err = diff(ROSORIN, path)
-    assert (code, out) == (1, "")
-    assert "error[wrong-root]" in err
-
-
-def test_planar_and_floating_joints_are_compared(tmp_path: Path) -> None:
-    text = (
-        '<robot name="r"><link name="world_link"/><link name="base_link"/><link name="puck"/>'
-        '<joint name="free" type="floating"><parent link="world_link"/><child link="base_link"/>'
-        '<origin xyz="0 0 1"/></joint>'
-        '<joint name="slide" type="planar"><parent link="base_link"/><child link="puck"/>'
-        '<axis xyz="0 0 1"/></joint></robot>'
-    )
-    one, other = tmp_path / "one.urdf", tmp_path / "other.urdf"
-    one.write_text(text, "utf-8")
-    other.write_text(text.replace('xyz="0 0 1"/></joint><joint', 'xyz="0 0 1.5"/></joint><joint'), "utf-8")
-    assert told(one, one) == []
-    assert told(one, other) == ["base_link moved 500.0 mm in world_link: origin z 1 -> 1.5 m"]
-    other.write_text(text.replace("planar", "fixed"), "utf-8")
-    assert told(one, other) == ["slide type planar -> fixed"]

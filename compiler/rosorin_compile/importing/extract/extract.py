@@ -1,8 +1,10 @@
-"""Extract numbers from meshes: shapes around parts, height maps, and the numbers of a ROS description package."""
+"""Extract numbers from meshes: shapes around parts, height maps, and the numbers of a ROS description package.
+
+numpy, scipy and trimesh are imported after a check that they are installed.
+"""
 
 from __future__ import annotations
 
-import math
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -20,56 +22,15 @@ from rosorin_compile.source.packages import Packages as PackageFinder
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import masked
 
-from . import factory, results
-from .height_map import GridRequest, make_height_map, summary
-from .shapes import FitGauge, fit_shapes
-from .sources import MeshSource, RobotSource, SourceProblem
+from . import replace_map, results
+from .sources import GridOptions as GridOptions
+from .sources import MeshSource, RobotSource, SourceProblem, check_digits
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
-
-DEFAULT_CELL = 0.01
-MAX_DIGITS = 9
-
-
-@dataclass(frozen=True)
-class GridOptions:
-    """The options of a height map, lengths in metres; ``size`` is another way to give ``cells``."""
-
-    cell: float | None = None
-    origin: tuple[float, float] | None = None
-    cells: tuple[int, int] | None = None
-    size: tuple[float, float] | None = None
-    below: float | None = None
-    digits: int = 4
-    step: float | None = None
-    bottom: bool = False
-
-    def request(self, existing: results.MapEntry | None = None) -> GridRequest:
-        """Return the requested grid, by default that of an ``existing`` map. Raises RequestError, ExtractProblem."""
-        for name, value in (("cell", self.cell), ("step", self.step)):
-            if value is not None and not value > 0:
-                raise RequestError(f'--{name} takes a length above zero, not "{value:g}"')
-        if self.cells is not None and self.size is not None:
-            raise RequestError("--cells and --size exclude each other; give one")
-        if self.size is not None and not min(self.size) > 0:
-            raise RequestError(f'--size takes lengths above zero, not "{self.size[0]:g},{self.size[1]:g}"')
-        check_digits(self.digits, "--map-digits")
-        cell, origin, size, step = self.cell or DEFAULT_CELL, self.origin, self.size, self.step
-        if existing is not None:
-            if None in (self.cell, origin) or (self.cells is None and size is None):
-                old_cell, old_origin, (nx, ny) = existing.grid()
-                cell, origin = self.cell or old_cell, origin or old_origin
-                size = size or (nx * old_cell, ny * old_cell)
-            old_step = existing.height_map.get("step")
-            step = float(old_step) if step is None and isinstance(old_step, int | float) and old_step > 0 else step
-        cells = self.cells
-        if cells is None and size is not None:
-            cells = math.ceil(size[0] / cell - 1e-6), math.ceil(size[1] / cell - 1e-6)
-        return GridRequest(cell, origin, cells, self.below, self.digits, step, self.bottom)
 
 
 @dataclass(frozen=True)
@@ -122,12 +83,6 @@ def _three(numbers: Sequence[float]) -> tuple[float, float, float]:
     return x, y, z
 
 
-def check_digits(count: int, option: str) -> None:
-    """Raise RequestError for a number of decimals out of range."""
-    if not 0 <= count <= MAX_DIGITS:
-        raise RequestError(f"{option} takes 0 to {MAX_DIGITS} decimals")
-
-
 def extract_boxes(
     sources: Sequence[str],
     arguments: Values = None,
@@ -170,13 +125,14 @@ def extract_boxes(
     check_digits(digits, "--digits")
     try:
         TriangleMesh.needed()
+        from .shapes import fit_shapes, measure_fits
+
         parts = source.file_parts(diagnostics) if source.are_files else source.link_parts(diagnostics)
         fitted = []
         for index, part in enumerate(parts):
             Progress.step("fitting", index, len(parts))
             fits = fit_shapes(part.triangles, digits, stack, axis)
-            gauge = FitGauge(part.triangles)
-            fitted.append(results.FittedPart(part, fits, {kind: gauge.measure(fit) for kind, fit in fits.items()}))
+            fitted.append(results.FittedPart(part, fits, measure_fits(part.triangles, fits)))
         text = _first_line(source, "boxes") + results.boxes_yaml(fitted, shape)
         if output is not None:
             results.save(Path(output), text, force)
@@ -233,7 +189,7 @@ def extract_height_map(
         below: Ignore surfaces above this height, in metres.
         map_digits: Decimals of heights in metres, 0 to 9.
         step: Round heights of boxes to multiples of this length in metres; by default a cell.
-        bottom: Also compute the lowest point in each cell.
+        bottom: Also compute the lowest point of the mesh.
         into: A file of a description whose height map is replaced, on the same grid.
         status: The status of the source in the description: calculated, measured or factory.
         note: The note of the source in the description; by default the names of the meshes.
@@ -249,23 +205,26 @@ def extract_height_map(
         raise RequestError("--into edits a file; it excludes -o and JSON")
     if into_file is not None and grid.bottom:
         raise RequestError("--bottom excludes --into and JSON; write a file with -o, and paste it")
+    grid.check()
     try:
         TriangleMesh.needed()
-        existing = None if into_file is None else results.find_map(into_file, frame)
-        request = grid.request(existing)
-        frame = existing.link if existing else frame
+        from .height_map import make_height_map, summary
+
+        existing = None if into_file is None else replace_map.find_map(into_file, frame)
+        if existing is not None:
+            grid, frame = existing.completed(grid), existing.link
         triangles, meshes, frame = _surface(source, frame, pose, diagnostics)
-        height_map, messages = make_height_map(triangles, request, frame)
+        height_map, messages = make_height_map(triangles, grid, frame)
         diagnostics += messages
         note = note or f"top of {', '.join(meshes)}"
         if existing is not None and into_file is not None:
-            text = results.replaced(existing, height_map, status, note)
+            text = replace_map.replaced(existing, height_map, status, note)
             place = f"{into_file}:{existing.line}: height map of {existing.link}"
             report = [f"{place} unchanged"]
             if text != existing.source.text:
                 results.replace(into_file, text)
-                changes = results.changes(existing, height_map, status)
-                report = [f"{place} replaced", *(f"  {line}" for line in changes)]
+                lines = replace_map.changes(existing, height_map, status)
+                report = [f"{place} replaced", *(f"  {line}" for line in lines)]
         else:
             text = _first_line(source, "heightmap") + results.height_map_yaml(frame, height_map, status, note)
             report = [summary(height_map)]
@@ -340,14 +299,17 @@ def extract_factory(
     folder, target, grid = Path(package), Path(output), GridOptions(cell, origin, cells, size, below, map_digits, step)
     if frame and not height_map_link:
         raise RequestError("--frame is that of the height map; name its link: --heightmap-link LINK")
+    grid.check()
     path = None
     try:
         TriangleMesh.needed()
+        from . import factory
+        from .height_map import summary
+
         path = factory.find_robot_file(folder, robot)
         name = PackageFinder.name_of(folder) or resolve(folder).name
         reading = replace(reading, packages={name: folder, **reading.packages})
-        request = factory.FactoryRequest(height_map_link, frame, grid.request(), section)
-        taken = factory.take_numbers(RobotSource.read(str(path), reading), name, request)
+        taken = factory.take_numbers(RobotSource.read(str(path), reading), name, height_map_link, frame, grid, section)
     except ExtractProblem as problem:
         choice = [] if path is None else factory.choice_of(path)
         return ExtractedFactory(diagnostics=(*_diagnostics(problem), *choice))

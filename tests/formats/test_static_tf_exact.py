@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.compare.agreement import agreement
+from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (

@@ -320,11 +320,14 @@ def static_nodes(source: Source) -> list[LaunchNode]:
     return [node for node in nodes if node.executable == STATIC_TRANSFORM_PUBLISHER]
 
 
-def parse_arguments(words: Sequence[str]) -> StaticTransform | None:
-    """Return the transform of the arguments of static_transform_publisher, or None if it refuses them.
+def parse_arguments(arguments: Sequence[str | None] | None) -> StaticTransform | None:
+    """Return the transform of the arguments of static_transform_publisher, or None if one is unknown or refused.
 
     It reads them as ``ros2/geometry2@{humble,jazzy}`` does.
     """
+    words = [word for word in arguments or () if word is not None]
+    if arguments is None or len(words) < len(arguments):
+        return None
     if len(words) in _WITHOUT_FLAGS and not words[0].startswith("--"):
         texts = dict(zip(_WITHOUT_FLAGS[len(words)], words, strict=True))
     else:
@@ -347,19 +350,13 @@ def parse_arguments(words: Sequence[str]) -> StaticTransform | None:
     return StaticTransform(parent, child, texts, transform)
 
 
-def static_transform(node: LaunchNode) -> StaticTransform | None:
-    """Return the transform of a static_transform_publisher, or None if it is unknown or refused."""
-    words = [word for word in node.arguments or () if word is not None]
-    return parse_arguments(words) if node.arguments is not None and len(words) == len(node.arguments) else None
-
-
 def check_node(robot: Robot, node: LaunchNode) -> Iterator[Diagnostic]:
     """Yield what is wrong with a static_transform_publisher of a launch file."""
     if node.arguments is None or None in node.arguments:
         message = "the arguments of this static_transform_publisher are known only when the launch file runs"
         yield report("deployed-launch-unread", message, node.span, severity=NOTE)
         return
-    static = static_transform(node)
+    static = parse_arguments(node.arguments)
     if static is None:
         yield report("deployed-launch-refused", "static_transform_publisher refuses these arguments", node.span)
         return
@@ -425,7 +422,7 @@ def check_launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: S
             continue
         any_publisher = any_publisher or STATIC_TRANSFORM_PUBLISHER in source.text
         for node in nodes:
-            static = static_transform(node)
+            static = parse_arguments(node.arguments)
             published |= {static.child: name} if static else {}
             complete = complete and static is not None
             yield from check_node(robot, node)

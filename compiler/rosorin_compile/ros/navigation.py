@@ -65,11 +65,14 @@ class Frames(NamedTuple):
 
 def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Found]]:
     """Return the frames of navigation, and what is wrong with them; ``output`` may name which of several."""
-    leads = list(_leads(robot))
-    every = dict.fromkeys((lead.parent, lead.child) for lead in leads if _enters(robot, lead))
+    edges = enumerate(robot.edges)
+    nodes = [(index, edge) for index, edge in edges if edge.publisher.kind != UNPUBLISHED and not edge.joint]
+    leads = [Lead(edge.parent, edge.child, edge.publisher, ("edges", index)) for index, edge in nodes]
+    entering = [lead for lead in leads if lead.child in robot.link and lead.parent not in robot.link]
+    every = dict.fromkeys((lead.parent, lead.child) for lead in entering)
     if not every:
         message = f"no edge leads to the robot: it has no publisher for odom -> {robot.root}"
-        help = _to_edges(robot)
+        help = f"add one to edges: {{parent: odom, child: {robot.root}, publisher: NAME}}, with a node of publishers"
         return None, [Found("navigation-frames", message, (), help, key=True)]
     asked = output.options.get("odom_frame")
     pairs = [pair for pair in every if asked in (None, pair[0])]
@@ -86,15 +89,6 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Found]]
     return (None if wrong else Frames(map_, odom, moved, tuple(leads))), wrong
 
 
-def _to_edges(robot: Robot) -> str:
-    owners = {joint.publisher.name for joint in robot.joints} | {edge.publisher.name for edge in robot.edges}
-    free = [node.name for node in robot.publishers if node.name not in owners and kind_of(node) not in (AMCL, SLAM)]
-    help = f"add it to edges: {{parent: odom, child: {robot.root}, publisher: {free[0] if len(free) == 1 else 'NAME'}}}"
-    if len(free) > 1:
-        return f"{help}, one of {', '.join(free)}"
-    return help if free else f"{help}, with the node that does: publishers: {{NAME: {{package: PACKAGE}}}}"
-
-
 def _map(leads: Sequence[Lead], odom: str, asked: str | None) -> tuple[str, list[Found]]:
     maps = list(dict.fromkeys(lead.parent for lead in leads if lead.child == odom))
     if asked is not None and asked not in maps:
@@ -104,16 +98,6 @@ def _map(leads: Sequence[Lead], odom: str, asked: str | None) -> tuple[str, list
         message = f'edges lead to "{odom}" from {quoted(maps)}'
         return "", [Found("navigation-frames", message, (), "say which is the map: map_frame: NAME", key=True)]
     return asked or next(iter(maps), ""), []
-
-
-def _leads(robot: Robot) -> Iterator[Lead]:
-    for index, edge in enumerate(robot.edges):
-        if edge.publisher.kind != UNPUBLISHED and not edge.joint:
-            yield Lead(edge.parent, edge.child, edge.publisher, ("edges", index))
-
-
-def _enters(robot: Robot, lead: Lead) -> bool:
-    return lead.child in robot.link and lead.parent not in robot.link
 
 
 def kind_of(publisher: Publisher) -> str:

@@ -94,18 +94,8 @@ def described(case: Case) -> str:
 def started(folder: Path, case: Case, **given: str) -> list[Started]:
     bringup = write_nav2_bringup(folder, case.distribution)
     (folder / "car.yaml").write_text(described(case), "utf-8")
-    words = [
-        "package",
-        str(folder / "car.yaml"),
-        "-o",
-        str(folder / "car"),
-        "--name",
-        "car",
-        "--control",
-        "--nav2",
-        "-q",
-    ]
-    assert main(words) == 0
+    words = ["-o", str(folder / "car"), "--name", "car", "--control", "--nav2", "-q"]
+    assert main(["package", str(folder / "car.yaml"), *words]) == 0
     shares = {"car": folder / "car", "nav2_bringup": bringup}
     return read(folder / "car/launch/bringup.launch.py", shares, **given).nodes
 

@@ -1,7 +1,7 @@
-"""What the section ``moveit`` says wrongly, for the URDF that its SRDF belongs to.
+"""Mistakes in the section ``moveit``, for the URDF that its SRDF belongs to.
 
-MoveIt prints such mistakes among a hundred other lines, leaves out the group or the pair, and goes on. Names that are
-those of nothing are told without an SRDF, too: by ``rules.joints`` and the rules of its section.
+MoveIt prints them among a hundred other lines, leaves out the group or the pair, and goes on. Unknown names are
+reported without an SRDF, too: by ``rules.joints`` and the rules of the section.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _TOP = "moveit"
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Find what is wrong with the section ``moveit``; the first of several SRDFs reports it."""
+    """Find mistakes in the section ``moveit``; the first of several SRDFs reports them."""
     first = next(one for one in case.robot.outputs if one.backend == output.backend)
     if output != first or not case.robot.links or not case.robot.is_tree:
         return
@@ -77,19 +77,17 @@ def _own_joints(planning: Planning, group: Group) -> list[str]:
 
 def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
     """Yield groups that contain themselves, or nothing, or a chain that goes the wrong way."""
-    told: set[str] = set()
     for group in planning.said.groups:
         path: Path = (_TOP, "groups", group.name)
         circle, links = _circle(planning, group), (*(group.chain or ()), *group.links)
         base, tip = group.chain or ("", "")
-        # All that it names exists, so that what it has is known.
-        is_sound = planning.links.issuperset(links) and {*group.groups} <= {*planning.groups}
-        is_sound = is_sound and {*_own_joints(planning, group)} <= {*planning.joints}
+        # All that it names exists, so that its joints are known.
+        is_sound = planning.links.issuperset(links) and planning.groups.keys() >= {*group.groups}
+        is_sound = is_sound and planning.joints.keys() >= {*_own_joints(planning, group)}
         if circle:
-            if not told.intersection(circle):
+            if group.name == next(name for name in planning.groups if name in circle):  # reported once
                 message = f"planning groups are in each other: {' -> '.join([*circle, group.name])}"
                 yield case.problem("moveit-group", message, (*path, "groups"), "take one out")
-            told.update(circle)
         elif group.chain is not None and base == tip:
             message = f'the chain of planning group "{group.name}" begins and ends at link "{base}"'
             yield case.problem("moveit-group", message, (*path, "chain"), "name the link that it moves: tip")
@@ -98,18 +96,15 @@ def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
             help = f"base and tip are swapped: chain: {{base: {tip}, tip: {base}}}"
             yield case.problem("moveit-chain-swapped", message, (*path, "chain"), help, within=True)
         elif is_sound and not planning.joints_in(group):
-            message, help = f'planning group "{group.name}" has no joint: MoveIt leaves it out', "give it a chain, "
-            yield case.problem("moveit-group", message, path, f"{help}joints, links or groups", key=True)
+            message = f'planning group "{group.name}" has no joint: MoveIt leaves it out'
+            yield case.problem("moveit-group", message, path, "give it a chain, joints, links or groups", key=True)
 
 
 def _is_above(case: Case, link: str, other: str) -> bool:
     """Return True if another link hangs on a link, by joints of which one moves."""
-    robot = case.robot
-    if link not in robot.link or other not in robot.link:
-        return False
-    way = robot.chain(other)
-    above = next((index for index, joint in enumerate(way) if joint.parent == link), None)
-    return above is not None and any(not joint.is_fixed for joint in way[above:])
+    way = case.robot.chain(other) if other in case.robot.link else []
+    parents = [joint.parent for joint in way]
+    return link in parents and any(not joint.is_fixed for joint in way[parents.index(link) :])
 
 
 def _circle(planning: Planning, group: Group) -> list[str]:
@@ -131,12 +126,10 @@ def _states(case: Case, planning: Planning) -> Iterator[Diagnostic]:
     for group in planning.said.groups:
         active = planning.active(group)
         for state, name in (group.states or {}).items():
-            if name in poses and active and not any(joint in poses[name].positions for joint in active):
+            if name in poses and active and not poses[name].positions.keys() & {*active}:
                 message = f'pose "{name}" places no joint of planning group "{group.name}"'
                 help = f"name one of its joints in the pose: {first_of(active, 5)}"
                 yield case.problem("moveit-state", message, state_path(case, group, state), help)
-    for group in planning.said.groups:
-        active = planning.active(group)
         for pose in poses.values() if group.states is None else ():
             missing = [joint for joint in active if joint not in pose.positions]
             if pose.name not in used and missing and 2 * len(missing) < len(active):

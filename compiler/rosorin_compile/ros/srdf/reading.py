@@ -240,15 +240,12 @@ class _Joining:
         else:
             effectors[name.value] = Placed(entry, element.span)
 
-    def _passive_joint(self, _: Element, name: Placed) -> None:
-        self._add_name(name, "passive_joints")
-
-    def _disable_default_collisions(self, _: Element, name: Placed) -> None:
-        self._add_name(name, "unchecked_links")
-
-    def _add_name(self, name: Placed, key: str) -> None:
+    def _passive_joint(self, element: Element, name: Placed) -> None:
+        key = "passive_joints" if element.tag == "passive_joint" else "unchecked_links"
         names = self.sections.setdefault(key, [])
         names += [] if name.value in [one.value for one in names] else [name]
+
+    _disable_default_collisions = _passive_joint
 
     def _disable_collisions(self, element: Element, *said: Placed) -> None:
         first, second = sorted(said, key=lambda name: str(name.value))

@@ -35,7 +35,7 @@ from ..parameters.files import PARAMETERS, NoParameters, Section, read_file
 from ..parameters.tables import MANAGER
 from ..ports import full_type
 from . import owners, topics
-from .nodes import Node, check_node, nodes_of
+from .nodes import Node, check_node, nodes_in_files
 from .topics import of_launch, of_word
 
 # Keys of the configuration files of MoveIt, which are no parameter files.
@@ -113,7 +113,7 @@ def look(
         of_file, wrong = of_launch(path)
         moved += of_file
         found += wrong
-    known, wrong = nodes_of(files, namespace, distribution, robot.controllers)
+    known, wrong = nodes_in_files(files, namespace, distribution, robot.controllers)
     found += wrong
     if managers and not any(node.type for node in known) and not has_errors(found):
         help = f"{MANAGER}: {{ros__parameters: {{NAME: {{type: TYPE}}}}}}"

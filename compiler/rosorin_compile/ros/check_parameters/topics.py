@@ -17,7 +17,7 @@ from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Related, RequestError, Span, error, listed
 
 from ..graph import End, Graph, mismatched_qos, source_message, topics_of_sensors
-from ..launch_reader import LaunchError, nodes_of
+from ..launch_files import LaunchError, nodes_of
 from ..ports import IMU, ODOMETRY, SCAN, VELOCITY, controller_ports, full_topic, full_type, ports, short_type
 from .nodes import Node
 

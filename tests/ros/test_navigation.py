@@ -18,7 +18,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.request import Request
-from rosorin_compile.ros.check_parameters import checking
+from rosorin_compile.ros.check_parameters.checking import check_parameters
 from rosorin_compile.ros.navigation import FILTER, frames_of, kind_of
 from rosorin_compile.ros.parameters.files import nodes_of
 from rosorin_compile.ros.robot_localization import STATES
@@ -68,8 +68,9 @@ def written(robot: Robot, output: Output) -> str:
     return text
 
 
-def looked_at(robot: Case, paths: list[Path], distribution: str) -> list[Diagnostic]:
-    return list(checking.look(robot, paths, distribution=distribution).diagnostics)
+def looked_at(robot: Path, paths: list[Path], distribution: str) -> list[Diagnostic]:
+    request = Request(Description(robot.parent.name, robot, Path("outputs")))
+    return list(check_parameters(request, paths, distribution=distribution).diagnostics)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -92,8 +93,8 @@ def test_what_is_written_is_sound_for_check_parameters(path: Path, distribution:
             return
         made.append(tmp_path / output.file)
         made[-1].write_text(written(robot.robot, output), "utf-8")
-        assert looked_at(robot, made[-1:], distribution) == []
-    assert looked_at(robot, made, distribution) == []
+        assert looked_at(path, made[-1:], distribution) == []
+    assert looked_at(path, made, distribution) == []
 
 
 @pytest.mark.parametrize("text", ["a: [", "[1, 2]", "a: 1", "a: {b: {}}", "- a", ""])

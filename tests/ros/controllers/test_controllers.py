@@ -65,20 +65,6 @@ def test_nothing_is_said_of_what_is_written(name: str, distribution: str) -> Non
     assert held(FOLDER / f"{name}.yaml", file, "--distribution", distribution, *remap) == []
 
 
-@pytest.mark.parametrize(
-    ("name", "key"),
-    [("mecanum", "kinematics.wheels_radius"), ("differential", "wheel_radius"), ("omni", "wheel_radius")],
-)
-def test_a_number_of_the_model_that_is_wrong_in_a_file_is_told(tmp_path: Path, name: str, key: str) -> None:
-    last = key.rpartition(".")[2]
-    text = (FOLDER / "expected" / f"{name}.jazzy.yaml").read_text("utf-8")
-    file = tmp_path / "c.yaml"
-    file.write_text(text.replace(f"{last}: 0.0", f"{last}: 0.1"), "utf-8")
-    (told,) = held(FOLDER / f"{name}.yaml", file, "--remap", "~/tf_odometry:=/tf")
-    assert told.startswith(f'"{key}" of ')
-    assert ", and the robot says 0.0" in told
-
-
 EDGE = "edges: [{parent: odom, child: base_footprint, publisher: wheels}]\n"
 PUBLISHERS = "publishers: {wheels: {package: mecanum_drive_controller}}\n"
 

@@ -35,7 +35,7 @@ from ..parameters.files import PARAMETERS, NoParameters, Section, read_file
 from ..parameters.tables import MANAGER
 from ..ports import full_type
 from . import owners, topics
-from .nodes import Node, check_node, nodes_of
+from .nodes import Node, check_node, nodes_in_files
 from .topics import of_launch, of_word
 
 # Keys of the configuration files of MoveIt, which are no parameter files.
@@ -81,43 +81,33 @@ def check_parameters(
         remaps: Further remappings, as ``"NODE:FROM:=TO"``.
         namespace: The namespace of the nodes.
         distribution: The ROS 2 distribution; by default that of the outputs of the robot, if they agree.
+
+    Raises:
+        RequestError: A file does not exist, or a remap is invalid.
     """
-    nodes, managers, launches = ([Path(file) for file in paths] for paths in (files, controllers, launch))
-    understood = Request.of(robot, arguments, packages, trust=trust).understand()
-    if understood.case is None:
-        return CheckedParameters(diagnostics=tuple(one for one in understood.diagnostics if one.severity == ERROR))
-    return look(understood.case, nodes, managers, launches, remaps, namespace, distribution or "")
-
-
-def look(
-    case: Case,
-    nodes: Sequence[Path],
-    managers: Sequence[Path] = (),
-    launches: Sequence[Path] = (),
-    remaps: Sequence[str] = (),
-    namespace: str = "",
-    distribution: str = "",
-) -> CheckedParameters:
-    """Check parameter files against a robot. Raises RequestError for a missing file and an invalid remap."""
-    robot = case.robot
-    if not distribution:
-        every = {str(one.options["distribution"]) for one in robot.outputs if "distribution" in one.options}
-        distribution = every.pop() if len(every) == 1 else ""
-    for path in (*nodes, *managers, *launches):
+    paths, managers, launches = ([Path(file) for file in some] for some in (files, controllers, launch))
+    for path in (*paths, *managers, *launches):
         if not is_file(path):
             raise RequestError(no_file(path))
-    found: list[Diagnostic] = []
-    files = _read((*managers, *nodes), found)
     moved = [of_word(word) for word in remaps]
+    understood = Request.of(robot, arguments, packages, trust=trust).understand()
+    case = understood.case
+    if case is None:
+        return CheckedParameters(diagnostics=tuple(one for one in understood.diagnostics if one.severity == ERROR))
+    if not distribution:
+        every = {str(one.options["distribution"]) for one in case.robot.outputs if "distribution" in one.options}
+        distribution = every.pop() if len(every) == 1 else ""
+    found: list[Diagnostic] = []
+    sections = _read((*managers, *paths), found)
     for path in launches:
-        of_file, wrong = of_launch(path)
-        moved += of_file
+        more, wrong = of_launch(path)
+        moved += more
         found += wrong
-    known, wrong = nodes_of(files, namespace, distribution, robot.controllers)
+    known, wrong = nodes_in_files(sections, namespace, distribution, case.robot.controllers)
     found += wrong
     if managers and not any(node.type for node in known) and not has_errors(found):
         help = f"{MANAGER}: {{ros__parameters: {{NAME: {{type: TYPE}}}}}}"
-        first = [section.span for sections in files for section in sections]
+        first = [section.span for of_file in sections for section in of_file]
         span = first[0] if first else Span(Source(str(managers[0]), ""), 1, 1)
         found.append(error("controllers-none", "no controller has a type here", span, help))
     for node in known:
@@ -125,13 +115,14 @@ def look(
     claims = owners.claims(known, moved)
     found += owners.check(case, claims)
     found += owners.check_frames(case, known, claims)
-    found += topics.check(robot, known, moved, distribution)
-    of_nodes = [edge.publisher for edge in robot.edges if edge.publisher.kind == NODE]
-    judged = [one for one in of_nodes if any(node.kind and node.is_of(one, robot.publishers) for node in known)]
+    found += topics.check(case.robot, known, moved, distribution)
+    publishers = case.robot.publishers
+    of_nodes = [edge.publisher for edge in case.robot.edges if edge.publisher.kind == NODE]
+    judged = [one for one in of_nodes if any(node.kind and node.is_of(one, publishers) for node in known)]
     absent = dict.fromkeys(one.name for one in of_nodes if one not in judged)
     unknown = [node for node in known if node.kind is None]
-    names = (node.shown for node in unknown if any(node.is_of(one, robot.publishers) for one in robot.publishers))
-    return CheckedParameters(robot.name, len(judged), tuple(absent), tuple(names), tuple(arrange(found)))
+    names = (node.shown for node in unknown if any(node.is_of(one, publishers) for one in publishers))
+    return CheckedParameters(case.robot.name, len(judged), tuple(absent), tuple(names), tuple(arrange(found)))
 
 
 def _check(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:

@@ -83,7 +83,7 @@ class Node:
         return Setting(default if known is None or known.default is None else known.default, self.span, False)
 
 
-def nodes_of(
+def nodes_in_files(
     files: Sequence[Sequence[Section]], namespace: str, distribution: str, controllers: Sequence[Controller] = ()
 ) -> tuple[list[Node], list[Diagnostic]]:
     """Return the nodes that files speak of, each once, and what is wrong with what they are.

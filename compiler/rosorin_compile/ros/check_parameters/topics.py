@@ -142,27 +142,24 @@ def _unheard(node: Node, end: End, made: Graph, by_name: Mapping[str, Node], is_
         message = f"{node.shown} takes {short_type(end.type)} on {end.topic}, and {there[0].node.strip('/')} sends "
         message += f"{short_type(there[0].type)}: {end.port.missing}"
         yield report("parameters-topic", message, node.span, "give both the same value of enable_stamped_cmd_vel")
-    elif role == ODOMETRY and sources:
-        yield from _unpublished_odometry(node, end, {by_name[one.node]: one.topic for one in sources})
-    elif role == IMU and sources and not there:
-        message = f"{node.shown} listens to the IMU {end.topic}, and in the files {sources[0].node.strip('/')} "
-        message += f"publishes {sources[0].topic}"
-        help = f"{end.key}: {sources[0].topic.strip('/')}; or say the remap: --remap NODE:FROM:=TO"
-        yield report("parameters-topic", message, node.setting(end.key).span, help, severity=NOTE)
+    elif role in (ODOMETRY, IMU) and sources:
+        yield from _unpublished(node, end, {by_name[one.node]: one.topic for one in sources})
 
 
-def _unpublished_odometry(node: Node, end: End, sources: Mapping[Node, str]) -> Iterator[Diagnostic]:
-    heard, setting = end.topic, node.setting(end.key)
+def _unpublished(node: Node, end: End, sources: Mapping[Node, str]) -> Iterator[Diagnostic]:
+    """Yield that a controller publishes an odometry or an IMU on another topic than the one that a node reads."""
+    heard, setting, is_imu = end.topic, node.setting(end.key), end.port.role == IMU
     meant = next((one for one in sources if one.full == heard.rpartition("/")[0] and sources[one] != heard), None)
     of_drive = heard in (full_topic(_ODOM, node.namespace, ""), f"/{_ODOM}") or _OF_CONTROLLER.search(heard)
-    if meant is None and not of_drive:
+    if meant is None and not of_drive and not is_imu:
         return  # of somebody else, such as a camera
     source = meant or next(iter(sources))
-    message = f'{node.shown} listens to the odometry {heard} ("{end.key}"{setting.how}), and no node in the files '
-    message += f"publishes that: {source.shown} publishes {sources[source]}"
+    message = f'{node.shown} listens to the {"IMU" if is_imu else "odometry"} {heard} ("{end.key}"{setting.how}), and '
+    message += f"no node in the files publishes that: {source.shown} publishes {sources[source]}"
     help = f"{end.key}: {sources[source].strip('/')}" + ("" if meant else "; or say the remap: --remap NODE:FROM:=TO")
     related = (Related(f"{source.shown} is here", source.span),)
-    yield report("parameters-odometry", message, setting.span, help, related, WARNING if meant else NOTE)
+    rule = "parameters-topic" if is_imu else "parameters-odometry"
+    yield report(rule, message, setting.span, help, related, WARNING if meant else NOTE)
 
 
 def _source(node: Node, layer: str, name: str, place: Span, sensors: Mapping[str, str]) -> Iterator[Diagnostic]:

@@ -12,20 +12,7 @@ from rosorin_compile.cli.report_formats import FORMATS
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span
 from support.paths import data_text
 
-ROBOT = data_text("robots/report.yaml")
-PARTS = """\
-parts:
-  wheel:
-    links: {link: {inertial: {mass: -1, inertia: {ixx: 1, iyy: 1, izz: 1}}}}
-    joints:
-      joint: {type: fixed, parent: mount, child: link, xyz: [0, 0, "${3*kg}"]}
-"""
-
 SARIF = json.loads(data_text("sarif.schema.json"))
-PROJECT = {
-    "descriptions/my cart#1/robot.yaml": ROBOT,
-    "descriptions/my cart#1/parts.yaml": PARTS.replace('"${3*kg}"', "0"),
-}
 
 
 def test_sarif_of_every_kind_of_diagnostic() -> None:

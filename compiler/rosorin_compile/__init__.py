@@ -1,8 +1,8 @@
 """rosorin-compile: compile one YAML description of a robot to the files that other programs read.
 
-The names in ``__all__`` are the Python API (docs/python.md): the functions of ``api`` and the dataclasses of
-``results``. ``rosorin_compile.model`` and ``rosorin_compile.extend``, which has the records of plug-ins
-(docs/extend.md), are public beside them. Names are imported on first use, so that importing the package is fast.
+The names in ``__all__`` are the Python API (docs/python.md). ``rosorin_compile.model`` and ``rosorin_compile.extend``,
+which has the records of plug-ins (docs/extend.md), are public, too. Names are imported on first use, so that importing
+the package is fast.
 """
 
 from rosorin_compile.source.version import __version__
@@ -13,18 +13,67 @@ TYPE_CHECKING = False  # typing takes milliseconds to import, in which a Ctrl-C 
 # isort: off
 if TYPE_CHECKING:
     from rosorin_compile.api import (
-        arguments, check, check_deployed, check_parameters, check_physics, collisions, compile, deploy,  # noqa: A004
-        diff, explain, explain_rules, extract_boxes, extract_factory, extract_height_map, frames, graph,
-        import_robot, init, outputs, package, picture, pulses, read, schema, simulate, sweep, transform,
-        verify, view, write, write_sweep,
+        Arguments, Checked, Explained, Outputs, Rules, Written, arguments, check, collisions, compile,  # noqa: A004
+        diff, explain, explain_rules, outputs, read, schema, write,
     )
-    from rosorin_compile.results import (
-        Argument, Arguments, Artifact, Checked, CheckedPhysics, CollisionMatrix, Compiled, Diagnostic,
-        Difference, Explained, Frames, FrameTransform, NewRobot, Outputs, Page, Picture, Pulses, Reading,
-        RequestError, Robot, Rules, Simulated, Transforms, UnknownName, Variant, Verified, Written,
-        WrittenVariants,
-    )
+    from rosorin_compile.compare.difference import Difference
+    from rosorin_compile.formats.compiled import Compiled, Reading, Variant
+    from rosorin_compile.formats.format import Artifact
+    from rosorin_compile.importing.extract.extract import extract_boxes, extract_factory, extract_height_map
+    from rosorin_compile.importing.import_robot import import_robot
+    from rosorin_compile.importing.new_robot import NewRobot, init
+    from rosorin_compile.joint_values import Pulses, pulses
+    from rosorin_compile.language.arguments import Argument
+    from rosorin_compile.model import Robot
+    from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
+    from rosorin_compile.mujoco.physics.checking import CheckedPhysics, check_physics
+    from rosorin_compile.mujoco.simulate.simulation import Simulated, simulate
+    from rosorin_compile.recordings import verify
+    from rosorin_compile.recordings.results import Verified
+    from rosorin_compile.ros.check_parameters.checking import check_parameters
+    from rosorin_compile.ros.graph import graph
+    from rosorin_compile.ros.package.checking import check_deployed
+    from rosorin_compile.ros.package.deploy import deploy
+    from rosorin_compile.ros.package.package import package
+    from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName
+    from rosorin_compile.transforms import FrameTransform, Transforms, transform
+    from rosorin_compile.variants.library import sweep
+    from rosorin_compile.variants.writing import WrittenVariants, write_sweep
+    from rosorin_compile.viewer.frames import Frames, frames
+    from rosorin_compile.viewer.picture.draw import Picture, picture
+    from rosorin_compile.viewer.showing import Page, view
 
+_MODULES = {
+    "api": "Arguments Checked Explained Outputs Rules Written arguments check collisions compile diff explain "
+           "explain_rules outputs read schema write",
+    "compare.difference": "Difference",
+    "formats.compiled": "Compiled Reading Variant",
+    "formats.format": "Artifact",
+    "importing.extract.extract": "extract_boxes extract_factory extract_height_map",
+    "importing.import_robot": "import_robot",
+    "importing.new_robot": "NewRobot init",
+    "joint_values": "Pulses pulses",
+    "language.arguments": "Argument",
+    "model": "Robot",
+    "mujoco.collisions.matrix": "CollisionMatrix",
+    "mujoco.physics.checking": "CheckedPhysics check_physics",
+    "mujoco.simulate.simulation": "Simulated simulate",
+    "recordings": "verify",
+    "recordings.results": "Verified",
+    "ros.check_parameters.checking": "check_parameters",
+    "ros.graph": "graph",
+    "ros.package.checking": "check_deployed",
+    "ros.package.deploy": "deploy",
+    "ros.package.package": "package",
+    "source.diagnostics": "Diagnostic RequestError UnknownName",
+    "transforms": "FrameTransform Transforms transform",
+    "variants.library": "sweep",
+    "variants.writing": "WrittenVariants write_sweep",
+    "viewer.frames": "Frames frames",
+    "viewer.picture.draw": "Picture picture",
+    "viewer.showing": "Page view",
+}
+_HOME = {name: module for module, names in _MODULES.items() for name in names.split()}
 __all__ = [
     "Argument", "Arguments", "Artifact", "Checked", "CheckedPhysics", "CollisionMatrix", "Compiled", "Diagnostic",
     "Difference", "Explained", "FrameTransform", "Frames", "NewRobot", "Outputs", "Page", "Picture", "Pulses",
@@ -40,11 +89,11 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     """Return a public name, imported at this moment."""
-    if name not in __all__:
+    if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; plug-ins import {__name__}.extend")
-    from rosorin_compile import api, results
+    from importlib import import_module
 
-    globals()[name] = value = getattr(api if name.islower() else results, name)
+    globals()[name] = value = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
     return value
 
 

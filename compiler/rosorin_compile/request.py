@@ -27,8 +27,7 @@ from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.language.arguments import as_texts, of_api, takes_no_arguments
 from rosorin_compile.language.arguments import read as read_argument_files
 from rosorin_compile.language.expand.description import Expanded
-from rosorin_compile.source.diagnostics import Diagnostic, error, has_errors
-from rosorin_compile.source.files import shown
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, error, has_errors
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import ENDINGS, Description, NoDescription, stdin_of
@@ -36,9 +35,14 @@ from rosorin_compile.source.project import ENDINGS, Description, NoDescription, 
 if TYPE_CHECKING:
     from rosorin_compile.formats.mesh_files import Searched
     from rosorin_compile.model import Output
+    from rosorin_compile.rules.case import Case
     from rosorin_compile.source.tree import Map
 
 FilePath = str | os.PathLike[str]
+Values = Mapping[str, Any] | None  # arguments by name
+Packages = Mapping[str, FilePath] | None  # folders of ROS packages by name
+Warn = Callable[[Diagnostic], None] | None  # receives a warning before code is executed
+EXECUTED = "xacro-runs-code"  # the rule of that warning
 
 
 @dataclass(frozen=True)
@@ -56,18 +60,18 @@ class Request:
     argument_files: tuple[Path, ...] = ()
     packages: Mapping[str, Path] = field(default_factory=dict)
     trust: bool = False
-    warn: Callable[[Diagnostic], None] | None = field(default=None, compare=False, repr=False)
+    warn: Warn = field(default=None, compare=False, repr=False)
     problems: tuple[Diagnostic, ...] = ()
 
     @classmethod
     def of(
         cls,
         robot: FilePath | Request,
-        arguments: Mapping[str, Any] | None = None,
-        packages: Mapping[str, FilePath] | None = None,
+        arguments: Values = None,
+        packages: Packages = None,
         outputs: FilePath | None = None,
         trust: bool = False,
-        warn: Callable[[Diagnostic], None] | None = None,
+        warn: Warn = None,
     ) -> Request:
         """Return the request for a robot that an argument of the API names.
 
@@ -94,7 +98,7 @@ class Request:
         return is_foreign(self.description.path)
 
     @property
-    def tell(self) -> Callable[[Diagnostic], None] | None:
+    def tell(self) -> Warn:
         """The receiver of warnings before code is executed; it ignores them if the code is trusted."""
         return (lambda _warning: None) if self.trust else self.warn
 
@@ -130,40 +134,40 @@ class Request:
             return Compiled(None, (), [problem.diagnostic], ())
         return prove(compiled) if meshes else compiled
 
-    def understand(self, foreign: bool = True, outputs: bool = False) -> Understood:
+    def understand(self, foreign: bool = True, outputs: bool = False, lenient: bool = True) -> Understood:
         """Load the robot without generating artifacts.
 
         With ``foreign``, a robot in another format is accepted; with ``outputs`` it gets all outputs that its
-        description would list.
+        description would list. ``lenient`` accepts one that violates the specification of its format.
         """
-        path = self.description.path
+        path, problems = self.description.path, [*self.problems]
         try:
-            if self.problems:
-                return Understood(Expanded(None, [], (path,)), None, [*self.problems])
-            if foreign and self.is_foreign:
-                options = self.read_options()
+            if not problems and foreign and self.is_foreign:
+                options = self.read_options(lenient)
                 return judge_foreign(path, options, optional=True) if outputs else understand_foreign(path, options)
-            return understand(path, self.values(), self.tell, self.packages)
+            if not problems:
+                return understand(path, self.values(), self.tell, self.packages)
         except LoadError as problem:
-            return Understood(Expanded(None, [], (path,)), None, [problem.diagnostic])
+            problems = [problem.diagnostic]
+        return Understood(Expanded(None, [], (path,)), None, problems)
+
+    def load_case(self) -> tuple[Case | None, tuple[Diagnostic, ...]]:
+        """Return the robot with its positions in files, or None with its errors; the warnings about executed code."""
+        found = self.understand()
+        if found.case is None:
+            return None, tuple(one for one in found.diagnostics if one.severity == ERROR)
+        return found.case, tuple(one for one in found.diagnostics if one.rule == EXECUTED and not self.trust)
 
     def read(self, lenient: bool = False) -> Reading:
         """Read the robot in any format; ``lenient`` accepts one that violates the specification of its format."""
-        path = self.description.path
-        if self.problems or path.suffix.lower() in ENDINGS:
-            found = self.understand(foreign=False)
-            return Reading(found.robot, found.diagnostics, found.expanded.files, found.expanded.tree)
-        try:
-            options = self.read_options(lenient)
-        except LoadError as problem:
-            return Reading(None, [problem.diagnostic], ())
-        found = understand_foreign(path, options)
-        diagnostics, imported = found.diagnostics, found.imported
-        if options.arguments and imported and imported.tree is not None and not imported.takes_arguments:
-            diagnostics = arrange([*diagnostics, takes_no_arguments(path)])
-        if found.robot is None or imported is None or has_errors(diagnostics):
-            return Reading(None, diagnostics, found.expanded.files)
-        return Reading(replace(found.robot, outputs=()), diagnostics, found.expanded.files, imported.tree)
+        found = self.understand(lenient=lenient)
+        imported, diagnostics = found.imported, found.diagnostics
+        if imported is None or imported.tree is None:
+            return Reading(found.robot, diagnostics, found.expanded.files, found.expanded.tree)
+        if self.arguments and not imported.takes_arguments:
+            diagnostics = arrange([*diagnostics, takes_no_arguments(self.description.path)])
+        robot = None if found.robot is None or has_errors(diagnostics) else replace(found.robot, outputs=())
+        return Reading(robot, diagnostics, found.expanded.files, imported.tree)
 
     def search_meshes(self, tree: Map, outputs: Sequence[Output]) -> Searched:
         """Search the meshes of a robot, and read those that belong to its artifacts."""
@@ -177,20 +181,14 @@ class Request:
         """Return the files that a compilation has read, files of arguments included."""
         return [path for path in dict.fromkeys([*compiled.files_read, *self.argument_files]) if stdin_of(path) is None]
 
-    def watched(self, compiled: Compiled, made: Sequence[Path]) -> list[Path]:
-        """Return what a build tool has to watch: the inputs, and the folders in which files were not found.
 
-        The folders are listed instead of the missing files, because a build tool would try to make those. Folders
-        outside of the project, and folders of the files that this run has ``made``, change for other reasons.
-        """
-        projects = Description.at(compiled.inputs[0]).projects if compiled.missing else ()
-        written = {path.absolute().parent for path in made}
-        folders: dict[Path, None] = {}
-        for path in compiled.missing:
-            folder = next(parent for parent in path.absolute().parents if parent.is_dir())
-            if folder not in written and any(map(folder.resolve().is_relative_to, projects)):
-                folders[Path(shown(folder))] = None
-        return [*self.inputs(compiled), *folders]
+def read_options(
+    arguments: Values, packages: Packages, trust: bool, warn: Warn, lenient: bool = False
+) -> tuple[ReadOptions, list[Diagnostic]]:
+    """Return how a robot in another format is read, and the errors in the arguments and packages."""
+    found = of_api("", arguments, packages)
+    texts, wrong = as_texts(found.arguments)
+    return ReadOptions(texts, found.packages, lenient, tell=warn, trust=trust), [*found.diagnostics, *wrong]
 
 
 def prove(compiled: Compiled) -> Compiled:

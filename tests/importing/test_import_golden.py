@@ -28,8 +28,6 @@ def imported(name: str, folder: str = EXPECTED) -> dict[str, str]:
     said = worded(made)
     trip = check_round_trip(said.imported, FOLDER / name / folder, parts=folder == EXPECTED, plain=said.plain)
     assert trip.diagnostics == []
-    assert trip.frames == len(made.tree["links"])
-    assert trip.largest == 0
     return trip.files
 
 

@@ -7,12 +7,10 @@ import sys
 from pathlib import Path
 
 import pytest
-import yaml
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.importing.rewrite_launch import lines_to_change
 from support.colcon import NEEDS_CMAKE, NEEDS_COLCON, colcon
-from support.paths import DATA, data_text
+from support.paths import data_text
 
 BIN = Path(sys.executable).parent
 
@@ -91,21 +89,7 @@ def test_a_package_gets_a_description_and_a_test_and_keeps_the_rest(
     assert "  install(DIRECTORY descriptions DESTINATION share/${PROJECT_NAME})\n  if(BUILD_TESTING)\n" in told
     assert f"    ament_add_pytest_test(test_cart_description {TEST})\n" in told
     assert "  <test_depend>ament_cmake_pytest</test_depend>\n" in told
-    assert "no launch file here names cart.urdf" in told
-
-
-def test_what_is_left_to_be_done_is_told_by_a_quiet_run_too(
-    package: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (package / "launch").mkdir()
-    (package / "launch" / "robot.launch.py").write_text("urdf = 'urdf/cart.urdf'\n")
-    monkeypatch.chdir(package)
-    assert run("urdf/cart.urdf", "--into", ".", "-q") == 0
-    told = capsys.readouterr().out.splitlines()
-    assert told[0] == "add to CMakeLists.txt:"
-    assert "add to package.xml:" in told
-    assert any(line.startswith("change launch/robot.launch.py:1") for line in told)
-    assert not any("written" in line or "stays" in line for line in told)
+    assert "no launch file names cart.urdf" in told
 
 
 def test_a_package_that_is_the_folder_one_stands_in_is_named(
@@ -182,9 +166,8 @@ def test_changes_of_your_own_stay(package: Path, capsys: pytest.CaptureFixture[s
     told = capsys.readouterr().out
     assert files(package) == before
     assert "cart.urdf is as it was when it was imported before" in told
-    assert f"{TEST} is there with changes of its own, and stays as it is" in told
-    assert f"{TEST} is not the test that import writes: see what it holds against what" in told
-    assert "holds both against each other" not in told
+    assert f"{TEST} was edited, and stays as it is" in told
+    assert "compares both" not in told
 
 
 def refused(package: Path, capsys: pytest.CaptureFixture[str], *words: object) -> str:
@@ -271,7 +254,6 @@ def test_what_is_no_package_is_refused(package: Path, capsys: pytest.CaptureFixt
         ((urdf, "--into", package.parent), "rosorin-compile package ROBOT"),
         ((urdf, "--into", package / "nowhere"), "is no folder; --into names the folder of a ROS package"),
         ((urdf, "--into", package, "-o", "x"), "leave -o out"),
-        ((urdf, "--into", package, "--force"), "leave --force out"),
     ):
         assert run(*words) == 2
         assert message in wrong(capsys)
@@ -279,10 +261,10 @@ def test_what_is_no_package_is_refused(package: Path, capsys: pytest.CaptureFixt
     other.mkdir()
     (other / "package.xml").write_text("<package><name>other</name></package>")
     assert run(urdf, "--into", other) == 2
-    assert "its package.xml says no build type" in wrong(capsys)
+    assert "its package.xml has no build type" in wrong(capsys)
     (other / "package.xml").write_text(MANIFEST.replace("cart_", "other_").replace("BUILD", "cmake"))
     assert run(urdf, "--into", other) == 2
-    assert 'its build type is "cmake"; only those two are known' in wrong(capsys)
+    assert 'its build type is "cmake"; only those two are supported' in wrong(capsys)
     (other / "package.xml").write_text(MANIFEST.replace("cart_", "other_").replace("BUILD", "ament_cmake"))
     assert run(urdf, "--into", other) == 2
     assert f"it is in package cart_description: --into {package}" in wrong(capsys)
@@ -306,55 +288,23 @@ def test_nothing_is_written_through_a_link(package: Path, capsys: pytest.Capture
     assert not list(elsewhere.iterdir())
 
 
-# The lines of launch files: how people call xacro, and what stands there then.
-
-PRINT = "rosorin-compile print"
-LINES = yaml.safe_load((DATA / "launch_lines.yaml").read_text("utf-8"))
-
-
-@pytest.mark.parametrize("case", LINES, ids=lambda case: case["before"][:30])
-def test_a_line_of_a_launch_file(tmp_path: Path, case: dict[str, str]) -> None:
-    name, line, wanted = case["file"], case["before"], case.get("after", "")
-    (tmp_path / "launch").mkdir()
-    file = tmp_path / name if name == "CMakeLists.txt" else tmp_path / "launch" / name
-    file.write_text(f"first\n    {line}\nlast\n")
-    found = lines_to_change(tmp_path, "urdf/cart.urdf.xacro", "descriptions/cart", frozenset())
-    told = [(one.file, one.number, one.old, one.new) for one in found]
-    assert told == ([(file.relative_to(tmp_path).as_posix(), 2, line, wanted)] if wanted else [])
-
-
-def test_a_call_of_several_lines_is_told_its_last_word(tmp_path: Path) -> None:
-    (tmp_path / "a.launch.py").write_text("c = Command(['xacro ',\n    'urdf/cart.urdf.xacro'])\n")
-    first, second = lines_to_change(tmp_path, "urdf/cart.urdf.xacro", "descriptions/cart", frozenset())
-    assert (first.new, first.remark) == (f"c = Command(['{PRINT} ',", 'the last word of the command is "urdf"')
-    assert (second.new, second.remark) == ("'descriptions/cart/robot.yaml'])", "")
-
-
-def test_a_kept_argument_and_the_cmake_package_get_their_lines(
-    package: Path, capsys: pytest.CaptureFixture[str]
+def test_lines_that_name_the_source_are_listed(
+    package: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("xacro")
-    (package / "urdf" / "cart.urdf").unlink()
-    xacro = package / "urdf" / "cart.urdf.xacro"
-    xacro.write_text(XACRO)
-    (package / "a.launch.py").write_text("c = Command(['xacro ', 'urdf/cart.urdf.xacro', ' height:=', h])\n")
-    (package / "CMakeLists.txt").write_text(f"find_package(xacro REQUIRED)\nxacro_add_files({xacro.name})\n{CMAKE}")
-    assert run(xacro, "--into", package, "--trust") == 0
-    printed = capsys.readouterr().out
-    assert "+ find_package(rosorin_compile_cmake REQUIRED)" in printed
-    assert "' height:=', h, ' urdf'])" in printed
-    assert "has no argument" not in printed
-
-
-def test_packages_beside_are_looked_through_and_builds_are_not(package: Path) -> None:
     bringup = package.parent / "bringup"
-    for folder in (bringup, bringup / "build"):
+    for folder in (package, bringup, bringup / "build"):
         (folder / "launch").mkdir(parents=True)
-        (folder / "launch" / "b.launch.py").write_text("p = 'urdf/cart.urdf.xacro'\n")
+        text = "# cart.urdf is expanded below\n    p = 'urdf/cart.urdf'\nq = 'urdf/smart-cart.urdf'\n"
+        (folder / "launch" / "b.launch.py").write_text(text)
     (bringup / "package.xml").write_text("<package><name>bringup</name></package>")
     (bringup / "build" / "COLCON_IGNORE").write_text("")
-    found = lines_to_change(package, "urdf/cart.urdf.xacro", "descriptions/cart", frozenset())
-    assert [one.file for one in found] == ["../bringup/launch/b.launch.py"]
+    monkeypatch.chdir(package)
+    assert run("urdf/cart.urdf", "--into", ".", "-q") == 0
+    _, _, lines = capsys.readouterr().out.partition("rosorin-compile print descriptions/cart/robot.yaml urdf")
+    assert lines.splitlines()[1:] == [
+        "  launch/b.launch.py:2: p = 'urdf/cart.urdf'",
+        "  ../bringup/launch/b.launch.py:2: p = 'urdf/cart.urdf'",
+    ]
 
 
 # With the programs that build and test packages.
@@ -487,7 +437,6 @@ def test_a_newer_state_of_what_is_shared_goes_where_it_is_shared(
     assert brought(package, "two") == "../common/body.yaml"
     said = capsys.readouterr().out
     assert "cart_description: written: descriptions/common\n" in said
-    assert "cart_description: four includes what was changed, too: import that again\n" in said
     assert "parts:  # mine" in common.read_text()
     assert "2 * size" in common.read_text()
     before = files(package)

@@ -77,8 +77,6 @@ def test_any_robot_comes_through(text: str) -> None:
         assert imported.tree is not None, report(imported.diagnostics)
         trip = check_round_trip(imported, Path("x"))
     assert trip.diagnostics == [], report(trip.diagnostics)
-    assert trip.largest <= 1e-12
-    assert trip.frames == len(imported.tree["links"])
 
 
 def states(tree: Map) -> list[dict[str, float]]:

@@ -28,7 +28,7 @@ CASES = sorted((DATA / "physics").glob("*.yaml"))
 
 
 def looked_at(path: Path) -> list[Diagnostic]:
-    return list(checking.check_robot(Request(Description("bad", path, Path("outputs")))).diagnostics)
+    return list(checking.check_physics(Request(Description("bad", path, Path("outputs")))).diagnostics)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)

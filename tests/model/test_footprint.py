@@ -22,7 +22,7 @@ from rosorin_compile.model import (
     Sphere,
     Vector,
 )
-from rosorin_compile.ros.nav2.footprint import Footprint, footprint, padded
+from rosorin_compile.ros.nav2.footprint import Footprint, Solid, footprint, holds, padded, solids_of
 from support.robots import compiled
 
 FLOAT32 = 2e-7  # m; a costmap has 32 bits
@@ -130,9 +130,9 @@ def points_of(robot: Robot, base: str, positions: dict[str, float], chance: rand
 def test_no_robot_reaches_out_of_its_footprint(robot: Robot, corners: int, position: float, seed: int) -> None:
     base = robot.links[-1].name
     positions = {joint.name: position for joint in robot.joints if not joint.is_fixed}
-    made = footprint(robot, base, positions, corners, cloud)
-    assert made is not None
-    assert not made.meshes
+    solids, unknown = solids_of(robot, base, positions, cloud)
+    assert not unknown
+    made = footprint(solids, corners)
     assert 3 <= len(made.corners) <= corners
     for point in points_of(robot, base, positions, random.Random(seed)):  # noqa: S311
         assert is_within(point, made.corners)
@@ -144,18 +144,19 @@ def test_no_robot_reaches_out_of_its_footprint(robot: Robot, corners: int, posit
 @settings(max_examples=50, deadline=None)
 @given(robots(), st.floats(0, 0.2), st.integers(0, 2**32))
 def test_a_margin_is_free_on_all_sides(robot: Robot, margin: float, seed: int) -> None:
-    made = footprint(robot, "l0", {}, 12, cloud, margin)
-    assert made is not None
+    made = footprint(solids_of(robot, "l0", {}, cloud)[0], 12, margin)
     chance = random.Random(seed)  # noqa: S311
     for x, y, _ in points_of(robot, "l0", {}, chance):
         way = chance.uniform(0, math.tau)
         assert is_within((x + margin * math.cos(way), y + margin * math.sin(way)), made.corners, 1e-6)
 
 
+def placed(*shapes: Shape) -> list[Solid]:
+    return solids_of(Robot("r", (Link("base", collision=shapes),), ()), "base", {}, cloud)[0]
+
+
 def of(*shapes: Shape) -> Footprint:
-    made = footprint(Robot("r", (Link("base", collision=shapes),), ()), "base", {})
-    assert made is not None
-    return made
+    return footprint(placed(*shapes))
 
 
 def test_a_box_has_its_own_corners() -> None:
@@ -180,27 +181,21 @@ def test_the_circle_holds_what_the_corners_leave_out_for_the_digits_of_a_costmap
 def test_the_reference_robot_is_as_measured() -> None:
     """The hull was measured apart: x -0.1427 to 0.1573, y -0.106 to 0.104; the wheels are within."""
     robot = compiled().robot
-    made = footprint(robot, "base_link", {})
-    assert made is not None
+    made = footprint(solids_of(robot, "base_link", {}, cloud)[0])
     xs, ys = zip(*made.corners, strict=True)
     assert (min(xs), max(xs)) == pytest.approx((-0.1427, 0.1573), abs=2e-4)
     assert (min(ys), max(ys)) == pytest.approx((-0.106, 0.104), abs=2e-3)
 
 
-def test_a_mesh_that_nobody_has_read_is_told() -> None:
+def test_a_mesh_without_vertices_is_reported() -> None:
     robot = Robot("r", (Link("base", collision=(Shape(Sphere(0.1)), Shape(Mesh("unknown.stl")))),), ())
-    made = footprint(robot, "base", {}, clouds=cloud)
-    assert made is not None
-    assert made.meshes == ("base",)
-
-
-def test_nothing_has_no_footprint() -> None:
-    assert footprint(Robot("r", (Link("base"),), ()), "base", {}) is None
+    assert solids_of(robot, "base", {}, cloud)[1] == ["base"]
 
 
 def test_padding_is_that_of_a_costmap() -> None:
     """A corner on an axis is not moved in that direction; one of a slanted side may move inwards."""
     assert padded([(1.0, 0.0), (-1.0, 2.0)], 0.1) == [(1.1, 0.0), (-1.1, 2.1)]
-    turned = of(Shape(Box((-0.6, -0.2, 0), (0.4, 0.05, 0.3)), Pose(rpy=(0, 0, math.radians(55)))))
-    assert not turned.holds(padded(turned.corners, 0.03))
-    assert turned.holds(turned.corners)
+    turned = placed(Shape(Box((-0.6, -0.2, 0), (0.4, 0.05, 0.3)), Pose(rpy=(0, 0, math.radians(55)))))
+    corners = footprint(turned).corners
+    assert not holds(turned, padded(corners, 0.03))
+    assert holds(turned, corners)

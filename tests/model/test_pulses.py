@@ -10,11 +10,9 @@ from hypothesis import strategies as st
 from rosorin_compile.model import Joint, Limit, Link, Robot
 from rosorin_compile.model.servos import (
     Nearest,
-    NoModel,
     NoPulse,
     NoServo,
     ServoGroup,
-    against_model,
     nearest,
     position_of,
     servo_of,
@@ -22,7 +20,6 @@ from rosorin_compile.model.servos import (
     travel,
     within,
 )
-from support.paths import OUTPUTS
 from support.robots import RECORDED, compiled, texts
 
 
@@ -131,25 +128,3 @@ def test_joints_without_a_servo(rosorin: Robot) -> None:
     bare = Robot("made", (Link("base"), Link("arm")), (Joint("a", "revolute", "base", "arm"),))
     with pytest.raises(NoServo, match='there is no servo for joint "a"; joints with a servo: none'):
         servo_of(bare, "a")
-
-
-def test_the_model_of_another_robot_is_told(rosorin: Robot) -> None:
-    model = json.loads((OUTPUTS / "robot_model.json").read_text("utf-8"))
-    model["pulse_to_rad"] |= {"zero": 501, "joints": ["joint1", "claw"]}
-    _, pulses, differences = against_model(rosorin, json.dumps(model).encode())
-    assert pulses == 1001
-    assert differences == (
-        'joint "joint1": pulse 0 is 2.098583892597982 there, 2.0943951023931953 in the description'
-        " (1,001 of 1,001 pulses differ)",
-        'there is no joint "claw"; known: joint1, joint2, joint3, joint4, joint5',
-    )
-
-
-@pytest.mark.parametrize(
-    "content",
-    [b"", b"[]", b"{}", b"\xff", b'{"pulse_to_rad": 1}', b'{"pulse_to_rad": {"joints": []}}', b"[" * 100_000],
-    ids=range(7),
-)
-def test_what_is_no_model_is_told(rosorin: Robot, content: bytes) -> None:
-    with pytest.raises(NoModel):
-        against_model(rosorin, content)

@@ -68,7 +68,7 @@ def test_modes(tmp_path):
     assert modes == {"out": "0o2775", "sub": "0o711", "a": "0o640", "b": "0o640"}
 
 
-@pytest.mark.parametrize("way", ["exchange", "aside", "copies"])
+@pytest.mark.parametrize("way", ["exchange", "one by one", "copies"])
 def test_what_others_keep_there_stays_theirs(folder, monkeypatch, way):
     (folder / "urdf" / "mine.txt").write_text("mine")
     (folder / "urdf" / "mine.txt").chmod(0o751)
@@ -78,7 +78,7 @@ def test_what_others_keep_there_stays_theirs(folder, monkeypatch, way):
     (folder / "to_folder").symlink_to(folder.parent)
     (folder / "run.bag").write_bytes(bytes(range(256)))
     os.utime(folder / "run.bag", ns=(1_000_000_001, 2_000_000_002))
-    if way == "aside":
+    if way == "one by one":
         monkeypatch.setattr(staging, "exchange", no_swap)
     elif way == "copies":
         monkeypatch.setattr(os, "link", lambda *_, **__: no_swap(folder, folder))

@@ -14,7 +14,7 @@ import pytest
 
 from rosorin_compile.output import read_set, staging, write_set
 from support import output_child
-from support.output_child import NEW, OLD, A, B, bind, encoded, files_in, names, no_swap, refused, stages
+from support.output_child import NEW, OLD, A, B, encoded, files_in, names, no_swap, refused, stages
 
 pytestmark = pytest.mark.slow
 
@@ -66,15 +66,8 @@ def test_killed_at_each_step(tmp_path):
 
 
 def test_killed_at_each_step_without_an_exchange_the_next_run_repairs(tmp_path):
-    steps = child("each_step", tmp_path / "top" / "out", "aside")
-    assert re.fullmatch("o+m{1,2}n+", states(steps))
-    assert all(step["notes"] for step in steps)
-
-
-def test_killed_at_each_step_where_the_folder_stays_in_its_place(tmp_path):
-    steps = child("each_step", tmp_path / "top" / "out", "bound")
+    steps = child("each_step", tmp_path / "top" / "out", "one by one")
     assert re.fullmatch("o+m{1,9}n+", states(steps))
-    assert not any(step["state"] == "missing" for step in steps)
     assert all(step["notes"] for step in steps)
 
 
@@ -195,21 +188,6 @@ def test_files_of_others_and_folders_without_the_right_to_write_are_carried_over
     assert names(out.parent) == ["out"]
 
 
-def test_a_change_during_the_write_is_not_lost(folder, monkeypatch):
-    (folder / "mine.txt").write_text("mine")
-    swap = staging.exchange
-
-    def late(one, other):
-        (folder / "new.txt").write_text("late")
-        (folder / "mine.new").write_text("changed")
-        (folder / "mine.new").rename(folder / "mine.txt")
-        swap(one, other)
-
-    monkeypatch.setattr(staging, "exchange", late)
-    write_set(folder, dict.fromkeys(A, "x"))
-    assert files_in(folder) == {**dict.fromkeys(A, b"x"), "new.txt": b"late", "mine.txt": b"changed"}
-
-
 def broken(*_, **__):
     raise OSError(errno.EIO, "Input/output error")
 
@@ -220,20 +198,8 @@ def test_an_error_leaves_the_old_set(folder, monkeypatch, name):
     assert "Input/output error" in refused(folder, B, "output-failed")
 
 
-def test_an_error_of_the_last_rename_leaves_the_old_set(folder, monkeypatch):
-    rename = Path.rename
-    monkeypatch.setattr(staging, "exchange", no_swap)
-    monkeypatch.setattr(Path, "rename", lambda one, two: broken() if one.name == "new" else rename(one, two))
-    refused(folder, B, "output-failed")
-
-
-def bound_to_its_place(folder, monkeypatch):
-    monkeypatch.setattr(staging, "exchange", no_swap)
-    bind(folder, monkeypatch.setattr)
-
-
 def test_files_are_replaced_one_by_one_where_nothing_can_be_exchanged(folder, monkeypatch):
-    bound_to_its_place(folder, monkeypatch)
+    monkeypatch.setattr(staging, "exchange", no_swap)
     (folder / "mine.txt").write_text("mine")
     (folder / "f5.txt").unlink()
     inode = folder.stat().st_ino
@@ -245,7 +211,7 @@ def test_files_are_replaced_one_by_one_where_nothing_can_be_exchanged(folder, mo
 
 
 def test_pruned_files_are_removed_one_by_one_and_folders_stay(folder, monkeypatch):
-    bound_to_its_place(folder, monkeypatch)
+    monkeypatch.setattr(staging, "exchange", no_swap)
     (folder / "old.txt").write_text("old")
     (folder / "kept").mkdir()
     write_set(folder, B, prune=True)
@@ -254,7 +220,7 @@ def test_pruned_files_are_removed_one_by_one_and_folders_stay(folder, monkeypatc
 
 
 def test_an_error_between_two_files_leaves_the_old_set(folder, monkeypatch):
-    bound_to_its_place(folder, monkeypatch)
+    monkeypatch.setattr(staging, "exchange", no_swap)
     replace, replaced = Path.replace, []
 
     def failing(one, two):
@@ -264,19 +230,6 @@ def test_an_error_between_two_files_leaves_the_old_set(folder, monkeypatch):
     monkeypatch.setattr(Path, "replace", failing)
     refused(folder, B, "output-failed", prune=True)
     assert len(replaced) > 3, "the others were put back"
-
-
-def test_an_interrupt_in_the_worst_moment_leaves_the_old_set(folder, monkeypatch):
-    def interrupted(*_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(staging, "exchange", no_swap)
-    rename = Path.rename
-    # The folder is aside already, and nobody is left to bring it back but the clearing away at the end.
-    monkeypatch.setattr(Path, "rename", lambda one, two: (rename(one, two), two.parent.name == "old" and interrupted()))
-    with pytest.raises(KeyboardInterrupt):
-        write_set(folder, B)
-    assert files_in(folder.parent) == {f"out/{name}": data for name, data in encoded(A).items()}
 
 
 def test_what_killed_runs_left_is_removed_and_nothing_else(folder, tmp_path):

@@ -106,7 +106,7 @@ def test_each_key_is_one_of_its_distribution_and_has_its_type(path: Path) -> Non
     distribution = "humble" if "humble" in said else "jazzy"
     sections, told = read_sections(Source(path.name, path.read_text("utf-8")))
     assert told == []
-    made, told = nodes.found(nodes.Files([sections], "", distribution))
+    made, told = nodes.nodes_of([sections], "", distribution)
     assert told == []
     for node in made:
         kind = node.kind or kinds(distribution)["ekf"]  # a filter of another name

@@ -13,7 +13,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 from rosorin_compile import output
@@ -104,18 +103,6 @@ def no_swap(one: Path, other: Path) -> None:
     raise OSError(errno.ENOSYS, os.strerror(errno.ENOSYS), str(one), None, str(other))
 
 
-def bind(folder: Path, replace: Callable[[object, str, object], None]) -> None:
-    """Let a folder be one that cannot be renamed, like one from the image of a container."""
-    rename = Path.rename
-
-    def renamed(one: Path, two: Path) -> Path:
-        if one == folder:
-            raise OSError(errno.EXDEV, os.strerror(errno.EXDEV))
-        return rename(one, two)
-
-    replace(Path, "rename", renamed)
-
-
 def die_at(step: int) -> None:
     """Let this process kill itself at the given one of all its calls to the system that leave a trace on disk."""
     count = 0
@@ -147,10 +134,8 @@ def die_at(step: int) -> None:
 def each_step(folder: Path, how: str) -> list[dict[str, object]]:
     """Kill a write of NEW over OLD at its first step, at its second step and so on; return what was found each time."""
     found: list[dict[str, object]] = []
-    if how in ("aside", "bound"):
+    if how == "one by one":
         staging.exchange = no_swap
-    if how == "bound":
-        bind(folder, setattr)
     while not found or found[-1]["exit"] != 0:
         shutil.rmtree(folder.parent, ignore_errors=True)
         folder.parent.mkdir()

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.importing.new_robot import TEMPLATES, check_name, start, texts_of
+from rosorin_compile.importing.new_robot import TEMPLATES, check_name, init, texts_of
 from support.kills import at_each_step
 from support.paths import ROOT, SCHEMAS
 from support.robots import compiled, texts
@@ -57,7 +57,7 @@ def test_every_template_compiles_with_stand_ins_at_most(template: str, capsys: p
 def test_a_template_could_be_built_and_simulates(template: str, capsys: pytest.CaptureFixture[str]) -> None:
     """The mobile manipulator is the example porter, which other tests drive."""
     pytest.importorskip("mujoco", minversion="4")
-    start("bot", Path(), template)
+    init("bot", template)
     assert main(["all", "-q"]) == 0
     assert main(["check", "physics"]) == 0
     assert main(["simulate", "--seconds", "0.5", "--no-timing"]) == 0
@@ -115,7 +115,7 @@ def test_whoever_cannot_be_asked_gets_the_default_and_a_taken_name_is_told_befor
 @pytest.mark.parametrize("base", ["fixed", "free"])
 def test_mujoco_runs_the_starter(base: str) -> None:
     mujoco = pytest.importorskip("mujoco")
-    start("bot", Path())
+    init("bot")
     made = compiled(Path("descriptions/bot/robot.yaml"), {"base": base})
     model = mujoco.MjModel.from_xml_string(texts(made)["bot.xml"])
     data = mujoco.MjData(model)
@@ -127,7 +127,7 @@ def test_mujoco_runs_the_starter(base: str) -> None:
 
 
 def test_the_modeline_leads_to_the_schema_without_a_network() -> None:
-    start("bot", Path())
+    init("bot")
     description = Path("descriptions/bot/robot.yaml")
     first = description.read_text("utf-8").splitlines()[0]
     (address,) = re.findall(r"^# yaml-language-server: \$schema=(\S+)$", first)
@@ -139,7 +139,7 @@ def test_the_modeline_leads_to_the_schema_without_a_network() -> None:
 @pytest.mark.parametrize("name", ["b", "my_bot", "Bot2", "on", "no", "a-b", "x" * 60])
 def test_good_names(here: Path, name: str) -> None:
     check_name(name)
-    start(name, Path())
+    init(name)
     made = compiled(here / "descriptions" / name / "robot.yaml")
     assert made.robot is not None
     assert made.robot.name == name
@@ -174,5 +174,5 @@ def test_killed_at_any_moment_it_is_there_or_not(here: Path) -> None:
         seen.add(robot.exists())
         shutil.rmtree(here / "descriptions", ignore_errors=True)
 
-    assert at_each_step(lambda: start("bot", here), after) > 10
+    assert at_each_step(lambda: init("bot", project=here), after) > 10
     assert seen == {False, True}

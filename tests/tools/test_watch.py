@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.importing.new_robot import start
+from rosorin_compile.importing.new_robot import init
 from rosorin_compile.output.watched_files import WatchedFiles
 from rosorin_compile.source.files import exists, read_bytes
 from support.robots import copy_of_rosorin
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture
 def project(home: Path) -> Path:
-    start("bot", home)
+    init("bot", project=home)
     return home
 
 
@@ -139,7 +139,7 @@ def test_arguments_and_their_file(project: Path) -> None:
         watch.until("origin z 0.1 -> 0.12 m")
         (project / "mine.yaml").write_text("lidar_hight: 120 mm\n", "utf-8")
         assert 'did you mean "lidar_height"?' in "\n".join(watch.until("the artifacts stay as they are"))
-        start("second", project)
+        init("second", project=project)
         assert watch.silent(), "robots that were not asked for are not compiled"
 
 

@@ -1,4 +1,4 @@
-"""verify finds each fault that is planted in a recording by its name, no other, and none in a clean one."""
+"""verify reports each fault of a recording by its name and no other, and nothing about the habits of real robots."""
 
 import io
 import re
@@ -9,18 +9,39 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.recordings.results import Verified
+from rosorin_compile.recordings.results import Verified, table
 from rosorin_compile.source.diagnostics import text as report
 from support import bags
-from support.bag_faults import FAULTS, gripper_of_its_own
+from support.bag_faults import CHANCE, SCENES, by, node, simulated
 from support.bags import judged, rules
 from support.paths import DATA, DOCS, ROOT
 
+SAID = DATA / "recordings" / "findings.txt"
+PAGE = DOCS / "recordings.md"
+SHOWN = re.compile(r"(<!-- verify: stale -->\n```text\n)(.*?)(```\n)", re.DOTALL)
 
-def test_joint_states_may_come_from_several_nodes(tmp_path: Path) -> None:
-    verdict = judged(bags.bag(tmp_path / "bag", change=gripper_of_its_own))
-    assert verdict.findings == ()
-    assert verdict.sensors[0].count == 120 + 300
+
+def verified(folder: Path, name: str) -> Verified:
+    CHANCE.seed(name)
+    return judged(bags.bag(folder, "mcap" if len(name) % 2 else "sqlite3", **SCENES[name]))
+
+
+def said(name: str, verdict: Verified) -> str:
+    return f"{name}\n{report(verdict.diagnostics) or 'no finding'}".rstrip()
+
+
+def paragraphs() -> dict[str, str]:
+    return {text.splitlines()[0]: text.rstrip() for text in SAID.read_text("utf-8").split("\n\n")}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENES)
+def test_the_findings_of_each_scene(tmp_path: Path, name: str) -> None:
+    assert said(name, verified(tmp_path / "bag", name)) == paragraphs()[name]
+
+
+def test_each_paragraph_is_that_of_a_scene() -> None:
+    assert list(paragraphs()) == list(SCENES)
 
 
 @pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
@@ -34,35 +55,65 @@ def test_a_clean_recording_has_no_finding(tmp_path: Path, storage: str) -> None:
     assert len(verdict.edges) == 15
 
 
-SAID = DATA / "recordings" / "findings.txt"
-
-
-def said(name: str, verdict: Verified) -> str:
-    return f"{name}\n{report(verdict.diagnostics)}"
+@pytest.mark.slow
+def test_messages_of_all_nodes_are_counted(tmp_path: Path) -> None:
+    assert verified(tmp_path / "bag", "a gripper that reports by itself").sensors[0].count == 120 + 300
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", FAULTS)
-def test_a_planted_fault_is_found_and_no_other(tmp_path: Path, name: str) -> None:
-    scene, expected = FAULTS[name]
-    verdict = judged(bags.bag(tmp_path / "bag", "mcap" if len(name) % 2 else "sqlite3", **scene))
-    assert rules(verdict) == expected, [finding.message for finding in verdict.findings]
-    paragraphs = {text.splitlines()[0]: text for text in SAID.read_text("utf-8").split("\n\n")}
-    assert said(name, verdict).rstrip() == paragraphs[name].rstrip()
+def test_a_slow_simulation_is_as_old_as_its_own_clock_says(tmp_path: Path) -> None:
+    """Ages and times are those of the simulation: the same as of a robot that is not simulated."""
+    real = judged(bags.bag(tmp_path / "real"))
+    slow = judged(bags.bag(tmp_path / "slow", change=simulated(0.25)))
+    for key, series in real.data.series.items():
+        if not series.static:
+            pace = slow.data.series[key].pace
+            assert pace.mean_age == pytest.approx(series.pace.mean_age, abs=0.006)
+            assert pace.gap.seconds == pytest.approx(series.pace.gap.seconds, abs=0.012)
+            assert pace.rate == pytest.approx(series.pace.rate, rel=0.01)
 
 
-def test_each_paragraph_is_that_of_a_fault() -> None:
-    assert [text.splitlines()[0] for text in SAID.read_text("utf-8").split("\n\n")] == list(FAULTS)
+@pytest.mark.slow
+def test_the_table_shows_how_far_ahead_an_edge_is_dated(tmp_path: Path) -> None:
+    def change(messages: list[bags.Message]) -> list[bags.Message]:
+        for names, stamp in (({"link1"}, lambda _: 0), ({"base_link"}, by(3600.0)), ({"odom"}, by(1.0))):
+            messages = node(names, stamp)(messages)
+        return messages
+
+    rows = table(judged(bags.bag(tmp_path / "bag", change=change)))
+    at = rows[0].index("age, oldest"), rows[0].index("value")
+    ages = {row.split("  ")[0]: row[at[0] : at[1]].strip() for row in rows[1:16]}
+    assert ages["map -> odom"] == "998 ms ahead, 0.0 ms"
+    assert ages["odom -> base_link"] == "3600.0 s ahead: another clock"
+    assert ages["base_link -> link1"] == "no stamp"
 
 
-PAGE = DOCS / "recordings.md"
-SHOWN = re.compile(r"(<!-- verify: stale -->\n```text\n)(.*?)(```\n)", re.DOTALL)
+@pytest.mark.parametrize(
+    ("now", "rule", "message"),
+    [
+        ("12.5", "stamp-other-clock", "stamped by another clock, 56.7 years ahead"),
+        ("3590580099.9", "stamp-other-clock", "stamped by another clock, 57.0 years behind"),
+        ("1790580090.0", "stamp-ahead", "dated 9.9 s ahead of the time when they were recorded"),
+    ],
+)
+def test_clocks_of_view_frames(now: str, rule: str, message: str) -> None:
+    text = (DATA / "recordings" / "frames.gv").read_text("utf-8")
+    verdict = judged("-", text.replace("Recorded at time: 1790580099.9", f"Recorded at time: {now}"))
+    names = "base_link -> link1, link1 -> link2, link2 -> link3 and 4 more are"
+    assert [(finding.rule, finding.message) for finding in verdict.findings] == [(rule, f"{names} {message}")]
+    assert any("ahead" in row for row in table(verdict)) == ("behind" not in message)
+
+
+def test_warnings_fail_with_strict(tmp_path: Path) -> None:
+    bag = str(bags.bag(tmp_path / "bag", seconds=2.0, joint_offset={"joint1": 2.0}))
+    command = ["verify", str(ROOT / "descriptions" / "rosorin"), bag]
+    assert (main(command), main([*command, "--strict"])) == (0, 1)
+    assert rules(judged(bag)) == ["joint-beyond-limit"]
 
 
 def printed(folder: Path) -> str:
     """Return what the page shows: a command and what it prints, in the folder of the repository."""
-    scene, _ = FAULTS["localisation stops for ten seconds"]
-    bags.bag(folder / "first_drive", **scene)
+    bags.bag(folder / "first_drive", **SCENES["localisation stops for ten seconds"])
     terminal = io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(terminal), redirect_stderr(terminal):
         patch.chdir(ROOT)
@@ -76,11 +127,9 @@ def test_the_page_shows_what_is_printed(tmp_path: Path) -> None:
     assert shown[2] == printed(tmp_path)
 
 
-if __name__ == "__main__":  # writes what the findings say now
-    paragraphs = []
+if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
-        for number, (fault, (scene, _)) in enumerate(FAULTS.items()):
-            paragraphs.append(said(fault, judged(bags.bag(Path(folder, str(number)), **scene))).rstrip())
+        texts = [said(name, verified(Path(folder, str(number)), name)) for number, name in enumerate(SCENES)]
         text = printed(Path(folder))
-    SAID.write_text("\n\n".join(paragraphs) + "\n", "utf-8")
+    SAID.write_text("\n\n".join(texts) + "\n", "utf-8")
     PAGE.write_text(SHOWN.sub(lambda found: found[1] + text + found[3], PAGE.read_text("utf-8")), "utf-8")

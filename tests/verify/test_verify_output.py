@@ -117,12 +117,6 @@ def test_any_content_is_judged_and_shown_without_a_traceback(data: st.DataObject
     assert report(verdict.diagnostics) or not verdict.findings
 
 
-def test_the_command_line_does_not_load_what_it_does_not_need() -> None:
-    code = "import sys, rosorin_compile.cli.main; print([n for n in ('numpy', 'rosbags', 'yaml') if n in sys.modules])"
-    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert ran.stdout.strip() == "[]"
-
-
 @pytest.mark.landing("outside", "rosbags-bag-1-reading a recording needs the package rosbags, which is not installed")
 @pytest.mark.slow
 @pytest.mark.parametrize(

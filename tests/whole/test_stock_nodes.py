@@ -18,7 +18,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Robot
 from rosorin_compile.model.joint import NODE
 from rosorin_compile.model.kinematics import Graph
-from rosorin_compile.queries import lookup
+from rosorin_compile.transforms import lookup
 from support import stock_nodes
 from support.paths import DATA, ROOT, ROSORIN
 from support.robots import compiled, texts

@@ -26,7 +26,7 @@ from rosorin_compile.viewer.changed import Pictures
 
 from . import command as cli
 from .console import FINE, PROBLEMS
-from .depfile import write_depfile
+from .depfile import watched, write_depfile
 from .markdown import blocks
 from .registry import commands
 from .run import Run, count, for_each
@@ -156,8 +156,8 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
     console.say(f"{name}: {count(compiled.artifacts, compiled.mesh_files)} up to date in {folder}")
     if options.depfile is None:
         return FINE
-    watched = request.watched(compiled, [Path(options.depfile)])
-    return write_depfile(run, options.depfile_target, [*watched, *(folder / file for file in committed.committed)])
+    files = watched(request.inputs(compiled), compiled, [Path(options.depfile)])
+    return write_depfile(run, options.depfile_target, [*files, *(folder / file for file in committed.committed)])
 
 
 def _check_every(run: Run, description: Description) -> int:
@@ -207,7 +207,7 @@ def _with(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequenc
         used = [value for value in values if any(row[index] == value for row in where)]
         causes += [f"{name}={' or '.join(used)}"] if len(used) < len(values) else []
         size *= len(used)
-    if not causes or size != len(where):
+    if size != len(where):
         causes = [f"{name}={value}" for (name, _), value in zip(varied, where[0], strict=True)]
-        causes += [f"and in {counted(len(where) - 1, 'other combination')}"] if len(where) > 1 else []
+        causes.append(f"and in {counted(len(where) - 1, 'other combination')}")
     return f" (with {', '.join(causes)})"

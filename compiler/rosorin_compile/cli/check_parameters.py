@@ -3,16 +3,16 @@
 import re
 from pathlib import Path
 
-from rosorin_compile import api
 from rosorin_compile.request import is_foreign
-from rosorin_compile.ros.parameters import DISTRIBUTION
+from rosorin_compile.ros.check_parameters.checking import check_parameters
+from rosorin_compile.ros.parameters.files import DISTRIBUTION
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.project import Description
 
 from .command import Options, check, check_options, combined, option, repeatable
 from .console import FINE, PROBLEMS
-from .run import MARK, Run, for_each
+from .run import Run, for_each
 
 _USAGE = "ROBOT FILE ..."
 _DESCRIPTION = re.compile(r"""^["']?robot["']?[ \t]*:[ \t]*[^\s#{]""", re.MULTILINE)
@@ -22,8 +22,8 @@ _MAX_BYTES = 1_000_000  # of a file that are searched
 @check("parameters", exits="0 no errors, 1 errors")
 @check_options("[ROBOT] FILE ...", "the robot, required if there are several, and parameter files of its nodes")
 @combined(
-    repeatable("--controllers FILE ...", many=True, help="parameter files of a controller_manager"),
-    repeatable("--launch FILE ...", many=True, help="launch files to read remappings from"),
+    repeatable("--controllers FILE", help="parameter file of a controller_manager; repeatable"),
+    repeatable("--launch FILE", help="launch file to read remappings from; repeatable"),
     repeatable("--remap NODE:FROM:=TO", type=str, help="add a remapping"),
     option("--namespace NS", default="", help="namespace of the nodes"),
     option(f"--distribution {'|'.join(DISTRIBUTION['enum'])}", help="ROS 2 distribution; default: that of the outputs"),
@@ -33,9 +33,6 @@ def run(options: Options) -> int:
     """Check the parameter files against the robot."""
     from rosorin_compile.ros.check_parameters.checking import summary
 
-    for words in (options.controllers, options.launch):  # arguments may follow files
-        options.words += [word for word in words if MARK in word]
-        words[:] = [word for word in words if MARK not in word]
     names = Run.of(options).words
     parameters = names[1:] if names and _is_robot(names[0]) else names
     if not parameters and not options.controllers:
@@ -45,7 +42,7 @@ def run(options: Options) -> int:
 
     def check_robot(run: Run, description: Description) -> int:
         picked = options.pick("controllers launch namespace distribution")
-        result = api.check_parameters(run.request(description), parameters, **picked, remaps=options.remap)
+        result = check_parameters(run.request(description), parameters, **picked, remaps=options.remap)
         failed = run.show(result)
         if not result.robot:
             return run.no_robot(description)

@@ -23,7 +23,7 @@ from rosorin_compile.source.system import missed
 
 from . import complete
 from .console import FINE, PROBLEMS, Console, show_progress
-from .table import BUILT_IN, CHECK
+from .table import ALIASES, BUILT_IN, CHECK
 
 PAGE_MEGABYTES = 40  # of the meshes of a page
 ROBOT_HELP = "name of a robot in descriptions/, or a folder or file"
@@ -46,15 +46,12 @@ Decorator = Callable[[Any], Any]
 
 
 class Option(click.Option):
-    """An option with the ``section`` of the help that lists it, and the names of options that it excludes or needs.
-
-    ``many`` options take all words up to the next option.
-    """
+    """An option with the ``section`` of the help that lists it, and the names of options that it excludes or needs."""
 
     section = ""
 
-    def __init__(self, *words: Any, excludes: str = "", needs: str = "", many: bool = False, **settings: Any) -> None:
-        self.excludes, self.needs, self.many = excludes.split(), needs, many
+    def __init__(self, *words: Any, excludes: str = "", needs: str = "", **settings: Any) -> None:
+        self.excludes, self.needs = excludes.split(), needs
         super().__init__(*words, **settings)
 
 
@@ -72,8 +69,8 @@ class Argument(click.Argument):
 class Command(click.Command):
     """A command: ``rosorin-compile NAME``, or ``check NAME`` if it is ``within`` check.
 
-    ``group`` is the heading of the help that lists it; ``also`` are alternative names. ``exits`` describes the exit
-    codes 0 and 1. ``more`` is added to the help, and ``sections`` returns lists to add to it.
+    ``group`` is the heading of the help that lists it. ``exits`` describes the exit codes 0 and 1. ``sections`` returns
+    lists to add to the help.
     """
 
     def __init__(
@@ -84,15 +81,12 @@ class Command(click.Command):
         *,
         group: str = "plug-ins",
         exits: str = "0 fine, 1 errors",
-        more: str = "",
-        also: Sequence[str] = (),
         sections: Callable[[], Mapping[str, Sequence[tuple[str, str]]]] = dict,
         within: str = "",
         **settings: Any,
     ) -> None:
         super().__init__(name, params=[*params], **settings)
-        self.run, self.group, self.exits, self.more, self.also = run, group, exits, more, tuple(also)
-        self.sections, self.within = sections, within
+        self.run, self.group, self.exits, self.sections = run, group, exits, sections
         self.called = f"{within} {name}".strip()
         self.plugin: Plugin | None = None
 
@@ -104,16 +98,7 @@ class Command(click.Command):
         return super().make_context(info_name, args, parent, **extra)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        many = {name for param in self.params if getattr(param, "many", False) for name in param.opts}
-        repeated: list[str] = []  # the arguments, with an option that takes many words repeated for each of them
-        current = ""
-        for arg in args:
-            if arg.startswith("-") and arg != "-":
-                current = arg if arg in many else ""
-            elif current and repeated[-1] != current:
-                repeated.append(current)
-            repeated.append(arg)
-        rest = super().parse_args(ctx, repeated)
+        rest = super().parse_args(ctx, args)
         words = {param.name or "": param.opts[-1] for param in self.params}
         used = [name for name in words if ctx.get_parameter_source(name) == ParameterSource.COMMANDLINE]
         for param in self.params if not ctx.resilient_parsing else ():
@@ -144,28 +129,26 @@ class Command(click.Command):
         fail_on = getattr(options, "fail_on", "error")
         if fail_on == "never" and code == PROBLEMS:
             return FINE
-        if fail_on == "warning" and code == FINE and (console.severities["error"] or console.severities["warning"]):
-            return PROBLEMS
-        return code
+        has_warnings = console.severities["error"] + console.severities["warning"] > 0
+        return PROBLEMS if fail_on == "warning" and code == FINE and has_warnings else code
 
     def options(self, ctx: click.Context) -> Options:
         """Return the parsed options of a context."""
         values = {name: list(value) if isinstance(value, tuple) else value for name, value in ctx.params.items()}
-        for param in self.params:
-            if isinstance(param.type, Pair):
-                pairs = values[param.name or ""]
-                values[param.name or ""] = dict(pairs)
-                if isinstance(param.type, Mode) and len({*pairs}) > len(dict(pairs)):
-                    raise RequestError("a mode cannot be on and off")
+        for name in (param.name or "" for param in self.params if isinstance(param.type, Pair)):
+            pairs = set(values[name])
+            values[name] = dict(values[name])
+            if len(pairs) > len(values[name]) and name == "modes":
+                raise RequestError("a mode cannot be on and off")
         return Options(**values, console=ctx.obj or Console(), called=self.called)
 
     def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        text = self.help or ""
-        also = [name for name in (self.name or "", *self.also) if name != ctx.info_name] if self.also else []
-        paragraphs = [f"{text[:1].upper()}{text[1:]}.", self.more, f"Alias: {', '.join(also)}." if also else ""]
+        names = {ctx.info_name, *(name for pair in ALIASES.items() if self.name in pair for name in pair)}
+        aliases = ", ".join(sorted(str(name) for name in names - {ctx.info_name}))
+        text = f"{(self.help or '')[:1].upper()}{(self.help or '')[1:]}."
         formatter.write_paragraph()
         with formatter.indentation():
-            formatter.write_text(" ".join(filter(None, paragraphs)))
+            formatter.write_text(f"{text} Alias: {aliases}." if aliases else text)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the arguments, and the options by section."""
@@ -184,15 +167,16 @@ class Command(click.Command):
         """Write nothing: ``format_options`` writes the arguments, also with versions of click that have no help."""
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        formatter.write_paragraph()
-        formatter.write_text(f"Exit codes: {self.exits}, 2 wrong usage.")
+        for text in filter(None, (self.epilog, f"Exit codes: {self.exits}, 2 wrong usage.")):
+            formatter.write_paragraph()
+            formatter.write_text(text)
 
 
 def command(name: str, within: str = "", **settings: Any) -> Callable[[Run], Command]:
     """Return a decorator that makes a function that takes ``Options`` a command; built-in ones are in the registry."""
     if "help" not in settings:
-        settings |= BUILT_IN["checks" if within == CHECK else "commands"][name]._asdict()
-        del settings["name"]
+        entry = BUILT_IN["checks" if within == CHECK else "commands"][name]
+        settings |= {"group": entry.group, "help": entry.help, "hidden": entry.hidden}
 
     def decorate(run: Run) -> Command:
         # click keeps the parameters of decorators in reverse order

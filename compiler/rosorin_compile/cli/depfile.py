@@ -5,7 +5,10 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.output import OutputError, write_file
+from rosorin_compile.source.files import shown
+from rosorin_compile.source.project import Description
 
 from .console import FINE, PROBLEMS
 from .run import Run
@@ -37,6 +40,22 @@ def write_depfile(
         run.console.show([problem.diagnostic])
         return PROBLEMS
     return FINE
+
+
+def watched(inputs: Sequence[Path], compiled: Compiled, made: Sequence[Path]) -> list[Path]:
+    """Return what a build tool has to watch: the inputs, and the folders in which files were not found.
+
+    The folders are listed instead of the missing files, because a build tool would try to make those. Folders outside
+    of the project, and folders of the files that this run has ``made``, change for other reasons.
+    """
+    projects = Description.at(compiled.inputs[0]).projects if compiled.missing else ()
+    written = {path.absolute().parent for path in made}
+    folders: dict[Path, None] = {}
+    for path in compiled.missing:
+        folder = next(parent for parent in path.absolute().parents if parent.is_dir())
+        if folder not in written and any(map(folder.resolve().is_relative_to, projects)):
+            folders[Path(shown(folder))] = None
+    return [*inputs, *folders]
 
 
 def _is_depfile(path: Path) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from rosorin_compile import api
+from rosorin_compile.importing.extract.extract import extract_boxes, extract_factory, extract_height_map
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.units import ANGLE, LENGTH, NUMBER, Dimension, describe, dimension_of
 from rosorin_compile.source.yaml_text import Scalar
@@ -63,7 +63,6 @@ _grid_options = cli.combined(
     cli.option("--origin X,Y", type=_Numbers(2), help="corner of the first cell; default: corner of the mesh"),
     cli.option("--cells NXxNY", help="number of cells along x and y; default: cover the mesh"),
     cli.option("--size X,Y", type=_Numbers(2), help="size of the grid, instead of --cells"),
-    cli.combined(cli.flag("--exact", hidden=True), cli.option("--spacing", hidden=True)),  # heights are exact now
     cli.option("--below Z", type=_Numbers(), help="ignore surfaces above this height"),
     cli.option("--map-digits N", default=4, help="decimals of heights"),
     cli.option("--step LENGTH", type=_Numbers(positive=True), help=_STEP),
@@ -89,7 +88,7 @@ def boxes(options: cli.Options) -> int:
     """Fit boxes to meshes. Raises RequestError."""
     run = _run(options)
     picked = options.pick("links section scale shape stack axis digits output force")
-    result = api.extract_boxes(run.words, **run.read_options(), **picked)
+    result = extract_boxes(run.words, **run.read_options(), **picked)
     return _print(run, result, result.parts)
 
 
@@ -99,7 +98,7 @@ def boxes(options: cli.Options) -> int:
 @_section_option
 @cli.option("--frame", help="link whose frame the height map uses")
 @_grid_options
-@cli.flag("--bottom", help="also compute the lowest point in each cell")
+@cli.flag("--bottom", help="also compute the lowest point of the mesh")
 @cli.option("--xyz X,Y,Z", type=_Numbers(3), default="0,0,0", help="position of the mesh, such as 0,0,25mm")
 @cli.option("--rpy R,P,Y", type=_Numbers(3, ANGLE), default="0,0,0", help="orientation of the mesh, such as 0,0,90deg")
 @_scale_option
@@ -115,7 +114,7 @@ def heightmap(options: cli.Options) -> int:
         word, other = ("--into edits a file; it", "-o") if options.into else ("--bottom", "--into")
         raise RequestError(f"{word} excludes {other} and JSON")
     picked = options.pick("link section scale frame xyz rpy bottom into status note output force")
-    result = api.extract_height_map(run.words, **run.read_options(), **_grid(options), **picked)
+    result = extract_height_map(run.words, **run.read_options(), **_grid(options), **picked)
     if not options.into:
         return _print(run, result, result.values)
     failed = run.show(result)
@@ -140,7 +139,7 @@ def factory(options: cli.Options) -> int:
     if len(run.words) != 1:
         raise RequestError(f"extract factory takes one PACKAGE, not {len(run.words)}")
     picked = options.pick("robot height_map_link frame section lenient")
-    result = api.extract_factory(run.words[0], options.output, **run.read_options(), **_grid(options), **picked)
+    result = extract_factory(run.words[0], options.output, **run.read_options(), **_grid(options), **picked)
     failed = run.show(result)
     if result.written:
         run.give(result, lambda: "" if options.quiet else "\n".join(result.report))

@@ -1,16 +1,17 @@
-"""rosorin-compile frames: show the tree of frames with their publishers, or write it as a picture."""
+"""rosorin-compile frames and graph: the tree of frames, and the nodes with their topics, as text or as a drawing."""
 
 import os
 import shutil
 import sys
 from contextlib import suppress
+from pathlib import Path
 
-from rosorin_compile import api
 from rosorin_compile.model import Robot
-from rosorin_compile.viewer.frames import Frames
+from rosorin_compile.output import OutputError, may_replace, write_file
+from rosorin_compile.viewer.frames import Frames, frames
 
 from . import command as cli
-from .console import PROBLEMS, paint
+from .console import FINE, PROBLEMS, paint
 from .run import Run
 
 
@@ -23,10 +24,10 @@ from .run import Run
 @cli.force_option
 @cli.flag("--ascii", help="draw the tree with ASCII characters")
 @cli.robot_options
-def run(options: cli.Options) -> int:
+def run_frames(options: cli.Options) -> int:
     """Show the tree of frames of one robot."""
     run, description = Run.alone(options)
-    found = api.frames(run.request(description), **options.pick("frame publisher output force modes"))
+    found = frames(run.request(description), **options.pick("frame publisher output force modes"))
     failed, robot = run.show(found), found.robot
     if robot is None:
         return run.no_robot(description)
@@ -81,3 +82,29 @@ def _publishers_of(robot: Robot, found: Frames, frame: str) -> list[str]:
             sentences.append(f"no node publishes {edge}{joint}{f': {row.why}' if row.why else ''}")
     none = f"no node publishes {frame} in these modes" if into else f"nothing is above {frame}: it is a root"
     return sentences or [none]
+
+
+@cli.command("graph", exits="0 shown or written, 1 errors or open ends")
+@cli.robot_argument
+@cli.option("-o", "--output FILE.svg", help="write a drawing")
+@cli.force_option
+@cli.robot_options
+def run_graph(options: cli.Options) -> int:
+    """Show the nodes of a robot, the topics between them, and topics that no node publishes."""
+    from rosorin_compile.ros.graph import graph
+
+    run, description = Run.alone(options)
+    found = graph(run.request(description))
+    failed = run.show(found)
+    if not found.robot:
+        return run.no_robot(description)
+    if options.output is None:
+        run.give(found, found.text)
+        return PROBLEMS if failed else FINE
+    try:
+        write_file(Path(options.output), found.svg().encode(), (), None if options.force else may_replace)
+    except OutputError as problem:
+        run.console.show([problem.diagnostic])
+        return PROBLEMS
+    run.give(found, lambda: f"{found.robot}: {options.output}")
+    return PROBLEMS if failed else FINE

@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from rosorin_compile import api
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.importing.import_robot import companions
+from rosorin_compile.importing.import_robot import companions, import_robot
 from rosorin_compile.source.diagnostics import ERROR, RequestError, counted
 from rosorin_compile.source.project import Description
 
@@ -42,7 +41,7 @@ def run(options: Options) -> int:
     console = run.console
     console.begin(source.name)
     files = {format.name: getattr(options, format.name) for format in companions()}
-    result = api.import_robot(
+    result = import_robot(
         source,
         options.into,
         **run.read_options(),

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import click
 
-from rosorin_compile import api
-from rosorin_compile.importing.new_robot import DEFAULT, TEMPLATES, NewRobot, check_free
+from rosorin_compile.importing.new_robot import DEFAULT, TEMPLATES, NewRobot, check_free, init
 from rosorin_compile.source.diagnostics import RequestError, error
 
 from .command import Options, argument, command, option
@@ -25,7 +24,7 @@ def run(options: Options) -> int:
     try:
         check_free(options.name, Path(options.output))
         template = options.template or (_ask() if options.format == "text" else DEFAULT)
-        new = api.init(options.name, template, options.output)
+        new = init(options.name, template, options.output)
     except OSError as problem:
         message = f"cannot write in {options.output}: {problem.strerror or problem}"
         options.console.show([error("output-folder", message, None, "name another folder")])

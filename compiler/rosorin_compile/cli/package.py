@@ -1,46 +1,121 @@
-"""rosorin-compile package: write a ROS 2 package that is ready to build."""
+"""rosorin-compile package, deploy and check deployed: artifacts in ROS 2 packages and install spaces."""
 
-from rosorin_compile import api
+from contextlib import suppress
+from pathlib import Path
 
-from .command import Options, combined, command, option, repeatable, robot_argument, robot_options
+from rosorin_compile.ros.package.checking import check_deployed
+from rosorin_compile.ros.package.deploy import deploy
+from rosorin_compile.ros.package.package import package
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, error
+from rosorin_compile.source.project import Description
+
+from . import command as cli
 from .console import FINE, PROBLEMS
-from .run import Run
+from .markdown import blocks
+from .run import Run, for_each
 
 _AT_LAUNCH = "compile the description at launch, with its arguments as launch arguments"
 _STARTS = "add a launch file that starts {} with the parameters of the robot"
 _STARTED = {"control": "the controller_manager and the controllers", "moveit": "MoveIt"}
 _STARTED["nav2"] = "Nav2 and robot_localization"
+_PLACES = "path of an output in FOLDER, such as urdf=urdf/robot.urdf, or none to skip it; stored in FOLDER"
 
 
-@command("package", exits="0 written or unchanged, 1 errors")
-@robot_argument
-@option("-o", "--output FOLDER", required=True, help="folder of the package")
-@option("--name NAME", help="name of the package; default: ROBOT_description")
-@option("--build-type ament_cmake|ament_python", help="build type of the package; default: ament_cmake")
-@option("--package-version X.Y.Z", "version", help="version of the package; default: 0.1.0")
-@option("--maintainer 'NAME <MAIL>'", help="maintainer of the package")
-@option("--license SPDX", help="license of the package, such as Apache-2.0")
-@option("--url URL", help="website of the package")
-@repeatable("--topic SENSOR=TOPIC", "topics", help="topic of a sensor, for the RViz configuration; repeatable")
-@option("--compile-at-launch/--no-compile-at-launch", default=None, help=_AT_LAUNCH)
-@combined(*(option(f"--{name}/--no-{name}", default=None, help=_STARTS.format(it)) for name, it in _STARTED.items()))
-@robot_options
-def run(options: Options) -> int:
+@cli.command("package", exits="0 written or unchanged, 1 errors")
+@cli.robot_argument
+@cli.option("-o", "--output FOLDER", required=True, help="folder of the package")
+@cli.option("--name NAME", help="name of the package; default: ROBOT_description")
+@cli.option("--build-type ament_cmake|ament_python", help="build type of the package; default: ament_cmake")
+@cli.option("--package-version X.Y.Z", "version", help="version of the package; default: 0.1.0")
+@cli.option("--maintainer 'NAME <MAIL>'", help="maintainer of the package")
+@cli.option("--license SPDX", help="license of the package, such as Apache-2.0")
+@cli.option("--url URL", help="website of the package")
+@cli.repeatable("--topic SENSOR=TOPIC", "topics", help="topic of a sensor, for the RViz configuration; repeatable")
+@cli.option("--compile-at-launch/--no-compile-at-launch", default=None, help=_AT_LAUNCH)
+@cli.combined(
+    *(cli.option(f"--{name}/--no-{name}", default=None, help=_STARTS.format(it)) for name, it in _STARTED.items())
+)
+@cli.robot_options
+def run_package(options: cli.Options) -> int:
     """Write the package of a robot, and print the result."""
     run, description = Run.alone(options, stdin=False)
-    console = run.console
-    console.begin(description.name)
-    result = api.package(
-        run.request(description),
-        options.output,
-        **options.pick("name build_type version maintainer license url topics compile_at_launch control moveit nav2"),
-    )
-    console.print_read(result.inputs)
+    run.console.begin(description.name)
+    settings = "name build_type version maintainer license url topics compile_at_launch control moveit nav2"
+    result = package(run.request(description), options.output, **options.pick(settings))
+    run.console.print_read(result.inputs)
     failed = run.show(result)
     if not result.package:
         run.nothing_written(description, result.diagnostics)
         return PROBLEMS
     written = f"{len(result.written)} written" if result.written else "unchanged"
-    console.say(f"{result.package}: {len(result.files)} files in {result.folder}, {written}")
+    run.console.say(f"{result.package}: {len(result.files)} files in {result.folder}, {written}")
     run.give(result)
     return PROBLEMS if failed else FINE
+
+
+@cli.command("deploy", exits="0 written or unchanged, 1 errors or, with --dry-run, a file would change")
+@cli.robot_argument
+@cli.option("-o", "--output FOLDER", required=True, help="existing package or folder")
+@cli.repeatable("--map OUTPUT=PLACE", "places", help=_PLACES, offers="output=")
+@cli.option("--install FOLDER", help="install space; default: the one of the workspace, if any")
+@cli.dry_run_option
+@cli.full_option
+@cli.robot_options
+def run_deploy(options: cli.Options) -> int:
+    """Deploy the artifacts of a robot, and print the changes."""
+    run, description = Run.alone(options, stdin=False)
+    console = run.console
+    console.begin(description.name)
+    result = deploy(run.request(description), options.output, **options.pick("places install dry_run full"))
+    console.print_read(result.inputs)
+    failed = run.show(result)
+    if not result.robot:
+        run.nothing_written(description, result.diagnostics)
+        return PROBLEMS
+    if console.for_people:
+        for line in result.changes:
+            print(line)
+    elif result.changes:
+        console.show([Diagnostic("deploy-changes", NOTE, "\n".join(result.changes))])
+    same, total = sum(copy.same for copy in result.copies), len(result.copies)
+    done = "written" if result.written else "would be written"
+    if same < total or not result.written:
+        console.say(f"{result.robot}: {total - same} of {total} files in {result.folder} {done}")
+    else:
+        every = f"all {same} files" if same > 1 else "the one file" if same else "no file"
+        console.say(f"{result.robot}: {every} as compiled")
+    run.give(result)
+    return PROBLEMS if failed or (options.dry_run and same < total) else FINE
+
+
+@cli.check("deployed", exits="0 no differences, 1 differences or errors")
+@cli.check_options("[ROBOT] FOLDER", "the robot, required if there are several, and a package, install space or folder")
+@cli.full_option
+def run_check_deployed(options: cli.Options) -> int:
+    """Compare the copies in a folder with what robots are compiled to."""
+    names = Run.of(options).words
+    if not names:
+        raise RequestError("there is no folder to look into: rosorin-compile check deployed ROBOT FOLDER")
+    folder = names[-1]
+    with suppress(PermissionError):  # reported as an error of the robot
+        if not Path(folder).is_dir():
+            raise RequestError(f'there is no folder "{folder}"')
+
+    def check_robot(run: Run, description: Description) -> int:
+        result = check_deployed(run.request(description), folder, full=options.full)
+        run.console.print_read(result.inputs)
+        if result.differing:
+            help = "run rosorin-compile deploy to write them again"
+            compared, others = result.compared()
+            tables = blocks(compared.changes, compared.texts, others)
+            found = error("deployed-differs", "\n".join(result.lines), None, help)
+            run.console.differ("not as deployed", result.lines, found, lambda: tables)
+        failed = run.show(result)
+        if not result.robot:
+            run.nothing_written(description, result.diagnostics)
+            return PROBLEMS
+        total = len(result.same) + len(result.differing)
+        run.console.say(f"{description.name}: {len(result.same)} of {total} copies in {folder} as compiled")
+        return PROBLEMS if result.differing or failed else FINE
+
+    return for_each(options, check_robot, "ROBOT FOLDER", names[:-1])

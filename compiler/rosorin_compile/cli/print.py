@@ -10,16 +10,17 @@ from pathlib import Path
 
 from rosorin_compile import api
 from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.format import Artifact
 from rosorin_compile.language.arguments import UNKNOWN
 from rosorin_compile.output import OutputError, encoded, is_generated, may_replace, write_file
-from rosorin_compile.output.artifact_set import remember, remembered
+from rosorin_compile.output.artifact_set import is_remembered, remember
 from rosorin_compile.source.diagnostics import ERROR, RequestError
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.wording import counted, first_of
 
 from .command import Options, command, depfile_options, flag, option, robot_options, words_argument
 from .console import FINE, PROBLEMS, USAGE, give, table
-from .depfile import write_depfile
+from .depfile import watched, write_depfile
 from .run import Run, is_robot, refuse_half_marks
 
 _CALL = "rosorin-compile print"
@@ -43,19 +44,7 @@ def run(options: Options) -> int:
     run = Run.of(options)
     if options.list:
         return _list(run)
-    words, console, target = run.words, run.console, options.depfile_target or options.output
-    if not words:
-        shown = "see --list"
-        with suppress(RequestError):
-            description = run.find_robot()
-            if outputs := api.outputs(replace(run.request(description), warn=None)).outputs:
-                shown = f"the outputs of {description.name}: {first_of([one.name for one in outputs], 20)}"
-        raise RequestError(f"print what? {_CALL} [ROBOT] OUTPUT; {shown}")
-    if "" in words:
-        raise RequestError("a name is empty: a variable of the shell that is not set?")
-    if len(words) > 2:
-        refuse_half_marks(words)
-        raise RequestError(f"print takes one ROBOT and one OUTPUT: {_CALL} {words[0]} {words[1]}")
+    console, target = run.console, options.depfile_target or options.output
     if options.format != "text":
         raise RequestError("JSON goes with --list: an artifact is printed as it is")
     if options.depfile is not None and target is None:
@@ -70,7 +59,7 @@ def run(options: Options) -> int:
     if not compiled.artifacts:
         errors = [one for one in compiled.diagnostics if one.severity == ERROR]
         unknown = [one for one in errors if one.rule == UNKNOWN]
-        if unknown and len(words) == 1 and is_robot(output):
+        if unknown and len(run.words) == 1 and is_robot(output):
             console.warn(_missing_output(output))
         console.warn(f"{description.name}: {counted(len(errors), 'error')}, nothing printed")
         return USAGE if len(unknown) == len(errors) else PROBLEMS
@@ -78,38 +67,55 @@ def run(options: Options) -> int:
     try:
         data = encoded(artifact.file, artifact.text)
         if options.output is not None:
-            # One without a line that marks it is replaced if it was written before.
-            path, robot_of = Path(options.output), FORMATS[artifact.backend].robot_of
-            is_known = remembered(path) is not None
-            write_file(path, data, inputs, lambda old: is_known or may_replace(old) or bool(robot_of and robot_of(old)))
-            if not is_generated(data):
-                remember(path)
+            _write(Path(options.output), data, artifact, inputs)
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS
     if options.depfile is not None:
         made = [Path(name) for name in (options.output, options.depfile) if name]
-        if write_depfile(run, target, request.watched(compiled, made), made[:-1]):
+        if write_depfile(run, target, watched(inputs, compiled, made), made[:-1]):
             return PROBLEMS
     if options.output is None:
         give(artifact.text)
     return FINE
 
 
+def _write(path: Path, data: bytes, artifact: Artifact, inputs: list[Path]) -> None:
+    """Write an artifact; a file without the mark of this tool is replaced if it was written before."""
+    is_known, robot_of = is_remembered(path), FORMATS[artifact.backend].robot_of
+    write_file(path, data, inputs, lambda old: is_known or may_replace(old) or bool(robot_of and robot_of(old)))
+    if not is_generated(data):
+        remember(path)
+
+
 def _requested(run: Run) -> tuple[Description, str]:
-    *robots, output = run.words
-    if not robots:
+    """Return the robot and the name of the output. Raises RequestError."""
+    words = run.words
+    if not words:
+        shown = "see --list"
+        with suppress(RequestError):
+            description = run.find_robot()
+            if outputs := api.outputs(replace(run.request(description), warn=None)).outputs:
+                shown = f"the outputs of {description.name}: {first_of([one.name for one in outputs], 20)}"
+        raise RequestError(f"print what? {_CALL} [ROBOT] OUTPUT; {shown}")
+    if "" in words:
+        raise RequestError("a name is empty: a variable of the shell that is not set?")
+    if len(words) > 2:
+        refuse_half_marks(words)
+        raise RequestError(f"print takes one ROBOT and one OUTPUT: {_CALL} {words[0]} {words[1]}")
+    robot, output = words if len(words) == 2 else ("", words[0])
+    if not robot:
         try:
             return run.find_robot("", f"ROBOT {output}"), output
         except RequestError:
             if is_robot(output):
                 raise RequestError(_missing_output(output)) from None
             raise
-    if not is_robot(robots[0]):
+    if not is_robot(robot):
         if is_robot(output):
-            raise RequestError(f"the robot comes first: {_CALL} {output} {robots[0]}")
+            raise RequestError(f"the robot comes first: {_CALL} {output} {robot}")
         refuse_half_marks([output])
-    return run.find_robot(robots[0]), output
+    return run.find_robot(robot), output
 
 
 def _missing_output(robot: str) -> str:

@@ -3,14 +3,13 @@
 import math
 from collections.abc import Sequence
 
-from rosorin_compile import api
+from rosorin_compile.joint_values import JointPulse, pulses
 from rosorin_compile.model import Robot
-from rosorin_compile.results import JointPulse
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.numbers import exact, fixed
 
 from .command import Options, command, flag, option, pair, robot_options, strict_option, words_argument
-from .console import FINE, PROBLEMS, table
+from .console import PROBLEMS, table
 from .run import Run
 
 _HEADS = ("joint", "pulse", "position", "degrees", "asked for", "off by")
@@ -27,11 +26,10 @@ _SERVO_HEADS = ("joint", "servos", "pulses", "positions", "degrees", "limits", "
 @flag("--degrees", help="read numbers without a unit as degrees or metres", excludes="radians")
 @option("--pose POSE", default="", help="convert all joints of a named pose", offers="pose")
 @strict_option
-@option("--model FILE", help="check that a robot_model.json gives the same positions for every pulse")
 @robot_options
 def run(options: Options) -> int:
     """Print pulses and the positions that they set."""
-    from rosorin_compile.model.servos import NoModel, NoPulse
+    from rosorin_compile.model.servos import NoPulse
 
     run = Run.of(options)
     console = run.console
@@ -44,31 +42,22 @@ def run(options: Options) -> int:
         if not names or not names[0].lstrip("+-.")[:1].isdecimal():
             raise
         raise RequestError(f"{problem}; if it is a pulse or a position, write JOINT={names[0]}") from None
+    values = dict(pair(word, "JOINT=VALUE") for word in run.words if "=" in word)
+    unit = "deg" if options.degrees else "rad" if options.radians else ""
     try:
-        found = api.pulses(
-            run.request(description),
-            dict(pair(word, "JOINT=VALUE") for word in run.words if "=" in word),
-            **options.pick("pose model strict"),
-            unit="deg" if options.degrees else "rad" if options.radians else "",
-        )
-    except (NoPulse, NoModel) as problem:
-        console.warn(f"{options.model if isinstance(problem, NoModel) else 'rosorin-compile'}: {problem}")
+        found = pulses(run.request(description), values, **options.pick("pose strict"), unit=unit)
+    except NoPulse as problem:
+        console.warn(f"rosorin-compile: {problem}")
         return PROBLEMS
     if found.without_servo:
         without = ", ".join(found.without_servo)
         console.warn(f'without a servo, and not shown, of the pose "{options.pose}": {without}')
-    failed, robot, model = run.show(found), found.robot, found.model
+    failed, robot = run.show(found), found.robot
     if robot is None:
         return run.no_robot(description)
     if failed:
         return PROBLEMS
-    if model is None:
-        return run.give(found, lambda: "\n".join(_pulses(found.joints) if found.joints else _calibration(robot)))
-    for line in model.differences:
-        console.warn(f"{model.file}: {line}")
-    same = f"{model.file}: {model.pulses:,} pulses of {model.joints} joints give the very positions described"
-    run.give(found, lambda: "" if model.differences or options.quiet else same)
-    return PROBLEMS if model.differences else FINE
+    return run.give(found, lambda: "\n".join(_pulses(found.joints) if found.joints else _calibration(robot)))
 
 
 def _pulses(joints: Sequence[JointPulse]) -> list[str]:

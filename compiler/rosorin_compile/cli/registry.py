@@ -1,6 +1,6 @@
-"""The registry of commands and checks: their modules are imported when a name is called.
+"""The built-in commands and checks, and those of plug-ins: their modules are imported when a name is called.
 
-Plug-ins add more by entry points, whose names are those of their commands; nothing of a plug-in is imported that is
+The names of the entry points of plug-ins are those of their commands, so that nothing of a plug-in is imported that is
 not called.
 """
 
@@ -22,7 +22,7 @@ from rosorin_compile.source.project import ROOT_FILE, Description, NoDescription
 from rosorin_compile.source.wording import suggest
 
 from .command import Command
-from .table import ALIASES, BUILT_IN, CHECK, CHECKS, COMMANDS, Entry, names
+from .table import ALIASES, BUILT_IN, CHECK, CHECKS, COMMANDS, MODULES, Entry, names
 
 if TYPE_CHECKING:
     from rosorin_compile.source.diagnostics import Diagnostic
@@ -34,8 +34,7 @@ def commands(group: str = "commands") -> dict[str, Entry]:
     if any(one.group == group for one in installed()):
         more, wrong = _load(group, [*found, *ALIASES])
         _warn(wrong)
-        entries = [Entry(one.name or "", one.group, one.help or "", one.also, one.hidden) for one in more]
-        found |= {one.name: one for one in entries}
+        found |= {one.name or "": Entry(one.name or "", one.group, one.help or "", one.hidden) for one in more}
     groups = list(dict.fromkeys([*COMMANDS, *(one.group for one in found.values())]))
     return dict(sorted(found.items(), key=lambda item: groups.index(item[1].group)))
 
@@ -49,17 +48,16 @@ def command(name: str, group: str = "commands") -> click.Command | None:
     own = ALIASES.get(name, name)
     if own in BUILT_IN[group]:
         _warn(clash(one, name) for one in installed() if (one.group, one.name) == (group, name))
-        module = "import_robot" if own == "import" else own.replace("-", "_")
-        found: click.Command = import_module(f".{'check_' * (group == 'checks')}{module}", __package__).run
-        return found
+        module = import_module(f".{MODULES.get(own, own)}", __package__)
+        return next(one for one in vars(module).values() if isinstance(one, click.Command) and one.name == own)
     brings = _distribution(group, inner)
     if not brings or distribution not in ("", brings):
         return None
-    commands, wrong = _load(group, (), inner)
-    if wrong and not commands:
+    found, wrong = _load(group, (), inner)
+    if wrong and not found:
         raise PluginFailed(wrong[0])
     _warn(wrong)
-    return next(iter(commands), None)
+    return next(iter(found), None)
 
 
 def _distribution(group: str, name: str) -> str:
@@ -69,7 +67,7 @@ def _distribution(group: str, name: str) -> str:
 
 def _load(group: str, taken: Iterable[str], called: str | None = None) -> tuple[list[Command], list[Diagnostic]]:
     """Load the commands of plug-ins, of one name or all; return them, and diagnostics about invalid ones."""
-    found, diagnostics = load(group, Command, lambda one: (one.name or "", *one.also), set(taken).__contains__, called)
+    found, diagnostics = load(group, Command, lambda one: (one.name or "",), set(taken).__contains__, called)
     good, wrong = [], list(diagnostics)
     for plugin, one in found:
         if one.name != plugin.name:
@@ -93,31 +91,29 @@ def resolve_check(check: click.Command, words: list[str]) -> tuple[str, click.Co
     The name of a built-in check comes before a robot of that name, which is reached by its path. A robot of the project
     comes before a check of a plug-in, which is reached as DISTRIBUTION:NAME.
     """
-    valued = [one for one in check.params if isinstance(one, click.Option) and not one.is_flag]
-    takes_value = {name for one in valued for name in one.opts}
+    options = [one for one in check.params if isinstance(one, click.Option)]
+    takes_value = {name for one in options if not one.is_flag for name in one.opts}
     end = words.index("--") if "--" in words else len(words)
-    before = ["", *words]
-    places = [at for at in range(end) if not words[at].startswith("-") and before[at] not in takes_value]
-    name, found = words[places[0]] if places else "", None
-    distribution, robot = _distribution("checks", name), _robot(name) if name else None
-    if name not in CHECKS and distribution and name in {path.parent.name for path in all_here()}:
-        way = f"rosorin-compile {CHECK} {distribution}:{name}"
-        _report(f'"{name}" is a robot here; the check of that name of {distribution}: {way}')
-    elif name and (found := command(name, "checks")) is None:
-        later = [words[place] for place in places[1:] if words[place] in CHECKS]
-        named = next((word for word in later if not _robot(word) and not Path(word).exists()), None)
-        close = nearest(name, names("checks"))
-        if named:
-            _report(f'"{named}" is a check; write it before the robot: {CHECK} {named} ROBOT')
-        elif close not in (None, name) and robot is None:
-            _report(f'"{name}" is no check; {suggest(close)}')
-    if found is None:
+    places = [at for at in range(end) if not words[at].startswith("-") and not (at and words[at - 1] in takes_value)]
+    if not places:
         return CHECK, check, words
-    if robot is not None and name in CHECKS:
-        path = robot.path.parent if robot.path.name == ROOT_FILE else robot.path
-        shown = f"./{path}" if path == Path(name) else str(path)
-        _report(f'"{name}" is a check; the robot of that name: rosorin-compile {CHECK} {shown}')
-    return f"{CHECK} {name}", found, words[: places[0]] + words[places[0] + 1 :]
+    name = words[places[0]]
+    distribution, robot = _distribution("checks", name), _robot(name)
+    if name not in CHECKS and distribution and name in {path.parent.name for path in all_here()}:
+        other = f"rosorin-compile {CHECK} {distribution}:{name}"
+        _report(f'"{name}" is a robot here; the check of that name of {distribution}: {other}')
+        return CHECK, check, words
+    found = command(name, "checks")
+    if found is not None:
+        if robot is not None and name in CHECKS:
+            path = robot.path.parent if robot.path.name == ROOT_FILE else robot.path
+            shown = f"./{path}" if path == Path(name) else str(path)
+            _report(f'"{name}" is a check; the robot of that name: rosorin-compile {CHECK} {shown}')
+        return f"{CHECK} {name}", found, words[: places[0]] + words[places[0] + 1 :]
+    close = nearest(name, names("checks"))
+    if close not in (None, name) and robot is None:
+        _report(f'"{name}" is no check; {suggest(close)}')
+    return CHECK, check, words
 
 
 def _robot(name: str) -> Description | None:

@@ -1,16 +1,18 @@
-"""rosorin-compile rule: explain the id of a message, or list all ids."""
+"""rosorin-compile rule and schema: the reference of rules and of JSON Schemas."""
 
+import json
 import re
 import textwrap
 from collections.abc import Iterable
 
 from rosorin_compile import api
+from rosorin_compile.formats import schema_names, schema_text
 from rosorin_compile.language.suppressions import STAYS
-from rosorin_compile.source.diagnostics import has_errors
+from rosorin_compile.source.diagnostics import RequestError, UnknownName, has_errors
 from rosorin_compile.source.rule_registry import PLUGINS, Rule
 
-from .command import Options, command, words_argument
-from .console import FINE, PROBLEMS
+from .command import Options, argument, command, flag, words_argument
+from .console import FINE, PROBLEMS, give, table
 
 _LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
 _WIDTH = 100
@@ -19,7 +21,7 @@ _IMPORTED = {"always": "import writes that entry by itself.", "lenient": "import
 
 @command("rule", exits="0 printed, 1 a plug-in is broken")
 @words_argument("[ID ...]", "id of a message, such as axis-zero; default: list all rules", offers=("rule",))
-def run(options: Options) -> int:
+def run_rule(options: Options) -> int:
     """Print the entries of rules."""
     found = api.explain_rules(options.words)
     entries = ["\n".join(entry(rule)) for rule in found.rules]
@@ -65,3 +67,26 @@ def _list(rules: Iterable[Rule]) -> str:
             what = textwrap.shorten(_LINK.sub(lambda link: link[1], rule.what), _WIDTH, placeholder=" ...")
             lines.append(f"  {rule.id:<{width}}  {what}")
     return "\n".join(lines[1:])
+
+
+@command("schema", exits="0 printed", sections=lambda: {"Schemas": [*schema_names().items()]})
+@argument(
+    "name", default="authoring", metavar="[NAME]", help="a schema, see below; default: authoring", offers=("schema",)
+)
+@flag("--list", help="list the schemas")
+@flag("--macros", help="add the macros of the xacro files that robots of this project include, and their parameters")
+def run_schema(options: Options) -> int:
+    """Print a schema as it is, or list them."""
+    names = schema_names()
+    if options.list:
+        rows = [{"name": name, "what": what} for name, what in names.items()]
+        return options.console.give(rows, lambda: "\n".join(table(list(names.items()))))
+    if options.format != "text":
+        raise RequestError("--format goes with --list: a schema is printed as it is")
+    if options.name not in names:
+        raise UnknownName("schema", options.name, names)
+    if options.macros:
+        give(json.dumps(api.schema(options.name, macros=True), indent=1, ensure_ascii=False) + "\n")
+    else:
+        give(schema_text(options.name))
+    return FINE

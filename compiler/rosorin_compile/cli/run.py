@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.request import Request
 from rosorin_compile.source import files, project
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, has_errors
+from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import aside
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
@@ -56,10 +57,7 @@ class Run:
         words = options.words if words is None else words
         console = options.console
         console.counts_notes = not getattr(options, "notes", True) and not options.verbose
-        summary = getattr(options, "summary", None)
-        console.keeps_sections = console.form == "markdown" or summary is not None
-        if summary is not None:
-            _check_summary(Path(summary))
+        console.keeps_sections = console.form == "markdown" or getattr(options, "summary", None) is not None
         arguments = {**dict(pair(word, "NAME=VALUE") for word in words if MARK in word), **options.arg}
         argument_files = tuple(map(Path, options.args_files))
         for file in argument_files:
@@ -113,8 +111,6 @@ class Run:
 
     def read_options(self) -> dict[str, Any]:
         """Return the arguments for functions of the API that read a file in another format. Raises RequestError."""
-        from rosorin_compile.source.load import LoadError
-
         try:
             reading = self.request(Description("", Path(), Path())).read_options()
         except LoadError as problem:
@@ -124,11 +120,11 @@ class Run:
 
     def understood(self, description: Description) -> Case | None:
         """Return a robot in any format with its positions in files, for plug-ins; print its errors if it has any."""
-        found = self.request(description).understand()
-        if found.case is None:
-            self.console.show([one for one in found.diagnostics if one.severity == ERROR])
+        case, diagnostics = self.request(description).load_case()
+        if case is None:
+            self.console.show(diagnostics)
             self.no_robot(description)
-        return found.case
+        return case
 
     def no_robot(self, description: Description) -> int:
         """Print that a robot has errors, after its errors; return the exit code."""
@@ -143,15 +139,6 @@ class Run:
     def give(self, result: object, text: Callable[[], str] = str) -> int:
         """Set the result of the command, and print it as ``text``; return the exit code ``FINE``."""
         return self.console.give(result, text)
-
-    def nothing_written(self, description: Description, diagnostics: Sequence[Diagnostic]) -> int:
-        """Print how many errors keep a robot from being compiled; return the exit code."""
-        errors = sum(diagnostic.severity == ERROR for diagnostic in diagnostics)
-        if not errors:
-            self.console.say(f"{description.name}: nothing to emit; say under outputs: what you want")
-            return FINE
-        self.console.warn(f"{description.name}: {counted(errors, 'error')}, nothing written")
-        return PROBLEMS
 
     def write_page(self, page: Pictures) -> None:
         """Write a page of changes. Raises RequestError."""
@@ -169,6 +156,15 @@ class Run:
             self.console.warn(f"{done.file}: without {done.left_out}")
         self.console.say(f"{done.file}: a page with {counted(done.robots, 'robot')}, {done.bytes / 1e6:.1f} MB")
 
+    def nothing_written(self, description: Description, diagnostics: Sequence[Diagnostic]) -> int:
+        """Print how many errors keep a robot from being compiled; return the exit code."""
+        errors = sum(diagnostic.severity == ERROR for diagnostic in diagnostics)
+        if not errors:
+            self.console.say(f"{description.name}: nothing to emit; say under outputs: what you want")
+            return FINE
+        self.console.warn(f"{description.name}: {counted(errors, 'error')}, nothing written")
+        return PROBLEMS
+
 
 def for_each(
     options: Options, work: Callable[[Run, Description], int], usage: str = "", robots: Sequence[str] | None = None
@@ -177,47 +173,52 @@ def for_each(
 
     Without a name all robots are requested, or, if ``usage`` shows how to name one, the only one. Raises RequestError.
     """
-    words, changed = options.words, None
-    if getattr(options, "hook", False) and words:
-        changed = [word for word in words if os.path.lexists(word)]  # a file sets no argument, whatever its name
-        words = [word for word in words if word not in changed]
-    run = Run.of(options, words)
-    console, names = run.console, [*(run.words if robots is None else robots)]
-    if changed is not None:
+    # The words of --hook are files that changed: such a word sets no argument, whatever its name is.
+    hook = getattr(options, "hook", False) and bool(options.words)
+    changed = [word for word in options.words if hook and os.path.lexists(word)]
+    run = Run.of(options, [word for word in options.words if word not in changed])
+    names = [*(run.words if robots is None else robots)]
+    if hook:
         if names:
             raise RequestError(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
         names = [str(path) for path in project.all_with(changed)]
     elif usage and not names:
         names = [str(run.find_robot("", usage).path)]
-    found = placed(options, names) if names or changed is None else []
+    found = [] if hook and not names else placed(options, names)
     if getattr(options, "depfile", None) is not None and len(found) > 1:
         several = ", ".join(description.name for description in found)
         raise RequestError(f"a depfile is about one robot, and there are several: {several}; name one")
     if not options.words and not usage:
-        warn_of_no_robots(console)
+        warn_of_no_robots(run.console)
     if not found:
-        console.say("none of these files is in a project: no folder above them has descriptions/*/robot.yaml")
-    code = FINE
-    console.robots = []
-    for description in found:
-        console.begin(description.name)
-        Progress.about(f"{description.name}:" if len(found) > 1 else "")
-        console.robots.append({"robot": description.name, "file": str(description.path), "fine": False})
-        # A program reads one document on standard output, without what a plug-in prints.
-        with nullcontext() if console.plugin is None or console.for_people else aside():
-            result = work(run, description)
-        differing = {"differences": console.differing} if console.differing else {}
-        console.robots[-1].update({"fine": result == FINE, **differing})
-        console.end(result != FINE)
-        code = max(code, result)
-    console.give({"robots": console.robots})
+        run.console.say("none of these files is in a project: no folder above them has descriptions/*/robot.yaml")
+    run.console.robots = []
+    code = max([_work(run, description, work, len(found) > 1) for description in found], default=FINE)
+    run.console.give({"robots": run.console.robots})
     if (summary := getattr(options, "summary", None)) is not None:
         try:
             with Path(summary).open("a", encoding="utf-8", errors="backslashreplace") as file:
-                file.write(console.summary())
+                file.write(run.console.summary())
         except (OSError, ValueError) as problem:
             reason = getattr(problem, "strerror", None) or problem
             raise RequestError(f'cannot write the summary "{summary}": {reason}') from None
+    return code
+
+
+def _work(run: Run, description: Description, work: Callable[[Run, Description], int], with_name: bool) -> int:
+    """Call a function with a robot, and record its result; return the exit code."""
+    console = run.console
+    console.begin(description.name)
+    Progress.about(f"{description.name}:" if with_name else "")
+    entry: dict[str, object] = {"robot": description.name, "file": str(description.path), "fine": False}
+    console.robots.append(entry)
+    # A program reads one document on standard output, without what a plug-in prints.
+    with nullcontext() if console.plugin is None or console.for_people else aside():
+        code = work(run, description)
+    entry["fine"] = code == FINE
+    if console.differing:
+        entry["differences"] = console.differing
+    console.end(code != FINE)
     return code
 
 
@@ -277,16 +278,9 @@ def refuse_stdin(words: Sequence[str], help: str = "name a file") -> None:
 def refuse_half_marks(words: Iterable[str]) -> None:
     """Raise RequestError for prefix=left_ and prefix:left_ instead of prefix:=left_."""
     for word in words:
-        mark = "=" if "=" in word else ":"
-        name, found, value = word.partition(mark)
+        name, found, value = word.partition("=" if "=" in word else ":")
         if found and name.isidentifier() and not os.path.lexists(word):
             raise RequestError(f'"{word}" sets no argument: write {name}{MARK}{value}')
-
-
-def warn_of_no_robots(console: Console) -> None:
-    """Warn of folders of this project that look like descriptions and have no ``robot.yaml``."""
-    if wrong := project.without_first_file(Description.around()):
-        console.show([Diagnostic("no-robot-file", WARNING, message, help=help) for message, help in wrong])
 
 
 def refuse_positions(words: Sequence[str]) -> None:
@@ -295,16 +289,10 @@ def refuse_positions(words: Sequence[str]) -> None:
         raise RequestError(f"write --joint {value} for a position, --pulse {value} for a pulse")
 
 
-def _check_summary(file: Path) -> None:
-    """Raise RequestError for a file that is no summary of this tool and not that of a step of a GitHub job."""
-    from .markdown import HEAD
-
-    of_job, begins = os.environ.get("GITHUB_STEP_SUMMARY", ""), ""
-    with suppress(OSError, ValueError):  # writing reports the reason
-        if files.is_file(file) and not (of_job and files.resolve(file) == files.resolve(of_job)):
-            begins = files.read_bytes(file, len(HEAD.encode())).decode("utf-8", "replace")
-    if begins.strip() and begins != HEAD:
-        raise RequestError(f'"{file}" is there, and is no summary: nothing is appended to it; name another file')
+def warn_of_no_robots(console: Console) -> None:
+    """Warn of folders of this project that look like descriptions and have no ``robot.yaml``."""
+    if wrong := project.without_first_file(Description.around()):
+        console.show([Diagnostic("no-robot-file", WARNING, message, help=help) for message, help in wrong])
 
 
 def count(artifacts: Sized, meshes: Collection[str] = ()) -> str:

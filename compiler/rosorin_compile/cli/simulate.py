@@ -1,13 +1,32 @@
-"""rosorin-compile simulate: test a robot in MuJoCo."""
+"""rosorin-compile simulate, check physics and collisions: what MuJoCo finds out about a robot."""
 
+from collections import Counter
+from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 
 from rosorin_compile import api
-from rosorin_compile.mujoco.simulate.simulation import LIMITS, about, summary, tables
+from rosorin_compile.model import DisabledCollision
+from rosorin_compile.mujoco.collisions.matrix import FILE as COLLISIONS_FILE
+from rosorin_compile.mujoco.physics.checking import check_physics, require
+from rosorin_compile.mujoco.simulate.simulation import LIMITS, about, simulate, summary, tables
+from rosorin_compile.source.diagnostics import counted, listed
+from rosorin_compile.source.project import Description
 
-from .command import Options, command, flag, option, repeatable, robot_argument, robot_options
+from .command import (
+    Options,
+    check,
+    check_options,
+    command,
+    flag,
+    hook_option,
+    option,
+    repeatable,
+    robot_argument,
+    robot_options,
+)
 from .console import FINE, PROBLEMS
-from .run import Run, severities
+from .run import Run, for_each, severities
 
 _LIMITS = ", ".join(f"{name} {one.value:g}{f' {one.unit}' if one.unit else ''}" for name, one in LIMITS.items())
 
@@ -21,7 +40,7 @@ _LIMITS = ", ".join(f"{name} {one.value:g}{f' {one.unit}' if one.unit else ''}" 
 @repeatable("--limit NAME=NUMBER", "limits", help=f"override a limit; defaults: {_LIMITS}")
 @flag("--no-timing", help="leave out the run time, which differs between runs")
 @robot_options
-def run(options: Options) -> int:
+def run_simulate(options: Options) -> int:
     """Simulate a robot and print its behaviour."""
     limits = {}
     for name, value in options.limits.items():
@@ -30,7 +49,7 @@ def run(options: Options) -> int:
             limits[name] = float(value)
     run, description = Run.alone(options)
     console, settings = run.console, options.pick("base seconds")
-    result = api.simulate(run.request(description), **settings, limits=limits, timing=not options.no_timing)
+    result = simulate(run.request(description), **settings, limits=limits, timing=not options.no_timing)
     name = result.robot
     if not result.poses:
         console.show(result.diagnostics)
@@ -49,3 +68,57 @@ def run(options: Options) -> int:
         console.show(result.diagnostics)
         console.say(f"{name}: {summary(result)} simulated: {severities(result.diagnostics)}")
     return PROBLEMS if any(one.severity != "note" for one in result.diagnostics) else FINE
+
+
+@check("physics", exits="0 no errors, 1 errors")
+@check_options()
+@hook_option()
+def run_check_physics(options: Options) -> int:
+    """Check the physics of each robot."""
+    require("check physics")
+    return for_each(options, _check_physics)
+
+
+def _check_physics(run: Run, description: Description) -> int:
+    result = check_physics(run.request(description))
+    run.console.show(result.diagnostics)
+    run.console.robots[-1]["looked_at"] = result.looked_at
+    if result.looked_at is None:
+        return run.no_robot(description)
+    run.console.say(f"{description.name}: physics of {result.looked_at}: {severities(result.diagnostics)}")
+    return FINE if result.fine else PROBLEMS
+
+
+@command("collisions", exits="0 written or unchanged, 1 errors")
+@robot_argument
+@option("-o", "--output FILE", help=f"file to write; default: {COLLISIONS_FILE} next to the description")
+@flag("--force", help="compute again, even if the file is up to date")
+@robot_options
+def run_collisions(options: Options) -> int:
+    """Compute the matrix of a robot, and write it."""
+    run, description = Run.alone(options, stdin=False)
+    console = run.console
+    result = api.collisions(run.request(description), output=options.output, force=options.force)
+    if run.show(result):
+        return PROBLEMS
+    if not result.written:
+        console.say(f"{result.robot}: the collision matrix is that of {result.urdf}; --force computes it")
+        return run.give(result)
+    if result.touching_hulls:
+        console.say(f"checked all the same: {_named(result.touching_hulls)}, whose hulls touch, and not the meshes")
+    if result.contradicted:
+        console.warn(f"disabled_collisions says Never of {_named(result.contradicted)}, which do collide")
+    if result.kept:
+        console.say(f"{counted(result.kept, 'pair')} as before: the same shapes, and the same joints between")
+    every, found = result.links * (result.links - 1) // 2, len(result.pairs)
+    counts = Counter(pair.reason for pair in result.pairs)
+    reasons = listed(f"{counts[reason]} {reason}" for reason in DisabledCollision.REASONS if counts[reason]) or "none"
+    console.say(f"{result.file}: {counted(every, 'pair')} of links, need no check: {reasons}; {every - found} to check")
+    console.say(f"tried: {counted(result.states, 'random state')}, seed {result.seed}")
+    included = "" if result.included else f"include: [{Path(result.file).name}] in {description.path}, then "
+    console.say(f"next: {included}rosorin-compile all")
+    return run.give(result)
+
+
+def _named(pairs: Sequence[tuple[str, str]]) -> str:
+    return listed([" and ".join(pair) for pair in pairs], 3)

@@ -1,8 +1,7 @@
 """rosorin-compile sweep: compile one description for a list of variants, each to a separate folder."""
 
-from rosorin_compile import api
 from rosorin_compile.source.diagnostics import and_more, counted
-from rosorin_compile.variants.writing import MAX_FAILED
+from rosorin_compile.variants.writing import MAX_FAILED, write_sweep
 
 from .command import PATH, Options, command, flag, option, robot_argument, robot_options
 from .console import FINE, PROBLEMS
@@ -27,7 +26,7 @@ def run(options: Options) -> int:
     console, code = run.console, PROBLEMS
     console.begin(description.name)
     try:
-        result = api.write_sweep(
+        result = write_sweep(
             run.request(description),
             options.over,
             options.output,

@@ -54,6 +54,17 @@ CHECKS = {
 }
 ALIASES = {"compile": "all"}
 _HIDDEN = ("pulses", "cmake-dir", "bazel-dir")
+# Modules of commands that are not named after the command.
+MODULES = {
+    **dict.fromkeys(("bazel-dir", "cmake-dir", "completion", "help"), "tool"),
+    **dict.fromkeys(("deploy", "deployed"), "package"),
+    **dict.fromkeys(("collisions", "physics"), "simulate"),
+    "graph": "frames",
+    "import": "import_robot",
+    "parameters": "check_parameters",
+    "picture": "view",
+    "schema": "rule",
+}
 
 
 class Entry(NamedTuple):
@@ -62,13 +73,12 @@ class Entry(NamedTuple):
     name: str
     group: str
     help: str
-    also: tuple[str, ...] = ()
     hidden: bool = False
 
 
 BUILT_IN = {
     "commands": {
-        name: Entry(name, group, help, tuple(alias for alias in ALIASES if ALIASES[alias] == name), name in _HIDDEN)
+        name: Entry(name, group, help, name in _HIDDEN)
         for group, helps in COMMANDS.items()
         for name, help in helps.items()
     },

@@ -4,9 +4,8 @@ import csv
 import io
 from typing import Any
 
-from rosorin_compile import api
-from rosorin_compile.results import FrameTransform, Transforms
 from rosorin_compile.source.diagnostics import RequestError
+from rosorin_compile.transforms import FrameTransform, NotPublished, Transforms, transform
 
 from . import command as cli
 from .console import PROBLEMS, table
@@ -38,7 +37,6 @@ _SWEEP = "use COUNT positions in turn; repeatable: all combinations"
 def run(options: cli.Options) -> int:
     """Print the pose of a frame in another."""
     from rosorin_compile.model.servos import NoPulse
-    from rosorin_compile.queries import NotPublished
 
     refuse_positions(options.words)
     run, picked = Run.of(options), options.pick("pose joints pulses sweeps modes strict")
@@ -46,7 +44,7 @@ def run(options: cli.Options) -> int:
         raise RequestError(f"--digits takes 0 to {_MAX_DIGITS}")
     description, (source, target) = run.robot_before(2, "ROBOT SOURCE TARGET")
     try:
-        found = api.transform(run.request(description), source, target, **picked)
+        found = transform(run.request(description), source, target, **picked)
     except (NoPulse, NotPublished) as problem:
         run.console.warn(f"rosorin-compile: {problem}")
         return PROBLEMS
@@ -62,11 +60,11 @@ def _text(found: Transforms, options: cli.Options) -> str:
     if options.table or options.csv:
         return _rows(found, None if options.csv else options.digits)
     blocks = []
-    for transform in found.transforms:
+    for state in found.transforms:
         if found.swept:
-            positions = (f"{joint} = {transform.positions[joint]:.6g}" for joint in found.swept)
+            positions = (f"{joint} = {state.positions[joint]:.6g}" for joint in found.swept)
             blocks.append(f"# {', '.join(positions)}")
-        blocks += _echo(transform, options.digits, options.distro)
+        blocks += _echo(state, options.digits, options.distro)
     return "\n".join(blocks)
 
 

@@ -5,8 +5,8 @@ import re
 import sys
 from pathlib import Path
 
-from rosorin_compile import api
 from rosorin_compile.output import OutputError, write_file
+from rosorin_compile.recordings import verify
 from rosorin_compile.source.diagnostics import ERROR, WARNING, RequestError
 from rosorin_compile.source.files import exists, is_file, is_folder, read_bytes
 from rosorin_compile.source.project import Description, NoDescription
@@ -45,7 +45,7 @@ def run(options: Options) -> int:
 
     run = Run.of(options)
     console, (source, description) = run.console, _requested(run)
-    result = api.verify(
+    result = verify(
         run.request(description), source, **options.pick("modes without pose frames since until stale namespace prefix")
     )
     if result.data is None:

@@ -1,33 +1,33 @@
-"""rosorin-compile view: show a robot in the browser, and follow its files; or write it as one page."""
+"""rosorin-compile view and picture: show a robot in the browser, or write it as one page or as a PNG file."""
 
 import errno
+import re
 from typing import Any
 
 import click
 
-from rosorin_compile import api
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.viewer.server import LOOPBACK, LiveRobot, bound
-from rosorin_compile.viewer.showing import Shown
+from rosorin_compile.viewer.showing import Shown, view
 
-from .command import Options, command, flag, option, page_options, robot_argument, robot_options
+from . import command as cli
 from .console import FINE, PROBLEMS
-from .run import Run
+from .run import Run, refuse_positions
 
 
-@command("view", exits="0 stopped with Ctrl-C or SIGTERM, or page written, 1 errors (with --html)")
-@robot_argument
-@page_options("write the page to a file instead of serving it")
-@flag("--no-open", help="do not open a browser")
-@option("--port NUMBER", type=click.IntRange(0, 65535), help="port of the server; default: 8642, or a free one")
-@option("--host ADDRESS", default=LOOPBACK, help="address, for access from other machines; default: this one only")
-@robot_options
-def run(options: Options) -> int:
+@cli.command("view", exits="0 stopped with Ctrl-C or SIGTERM, or page written, 1 errors (with --html)")
+@cli.robot_argument
+@cli.page_options("write the page to a file instead of serving it")
+@cli.flag("--no-open", help="do not open a browser")
+@cli.option("--port NUMBER", type=click.IntRange(0, 65535), help="port of the server; default: 8642, or a free one")
+@cli.option("--host ADDRESS", default=LOOPBACK, help="address, for access from other machines; default: this one only")
+@cli.robot_options
+def run_view(options: cli.Options) -> int:
     """Show a robot."""
     run, description = Run.alone(options)
     console, request, port, host = run.console, run.request(description), options.port, options.host
     if options.html is not None:
-        page = api.view(request, options.html, meshes=not options.no_meshes, max_megabytes=options.max_megabytes)
+        page = view(request, options.html, meshes=not options.no_meshes, max_megabytes=options.max_megabytes)
         console.show(page.diagnostics)
         if not page.written:
             console.warn(f"{description.name}: no page was written")
@@ -56,3 +56,45 @@ def contacts(shown: Shown) -> Any:
     from rosorin_compile.mujoco.physics.checking import OverlapFinder
 
     return OverlapFinder(shown.case, shown.meshes)
+
+
+@cli.command("picture", exits="0 drawn, 1 errors or a missing extra")
+@cli.robot_argument
+@cli.option("-o", "--output FILE", required=True, help="picture to write: FILE.png")
+@cli.force_option
+@cli.position_options()
+@cli.combined(
+    cli.option("--from VIEW", "view", default="iso", help="camera: iso, front, side, top or angles (30deg,20deg)"),
+    cli.option("--size WxH", default="1280x800", help="size in pixels"),
+    cli.flag("--collision", help="show collision shapes of all links; default: of links without visuals"),
+    cli.flag("--frames", "published_frames", help="show published frames with their names"),
+    cli.repeatable("--frame FRAME", "frames", help="show a frame; repeatable", offers="frame"),
+    cli.mode_option("on"),
+    cli.option("--theme light|dark", default="light", help="colours of background and floor"),
+    cli.flag("--transparent", help="draw only the robot and its shadow, on a transparent background"),
+    section="Appearance",
+)
+@cli.robot_options
+def run_picture(options: cli.Options) -> int:
+    """Write a picture of a robot."""
+    from rosorin_compile.model.servos import NoPulse
+    from rosorin_compile.viewer.picture.draw import picture
+
+    refuse_positions(options.words)
+    size = re.fullmatch(r"([0-9]{1,5})[xX]([0-9]{1,5})", options.size)
+    if size is None:
+        raise RequestError(f'"{options.size}" is not WIDTHxHEIGHT in pixels, such as 1280x800')
+    run, description = Run.alone(options)
+    picked = options.pick("pose joints pulses modes view collision published_frames frames theme transparent force")
+    pixels = (int(size[1]), int(size[2]))
+    try:
+        result = picture(run.request(description), options.output, **picked, size=pixels)
+    except NoPulse as problem:
+        run.console.warn(f"rosorin-compile: {problem}")
+        return PROBLEMS
+    run.console.show(result.diagnostics)
+    if not result.drawn:
+        run.console.warn(f"{description.name}: no picture was drawn")
+        return PROBLEMS
+    run.console.say(f"{result.robot}: {result.file}, {result.width} x {result.height}")
+    return run.give(result)

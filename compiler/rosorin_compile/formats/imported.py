@@ -180,7 +180,6 @@ class Proof(NamedTuple):
     known: Mapping[str, Sequence[str]] = {}  # was reported before
     said: str = ""  # the sentence about what the engine has shown
     unknown: str = ""  # why the engine did not answer
-    counts: Mapping[str, int] = {}  # of objects of the source by kind
 
     @property
     def texts(self) -> list[str]:

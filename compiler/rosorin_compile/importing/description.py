@@ -25,10 +25,9 @@ from rosorin_compile.source.tree import Map, Path, Seq
 
 from .layout import Expression, Verbatim, angle_of, escaped, layout, number, placed, within_part
 
-PARTS, USE, LET = "parts", "use", "let"  # sections that the plain tree has no more
-# The files besides the first one, in their order; others follow.
+# The files besides the first one, in their order, with what their first lines say; others follow.
 _ABOUT = {
-    PARTS: "The parts: what the robot has several times, written once; robot.yaml uses them.",
+    "parts": "The parts: what the robot has several times, written once; robot.yaml uses them.",
     "links": "The links: masses, what they look like, what they collide with.",
     "joints": "The joints: how the links hang together.",
     "simulation": "What only a simulation has: how the robot stands, what drives it, what it measures and touches.",
@@ -37,9 +36,11 @@ _ABOUT = {
     "extensions": "What the language has no word for, as it stood in the source.",
     "moveit": "What MoveIt has to know beside the URDF: groups of joints, end effectors, pairs that it need not check.",
 }
-_BEHIND = {LET: PARTS, "joints": USE}  # they hang on links, as joints do
-_WITH_EACH = "source"  # at the top of each file
-_LAST = 1_000  # the place of what the schema says nothing of
+_BEHIND = {"let": "parts", "joints": "use"}  # they hang on links, as joints do
+_LAST = 1_000  # the place of keys that the schema does not have
+_MIN_FILES = 3  # in a folder that gets a name
+_MIN_LENGTH = 20  # of the path of such a folder
+_MIN_SAVED = 50  # characters that a name has to save
 
 V = TypeVar("V")
 MAX_LINES = 150  # a longer description is split into files
@@ -47,9 +48,7 @@ MAX_LINES = 150  # a longer description is split into files
 
 def tree_of(imported: Imported) -> Map:
     """Return the tree of a source. Raises ValueError for a broken one, which has none."""
-    if imported.tree is None:
-        raise ValueError("a broken source has no tree")
-    return imported.tree
+    return imported.whole
 
 
 def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | None = None) -> dict[str, str]:
@@ -59,21 +58,31 @@ def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | N
     whether it is several files; without it a long one is. The result is the same for the same tree, whatever the
     machine.
     """
-    document = _Document(tree_of(imported), imported.packages).made(wanted)
+    document, root = _Document(imported.whole, imported.packages).made(wanted), Description.ROOT_FILE
     head = [f"yaml-language-server: $schema={schema}"] if schema else []
-    few = sum(len(value) for value in document.values() if isinstance(value, dict)) <= MAX_LINES
-    if split is False or (split is None and few):
-        whole = _file(Description.ROOT_FILE, document, imported, wanted, head)
+
+    def text(file: str, document: dict[str, Any], head: Sequence[str]) -> str:
+        remarks = placed(imported.comments, document, head, file == root)
+        if file == root and wanted.lines:
+            remarks = remarks._replace(inside={**remarks.inside, ("outputs",): wanted.lines})
+        return layout(document, remarks)
+
+    is_short = sum(len(value) for value in document.values() if isinstance(value, dict)) <= MAX_LINES
+    if split is False or (split is None and is_short):
+        whole = text(root, document, head)
         if split is False or whole.count("\n") <= MAX_LINES:
-            return {Description.ROOT_FILE: whole}
-    parts = in_files(document)
-    for section in {section for part in parts.values() for section in part} - {"source"}:
-        del document[section]
+            return {root: whole}
+    parts: dict[str, dict[str, Any]] = {name: {} for name in _ABOUT}
+    for section in list(document):
+        if file := "parts" if section == "parts" else fragment_at((section,)).get("x-file"):
+            parts.setdefault(file, {})[section] = document.pop(section)
+    parts = {name: part for name, part in parts.items() if part}
     document["include"] = [f"{name}.yaml" for name in parts]
-    files = {Description.ROOT_FILE: _file(Description.ROOT_FILE, sorted_sections(document), imported, wanted, head)}
+    files = {root: text(root, sorted_sections(document), head)}
+    source = {"source": document["source"]} if "source" in document else {}
     for name, part in parts.items():
-        file = f"{name}.yaml"
-        files[file] = _file(file, part, imported, wanted, [*head, about(name, part)])
+        about = _ABOUT.get(name) or fragment_at((next(iter(part)),)).get("description", name)
+        files[f"{name}.yaml"] = text(f"{name}.yaml", {**source, **part}, [*head, about])
     return files
 
 
@@ -81,16 +90,6 @@ def lines_of(tree: Map) -> int:
     """Return how many lines some sections of a description take."""
     made = _Document(tree)
     return layout({key: made.value(value, (key,), None) for key, value in tree.items()}).count("\n")
-
-
-def _file(name: str, document: dict[str, Any], imported: Imported, wanted: Outputs, head: list[str]) -> str:
-    """Return the text of one file."""
-    root = name == Description.ROOT_FILE
-    said = placed(imported.comments, document, head, root)
-    if root and wanted.lines:
-        inside = {**said.inside, ("outputs",): wanted.lines}
-        said = said._replace(inside=inside)
-    return layout(document, said)
 
 
 class _Document:
@@ -102,7 +101,8 @@ class _Document:
 
     def made(self, wanted: Outputs) -> dict[str, Any]:
         """Return the document of the whole description."""
-        body = {key: self.value(value, (key,), span) for key, value, span in _items(self.tree) if value}
+        items = ((key, value) for key, value in self.tree.items() if value)
+        body = {key: self.value(value, (key,), self.tree.value_spans.get(key)) for key, value in items}
         lets: dict[str, Any] = {**self.folders, **body.pop("let", {})}
         document: dict[str, Any] = {"rosorin_compile": Verbatim("1"), **body}
         if lets:
@@ -125,16 +125,17 @@ class _Document:
         return value
 
     def mapping(self, value: Map, path: Path) -> dict[str, Any]:
-        """Return a mapping without what is said by default, in the order in which a person would say it."""
+        """Return a mapping without defaults, with its keys in their order."""
         made: dict[str, Any] = {}
         own = within_part(path)
-        for key, item, span in _items(value):
-            here = (*path, key)
+        for key, item in value.items():
             if not is_default((*own, key), item):
-                found = self.value(item, here, span)
+                found = self.value(item, (*path, key), value.value_spans.get(key))
                 if found or key != "dynamics":
                     made[key] = found
-        return sorted_keys(made, own) if len(own) > 1 else made
+        if len(own) == 1:
+            return made
+        return in_order(made) if own[0] == "let" else _sorted(made, _order(fragment_at(own)))
 
 
 def _in_packages(text: str, packages: Mapping[str, FilePath]) -> str:
@@ -156,28 +157,18 @@ def _written(value: Any) -> Any:
     return number(value, None) if isinstance(value, (int, float)) and not isinstance(value, bool) else value
 
 
-def _items(value: Map) -> Iterator[tuple[str, Any, Span | None]]:
-    for key, item in value.items():
-        yield key, item, value.value_spans.get(key)
-
-
-_MIN_FILES = 3  # in a folder that gets a name
-_MIN_LENGTH = 20  # of the path of such a folder
-_MIN_SAVED = 50  # characters that a name has to save
-
-
 def mesh_folders(tree: Map) -> dict[str, str]:
     """Return the folders of meshes that are worth a name under ``let``, by that name, without a slash at the end."""
-    bodies = [tree, *(part for part in (tree.get("parts") or {}).values() if isinstance(part, Map))]
-    links = [link for body in bodies for link in (body.get("links") or {}).values() if isinstance(link, Map)]
-    shapes = [shape for link in links for key in ("visual", "collision") for shape in link.get(key) or ()]
-    meshes = [shape["mesh"] for shape in shapes if isinstance(shape, Map) and isinstance(shape.get("mesh"), Map)]
     packages: dict[str, list[str]] = {}
-    for file in (mesh.get("file") for mesh in meshes):
-        if isinstance(file, str):
-            scheme, mark, rest = file.partition("://")
-            is_package = mark and scheme in ("package", "model")
-            packages.setdefault(rest.partition("/")[0] if is_package else "", []).append(file)
+    for body in (tree, *(tree.get("parts") or {}).values()):
+        links = (body.get("links") or {}).values() if isinstance(body, Map) else ()
+        shapes = [shape for link in links if link for key in ("visual", "collision") for shape in link.get(key) or ()]
+        for mesh in (shape.get("mesh") for shape in shapes if isinstance(shape, Map)):
+            file = mesh.get("file") if isinstance(mesh, Map) else None
+            if isinstance(file, str):
+                scheme, mark, rest = file.partition("://")
+                is_package = mark and scheme in ("package", "model")
+                packages.setdefault(rest.partition("/")[0] if is_package else "", []).append(file)
     folders = {package: folder for package, files in packages.items() if (folder := _common_folder(files))}
     named: dict[str, str] = {}
     for package, folder in folders.items():
@@ -188,14 +179,10 @@ def mesh_folders(tree: Map) -> dict[str, str]:
 
 def _common_folder(files: list[str]) -> str:
     """Return the longest folder of all files, or "" if a name for it would not be worth it."""
-    if len(files) < _MIN_FILES or len(set(files)) < 2:
-        return ""
-    first, last = min(files), max(files)
-    length = next((i for i, pair in enumerate(zip(first, last, strict=False)) if len(set(pair)) > 1), len(first))
-    folder = first[:length].rpartition("/")[0]
+    folder = os.path.commonprefix(files).rpartition("/")[0]  # noqa: RUF071 - letter by letter, up to a slash
     saved = (len(folder) - len("${meshes}")) * len(files)
-    is_worth = len(folder) >= _MIN_LENGTH and saved >= _MIN_SAVED and not folder.endswith((":", ":/"))
-    return folder if is_worth and not ("${" in folder or "$(" in folder) else ""
+    is_worth = len(files) >= _MIN_FILES and len(set(files)) > 1 and len(folder) >= _MIN_LENGTH and saved >= _MIN_SAVED
+    return folder if is_worth and not (folder.endswith((":", ":/")) or "${" in folder or "$(" in folder) else ""
 
 
 def _below_folder(file: str, folders: Mapping[str, str]) -> str:
@@ -225,35 +212,11 @@ def free_name(wanted: str, taken: Iterable[str]) -> str:
 
 def sorted_sections(document: Mapping[str, V]) -> dict[str, V]:
     """Return the sections of a file in their order."""
-    order = [one for key in fragment_at(())["properties"] for one in (key, _BEHIND.get(key, key))]
-    return _sorted(document, order)
-
-
-def in_files(document: Mapping[str, V]) -> dict[str, dict[str, V]]:
-    """Return the sections that have a file of their own, by the name of that file without its ending."""
-    files: dict[str, dict[str, V]] = {name: {} for name in _ABOUT}
-    for section, value in document.items():
-        if file := PARTS if section == PARTS else fragment_at((section,)).get("x-file"):
-            files.setdefault(file, {})[section] = value
-    shared = {key: value for key, value in document.items() if key == _WITH_EACH}
-    return {name: {**shared, **part} for name, part in files.items() if part}
-
-
-def about(file: str, sections: Iterable[str]) -> str:
-    """Return what the first line of a file says of it."""
-    said: str = _ABOUT.get(file) or next(
-        (fragment_at((one,)).get("description", one) for one in sections if one != _WITH_EACH), file
-    )
-    return said
-
-
-def sorted_keys(entry: Mapping[str, V], path: Path) -> dict[str, V]:
-    """Return an entry at a path of a description with its keys in their order."""
-    return in_order(entry) if path[0] == LET else _sorted(entry, _order(fragment_at(path)))
+    return _sorted(document, [one for key in fragment_at(())["properties"] for one in (key, _BEHIND.get(key, key))])
 
 
 def in_order(entry: Mapping[str, V]) -> dict[str, V]:
-    """Return what is some piece of a link or a joint with its keys in their order."""
+    """Return an entry of a link or a joint, or of what they contain, with its keys in their order."""
     return _sorted(entry, _words())
 
 
@@ -263,24 +226,13 @@ def is_default(path: Path, value: Any) -> bool:
     return default is not None and not isinstance(value, bool) and bool(value == default)
 
 
-def default_of_key(key: str) -> Any:
-    """Return what a key of a link or a joint, or of what they hold, is when nothing is said; None for no such key."""
-    return _defaults().get(key)
-
-
-@cache
-def _defaults() -> Mapping[str, Any]:
-    entries = (said.get("properties", {}) for said in _pieces())
-    return {key: fragment["default"] for entry in entries for key, fragment in entry.items() if "default" in fragment}
-
-
 def _sorted(values: Mapping[str, V], order: Iterable[str]) -> dict[str, V]:
     rank = {key: place for place, key in enumerate(order)}
     return dict(sorted(values.items(), key=lambda item: rank.get(item[0], _LAST)))
 
 
-def _order(said: Mapping[str, Any]) -> Sequence[str]:
-    order: Sequence[str] = said.get("x-first", tuple(said.get("properties", ())))
+def _order(fragment: Mapping[str, Any]) -> Sequence[str]:
+    order: Sequence[str] = fragment.get("x-first", tuple(fragment.get("properties", ())))
     return order
 
 
@@ -288,20 +240,15 @@ def _order(said: Mapping[str, Any]) -> Sequence[str]:
 def _words() -> tuple[str, ...]:
     """Return the keys of links and joints, and of what they contain, in one order for all."""
     before: dict[str, list[str]] = {}
-    for said in _pieces():
-        for first, second in pairwise(_order(said)):
+    for fragment in (*_fragments(("links", "*")), *_fragments(("joints", "*"))):
+        for first, second in pairwise(_order(fragment)):
             before.setdefault(second, []).append(first)
     return tuple(TopologicalSorter(before).static_order())
 
 
-def _pieces() -> Iterator[Mapping[str, Any]]:
-    for section in ("links", "joints"):
-        yield from _fragments((section, "*"))
-
-
 def _fragments(path: Path) -> Iterator[Mapping[str, Any]]:
     """Yield the fragments of the schema for a value, and for all that it contains except under names."""
-    said = fragment_at(path)
-    yield said
-    for step in (*said.get("properties", ()), *([0] if "items" in said else [])):
+    fragment = fragment_at(path)
+    yield fragment
+    for step in (*fragment.get("properties", ()), *([0] if "items" in fragment else [])):
         yield from _fragments((*path, step))

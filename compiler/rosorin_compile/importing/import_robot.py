@@ -18,7 +18,8 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.model.joint import MOVING_TYPES
 from rosorin_compile.output import OutputError, WriteResult, write_set
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, counted, error, has_errors
+from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, error, has_errors
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map
@@ -27,12 +28,12 @@ from rosorin_compile.source.wording import suggest
 from .description import tree_of, write
 from .into import Package, in_the_end, inside, package_at, package_report, put_into, to_do
 from .reimport import ENDING, Record, Request, import_again, is_record, record_of, recorded, remove
-from .report import Renamed, accepted, kept, renamed, repeated, sizes
+from .report import accepted, kept, renamed, repeated, sizes
 from .round_trip import RoundTrip, check_round_trip, schema_beside
 from .words import Worded, told_words, worded
 from .xacro.documents import Target
 from .xacro.sharing import Sharing
-from .xacro.translate import Translation, translate
+from .xacro.translate import translate
 
 _MJCF = "mjcf"
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
@@ -87,14 +88,77 @@ def companions() -> list[Format]:
     return [format for format in FORMATS.values() if format.join is not None]
 
 
-def import_robot(source: Path, options: ImportOptions) -> ImportResult:
-    """Convert the robot in a file to a description, and write it unless an error is found.
+def import_robot(
+    source: FilePath,
+    into: FilePath | None = None,
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    output: FilePath | None = None,
+    name: str | None = None,
+    meshes: str | None = None,
+    companions: Mapping[str, FilePath] | None = None,
+    strict: bool = False,
+    lenient: bool = False,
+    parts: bool = True,
+    verbatim: bool = False,
+    flat: bool = False,
+    drives: str | None = None,
+    force: bool = False,
+    keep_edits: bool = False,
+    trust: bool = False,
+    warn: Warn = None,
+) -> ImportResult:
+    """Convert a URDF, xacro, SDF or MJCF file to a description, and write it unless an error is found.
 
-    Raises RequestError for options that do not fit each other or the files.
+    The description is compiled and compared with the source before it is written. If the folder has the description of
+    an earlier import of the same source, the changes of both are merged. Nothing was written if ``diagnostics`` of the
+    result has errors and ``written`` is empty.
+
+    Args:
+        source: The file of the robot.
+        into: The folder of the ROS package that contains ``source``. The description is written to its
+            ``descriptions/``, with a test that compares both.
+        output: The folder of the description without ``into``; by default ``descriptions/ROBOT``.
+        name: The name of the robot; by default that of ``source``.
+        meshes: The prefix of relative mesh names: a folder relative to the artifacts, or ``package://NAME``.
+        companions: Files that add to the robot, by format: ``{"srdf": "robot.srdf"}``.
+        strict: Treat unsupported elements as errors.
+        lenient: Accept violations of the specification where possible.
+        parts: Factor repeated structures into parts.
+        verbatim: Copy the Gazebo and ros2_control elements of a URDF unchanged.
+        flat: Import the URDF that a xacro generates, without its macros.
+        drives: Servos that the MJCF gets for a robot without actuators: ``"position"`` (for joints with limits; the
+            others get velocity servos), ``"velocity"`` or ``"none"``; by default ``"position"``.
+        force: Write to a folder that is not empty.
+        keep_edits: If both the source and the description changed the same lines, keep those of the description.
     """
-    if source is not Description.ON_STDIN:
-        _check_file(source)
-    return _Import(source, options).run()
+    reading, wrong = read_options(arguments, packages, trust, warn, lenient)
+    if wrong:
+        return ImportResult(str(source), diagnostics=tuple(wrong))
+    options = ImportOptions(
+        into=Path(into) if into is not None else None,
+        arguments=dict(reading.arguments),
+        packages=dict(reading.packages),
+        output=Path(output) if output is not None else None,
+        name=name,
+        meshes=meshes,
+        companions={format: Path(file) for format, file in (companions or {}).items()},
+        strict=strict,
+        lenient=lenient,
+        parts=parts,
+        verbatim=verbatim,
+        flat=flat,
+        drives=drives,
+        force=force,
+        ours=keep_edits,
+        trust=trust,
+        warn=warn,
+    )
+    path = source if isinstance(source, Path) else Path(source)
+    if path is not Description.ON_STDIN:
+        _check_file(path)
+    return _Import(path, options).run()
 
 
 def _check_file(path: Path) -> None:
@@ -114,18 +178,15 @@ class _Import:
     """One import: the source with the options, and the diagnostics so far."""
 
     def __init__(self, source: Path, options: ImportOptions) -> None:
-        self.source = source
-        self.options = options
+        self.source, self.options = source, options
         self.diagnostics: list[Diagnostic] = []
         self.package, self.name_in_package = self._package()
         packages = dict(options.packages)
         if self.package is not None:
             packages.setdefault(self.package.name, self.package.folder)
-        if options.name is not None and not (_NAME.fullmatch(options.name) and options.name.isprintable()):
-            raise RequestError(
-                f'"{options.name}" cannot be the name of a robot: no markup, no quotes, spaces only within'
-            )
-        meshes = options.meshes
+        name, meshes = options.name, options.meshes
+        if name is not None and not (_NAME.fullmatch(name) and name.isprintable()):
+            raise RequestError(f'"{name}" cannot be the name of a robot: no markup, no quotes, spaces only within')
         if meshes is not None and (not meshes.isprintable() or not meshes.strip() or meshes.endswith("://")):
             raise RequestError(f'--meshes "{meshes}" is neither a folder nor package://NAME')
         self.reading = ReadOptions(options.arguments, packages, options.lenient, tell=options.warn, trust=options.trust)
@@ -140,21 +201,30 @@ class _Import:
             word = "-o" if options.output is not None else "--force"
             raise RequestError(f"--into names the place, and what is there stays: leave {word} out")
         if self.source is Description.ON_STDIN:
-            raise RequestError("--into holds the description against a file: name it, not -")
+            raise RequestError("--into compares the description with a file: name it, not -")
         package = package_at(options.into)
         return package, inside(self.source, package)
 
+    def _command_line(self) -> list[str]:
+        """Return the words of the command line that determine what is written; the next import needs the same."""
+        options = self.options
+        words = [self.name_in_package or self.source.name]
+        words += [f"{name}:={value}" for name, value in options.arguments.items()]
+        values = {"--name": options.name, "--meshes": options.meshes, "--drives": options.drives}
+        words += [word for name, value in values.items() if value is not None for word in (name, value)]
+        flags = {"--no-parts": not options.parts, "--verbatim": options.verbatim, "--flat": options.flat}
+        words += [flag for flag, is_set in flags.items() if is_set]
+        return words + [word for name, path in options.companions.items() for word in (f"--{name}", path.name)]
+
     def run(self) -> ImportResult:
         """Read, convert, prove and write. Raises RequestError."""
-        imported = self._read()
+        options, imported = self.options, self._read()
         result = ImportResult(str(self.source), inputs=tuple(map(str, imported.files)))
         if imported.tree is None or has_errors(self.diagnostics):
             return self._end(result)
-        options = self.options
-        tree = imported.tree if options.name is None else _renamed(imported.tree, options.name)
+        tree = imported.tree if options.name is None else _with(imported.tree, "robot", options.name)
         base = self.package.folder if self.package else Description.around()
-        called = imported._replace(tree=tree).file_name
-        folder = options.output or Path(base, Description.FOLDER, called)
+        folder = options.output or Path(base, Description.FOLDER, imported._replace(tree=tree).file_name)
         result = replace(result, robot=tree["robot"], folder=str(folder))
         record = recorded(folder, self.request.words) if self.package is None and not options.force else None
         if self.package is None and record is None:
@@ -164,26 +234,29 @@ class _Import:
         self.diagnostics += arrange(named.diagnostics)
         read = imported._replace(tree=named.tree)
         in_words = Worded(read) if options.verbatim else worded(read)
-        imported = in_words.imported
         trip = self._prove(in_words, folder)
         if trip is None or has_errors(self.diagnostics):
             return self._end(result)
+        imported, files = in_words.imported, trip.files
         lines = [*repeated(tree_of(trip.shown), trip.reordered), *told_words(in_words)]
-        translation = self._translate(read, named, trip, folder)
-        if translation is not None and translation.files:  # it has words of its own: those of all combinations
-            imported, lines = read._replace(tree=translation.plain or named.tree), list(translation.words)
-            trip = trip._replace(files=translation.files)
-        translated = translation.report if translation is not None else ()
+        if keeps and self.source is not Description.ON_STDIN:
+            sharing = Sharing(self.package.folder, folder) if self.package is not None else None
+            target = Target(folder, schema_beside(folder), options.name, named.meshes, options.verbatim, sharing)
+            translation = translate(self.source, self.reading, read, trip.outputs, target)
+            if translation.files:  # it has words of its own: those of all combinations
+                imported, files = read._replace(tree=translation.plain or named.tree), translation.files
+                lines = list(translation.words)
+            lines += translation.report
+        is_flat = files is trip.files
+        trip = trip._replace(files=files)
         if self.package is not None:
-            return self._put_into(self.package, result, imported, trip, [*lines, *translated])
+            return self._put_into(self.package, result, imported, trip, lines)
         if record is not None:
-            is_program = translation is not None and translation.files
-            files = trip.files if is_program else _as_split(trip, record, folder)
-            return self._import_again(result, record, files)
-        written = self._write(folder, {**trip.files, **record_of(trip.files, self.request.words)})
+            return self._import_again(result, record, _as_split(trip, record, folder) if is_flat else files)
+        written = self._write(folder, {**files, **record_of(files, self.request.words)})
         if written is None:
             return self._end(result)
-        report = [*_report(folder, imported, trip, written.kept, lines), *translated]
+        report = _report(folder, imported, trip, written.kept, lines)
         return self._end(replace(result, written=written.written, report=tuple(report)))
 
     def _end(self, result: ImportResult) -> ImportResult:
@@ -199,13 +272,11 @@ class _Import:
         for format, path in self.options.companions.items():
             _check_file(path)
             imported = join(imported, format, path, self.reading)
-        if imported.tree is not None:
-            imported = imported._replace(tree=self._with_drives(imported.tree))
         found = imported.diagnostics
         if self.options.strict:
             found = [replace(one, severity=ERROR) if one.rule == "import-cannot-carry" else one for one in found]
         self.diagnostics += arrange(found)
-        return imported
+        return imported if imported.tree is None else imported._replace(tree=self._with_drives(imported.tree))
 
     def _with_drives(self, tree: Map) -> Map:
         """Let servos stand in for the actuators of a source that has none. Raises RequestError for an MJCF."""
@@ -219,29 +290,8 @@ class _Import:
         drives = drives or ("none" if has_actuators else "position")
         if drives == "none" or all(joint["type"] not in MOVING_TYPES for joint in joints):
             return tree
-        made, entry = tree.copied(), Map(tree.span)
-        entry.put("file", "robot.xml", tree.span, tree.span)
-        entry.put("drives", drives, tree.span, tree.span)
-        others = outputs.copied()
-        others.put(_MJCF, entry, tree.span, tree.span)
-        made.put("outputs", others, tree.span, tree.span)
-        return made
-
-    def _command_line(self) -> list[str]:
-        """Return the words of the command line that determine what is written; the next import needs the same."""
-        options = self.options
-        words = [
-            self.name_in_package or self.source.name,
-            *(f"{name}:={value}" for name, value in options.arguments.items()),
-        ]
-        for name in ("name", "meshes", "drives"):
-            value = getattr(options, name)
-            words += [] if value is None else [f"--{name}", value]
-        flags = {"--no-parts": not options.parts, "--verbatim": options.verbatim, "--flat": options.flat}
-        words += [flag for flag, is_set in flags.items() if is_set]
-        for name, path in options.companions.items():
-            words += [f"--{name}", path.name]
-        return words
+        entry = _with(_with(Map(tree.span), "file", "robot.xml"), "drives", drives)
+        return _with(tree, "outputs", _with(outputs, _MJCF, entry))
 
     def _prove(self, in_words: Worded, folder: Path) -> RoundTrip | None:
         """Compile the description in a temporary folder and compare it with the source."""
@@ -259,15 +309,6 @@ class _Import:
             untold = [replace(one, severity=WARNING, help="please report it with the file") for one in untold]
         self.diagnostics += arrange([*trip.diagnostics, *untold])
         return trip
-
-    def _translate(self, read: Imported, named: Renamed, trip: RoundTrip, folder: Path) -> Translation | None:
-        """Translate the macros and arguments of a xacro; None for other formats and with ``flat``."""
-        options = self.options
-        if options.flat or not read.takes_arguments or self.source is Description.ON_STDIN:
-            return None
-        sharing = Sharing(self.package.folder, folder) if self.package is not None else None
-        target = Target(folder, schema_beside(folder), options.name, named.meshes, options.verbatim, sharing)
-        return translate(self.source, self.reading, read, trip.outputs, target)
 
     def _put_into(
         self, package: Package, result: ImportResult, imported: Imported, trip: RoundTrip, lines: Sequence[str]
@@ -294,15 +335,12 @@ class _Import:
         """Merge a newer state of the source into its description."""
         folder = Path(result.folder)
         merged = import_again(folder, record, files, self.request)
-        if merged.refused:
-            self.diagnostics += arrange(merged.diagnostics)
-            return self._end(result)
-        written = self._write(folder, merged.files, merged.before)
+        self.diagnostics += arrange(merged.diagnostics)
+        written = None if merged.refused else self._write(folder, merged.files, merged.before)
         if written is None:
             return self._end(result)
         with suppress(OSError):  # nothing includes them any more
             remove(folder, merged)
-        self.diagnostics += arrange(merged.diagnostics)
         names = [name for name in written.written if not is_record(name)]
         changed = [*names, *(f"{name} (removed)" for name in merged.removed if not is_record(name))]
         first = f"{folder}: written: {', '.join(changed)}" if changed else f"{folder}: unchanged"
@@ -333,10 +371,10 @@ def _as_split(trip: RoundTrip, record: Record, folder: Path) -> Mapping[str, str
     return write(trip.shown, trip.outputs, schema_beside(folder), split)
 
 
-def _renamed(tree: Map, name: str) -> Map:
-    """Return a tree with another name of the robot."""
+def _with(tree: Map, key: str, value: object) -> Map:
+    """Return a mapping with another value of a key."""
     made = tree.copied()
-    made["robot"] = name
+    made.put(key, value, tree.span, tree.span)
     return made
 
 
@@ -359,8 +397,7 @@ def _report(folder: Path, imported: Imported, trip: RoundTrip, left: Sequence[st
     tree = tree_of(imported)
     report = [
         f"{folder}: {sizes(tree)} in {', '.join(trip.files)}",
-        f"the compiled {trip.word} is the same robot: {counted(trip.frames, 'frame')} at "
-        f"zero and {trip.states} random joint states, largest difference {trip.largest:.2g}",
+        f"the compiled {FORMATS.published().word} is the same robot",
     ]
     if trip.proof.said or trip.proof.unknown:
         report.append(trip.proof.said or f"not held against the source in its engine: {trip.proof.unknown}")

@@ -84,14 +84,15 @@ def layout(document: Mapping[str, Any], remarks: Remarks = _NONE) -> str:
 def flow(value: Any) -> str | None:
     """Return a value on one line, or None for text of several lines and very long keys."""
     if isinstance(value, Mapping):
-        pairs = [(_key(key, True), flow(item)) for key, item in value.items()]
-        if any(len(key) > MAX_KEY or item is None for key, item in pairs):
-            return None
-        return f"{{{', '.join(f'{key}: {item}' for key, item in pairs)}}}"
-    if isinstance(value, list):
-        items = [flow(item) for item in value]
-        return None if None in items else f"[{', '.join(map(str, items))}]"
-    return None if isinstance(value, str) and "\n" in value else _scalar(value, True)
+        pairs = [(_key(key, True), item) for key, item in value.items()]
+        items = [(f"{key}: ", flow(item) if len(key) <= MAX_KEY else None) for key, item in pairs]
+    elif isinstance(value, list):
+        items = [("", flow(item)) for item in value]
+    else:
+        return None if isinstance(value, str) and "\n" in value else _scalar(value, True)
+    opening, closing = "{}" if isinstance(value, Mapping) else "[]"
+    inner = [f"{key}{item}" for key, item in items if item is not None]
+    return f"{opening}{', '.join(inner)}{closing}" if len(inner) == len(items) else None
 
 
 def _scalar(value: Any, in_flow: bool) -> str:
@@ -109,8 +110,6 @@ def _scalar(value: Any, in_flow: bool) -> str:
 def _key(name: str, in_flow: bool) -> str:
     if isinstance(name, Verbatim):  # a loop or a condition of its entry
         return str(name)
-    if isinstance(name, Expression):
-        return Scalar(name).written(in_flow)
     if name in _WORDS:
         return f"'${{\"{name}\"}}'"
     return Scalar(name if isinstance(name, Expression) else escaped(name)).written(in_flow)
@@ -156,19 +155,15 @@ class _Layout:
         previous, pad = 0, " " * indent
         for key, item in value.items():
             here = (*path, key)
-            above, entry = self.commented(self.entry(key, item, indent, here), pad, here)
+            name = _key(key, False)
+            entry = self.value(f"{pad}{name if len(name) <= MAX_KEY else ''}:", item, indent, here)
+            entry = entry if len(name) <= MAX_KEY else [f"{pad}? {name}", *entry]
+            above, entry = self.commented(entry, pad, here)
             if lines and len(path) < _SPACED and (previous > 1 or len(entry) > 1):
                 lines.append("")
             previous = len(entry)
             lines += [*above, *entry]
         return lines
-
-    def entry(self, key: str, item: Any, indent: int, path: Path) -> list[str]:
-        """Return the lines of a key and its value, without the comments before it."""
-        pad, name = " " * indent, _key(key, False)
-        if len(name) > MAX_KEY:
-            return [f"{pad}? {name}", *self.value(f"{pad}:", item, indent, path)]
-        return self.value(f"{pad}{name}:", item, indent, path)
 
     def value(self, head: str, item: Any, indent: int, path: Path) -> list[str]:
         """Return a value after ``head``, which ends with a colon or a dash: on its line, wrapped, or below it."""
@@ -221,30 +216,19 @@ class _Layout:
 
 def _text(head: str, value: Any, indent: int) -> list[str]:
     """Return a scalar after ``head``: on its line, or text of several lines below it."""
-    if isinstance(value, (Verbatim, bool)) or value is None:
-        return [f"{head} {_scalar(value, False)}"]
+    one = f"{head} {_scalar(value, False)}"
+    if not isinstance(value, str) or isinstance(value, Verbatim):
+        return [one]
     text = value if isinstance(value, Expression) else escaped(value)
     pad = " " * (indent + 2)
-    if _can_stand_below(text):
-        body = text.removesuffix("\n")
-        chomp = "" if text.endswith("\n") else "-"
-        return [f"{head} |{chomp}", *(f"{pad}{line}" if line else "" for line in body.split("\n"))]
-    one = f"{head} {_scalar(value, False)}"
-    if len(one) > WIDTH and _can_be_folded(text):
+    lines = text.removesuffix("\n").split("\n")
+    is_block = "\n" in text and lines[0][:1] not in ("", " ", "\t") and lines[-1].strip()
+    if is_block and all(Scalar(line.replace("\t", " ")).is_raw for line in lines):
+        mark = "|" if text.endswith("\n") else "|-"
+        return [f"{head} {mark}", *(f"{pad}{line}" if line else "" for line in lines)]
+    if len(one) > WIDTH and Scalar(text).is_raw and "  " not in text and text == text.strip(" "):
         return [f"{head} >-", *(pad + line for line in _wrapped(text, WIDTH - len(pad)))]
     return [one]
-
-
-def _can_stand_below(text: str) -> bool:
-    """Return True if a text of several lines can be a literal block, which begins with its first letter."""
-    lines = text.removesuffix("\n").split("\n")
-    begins, ends = lines[0][:1] not in ("", " ", "\t"), bool(lines[-1].strip())
-    return "\n" in text and begins and ends and all(Scalar(line.replace("\t", " ")).is_raw for line in lines)
-
-
-def _can_be_folded(text: str) -> bool:
-    """Return True if the spaces of a text can be line ends that are read as spaces."""
-    return Scalar(text).is_raw and "  " not in text and text == text.strip(" ")
 
 
 def _wrapped(text: str, width: int) -> list[str]:
@@ -342,15 +326,8 @@ def _digits(value: float, span: Span | None) -> str:
         return ""
     read = Scalar(token).value
     same = isinstance(read, (int, float)) and not isinstance(read, (bool, Quantity)) and float(read) == float(value)
-    if not same or (_significant(token) > _DIGITS and len(exact(value)) < len(token)):
-        return ""
-    return token
-
-
-def _significant(token: str) -> int:
-    """Return how many significant digits a number is written with."""
-    mantissa = token.lower().partition("e")[0]
-    return len("".join(filter(str.isdigit, mantissa)).lstrip("0"))
+    significant = "".join(filter(str.isdigit, token.lower().partition("e")[0])).lstrip("0")
+    return token if same and (len(significant) <= _DIGITS or len(exact(value)) >= len(token)) else ""
 
 
 def joint_unit(*path: str) -> str:
@@ -360,32 +337,23 @@ def joint_unit(*path: str) -> str:
 
 def angle_of(tree: Map, path: Path) -> str:
     """Return the unit in degrees of the value at a path of a description, empty if it is no angle."""
-    if len(path) >= 2 and path[-2] == "rpy":
-        return "deg"
-    if path[:1] == ("sensors",) and path[2:] in _OF_SENSOR:
+    body = tree["parts"][path[1]] if path[0] == "parts" and len(path) > 2 else tree
+    path = within_part(path)
+    if path[-2:-1] == ("rpy",) or (path[:1] == ("sensors",) and path[2:] in _OF_SENSOR):
         return "deg"
     unit = _of_joint(path)
-    return unit if unit and _turns(tree, _joint_at(path)) else ""
+    if not unit:
+        return ""
+    names = fragment_at(path[:-1]).get("propertyNames", {}).get("x-names")
+    name = path[1] if path[0] == "joints" else path[-1] if names == "joint" else None
+    joint = (body.get("joints") or {}).get(name)
+    return unit if isinstance(joint, Mapping) and joint.get("type") in ROTATING else ""
 
 
 def _of_joint(path: Path) -> str:
     """Return the unit in degrees of a value of a joint that turns; empty if it is no angle of one."""
     units = () if _VERBATIM in path else fragment_at(path).get("x-unit", ())
     return _OF_JOINT.get(tuple(units), "")
-
-
-def _joint_at(path: Path) -> Any:
-    """Return the joint that a value is of: the entry, or what the key names."""
-    if path[0] == "joints":
-        return path[1]
-    names = fragment_at(path[:-1]).get("propertyNames", {}).get("x-names")
-    return path[-1] if names == "joint" else None
-
-
-def _turns(tree: Map, joint: Any) -> bool:
-    joints = tree.get("joints")
-    entry = joints.get(joint) if isinstance(joints, dict) else None
-    return isinstance(entry, dict) and entry.get("type") in ROTATING
 
 
 _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
@@ -403,27 +371,23 @@ def placed(comments: Iterable[Comment], document: Mapping[str, Any], head: Seque
     beside: dict[Path, list[str]] = {}
     inside: dict[Path, list[str]] = {}
     for comment in comments:
+        lines = cleaned(comment.text)
         if not comment.path or comment.path[0] in _OF_ROBOT:
-            place = inside if comment.where == END else before
             if root:
-                place.setdefault((), []).extend(cleaned(comment.text))
+                (inside if comment.where == END else before).setdefault((), []).extend(lines)
             continue
-        path = _existing(document, comment.path)
+        path, value = _existing(document, comment.path)
         if not path:
             continue  # its section is in another file
-        lines = cleaned(comment.text)
-        if comment.where == INSIDE and _holds(document, path):
+        if comment.where == INSIDE and value and _is_block(value):
             inside.setdefault(path, []).extend(lines)
         elif comment.where == BESIDE and path == tuple(comment.path) and len(lines) == 1:
             beside.setdefault(path, []).extend(lines)
-        elif not _is_repeated(before.get(path, []), lines):
+        elif (
+            len(lines) == 1 or before.get(path, [])[-len(lines) :] != lines
+        ):  # a file that is included twice has it twice
             before.setdefault(path, []).extend(lines)
     return Remarks(before, beside, inside)
-
-
-def _is_repeated(said: list[str], lines: list[str]) -> bool:
-    """Return True if a comment of several lines is there already: a file that is included twice has all twice."""
-    return len(lines) > 1 and said[-len(lines) :] == lines
 
 
 def cleaned(text: str) -> list[str]:
@@ -445,34 +409,27 @@ def cleaned(text: str) -> list[str]:
 
 def _unmarked(lines: list[str]) -> list[str]:
     """Return the lines of a comment; those that begin with the mark of a comment, all of them, without it."""
-    said = [line for line in lines if line.strip()]
-    if not said or not all(line.startswith("#") for line in said[1:] or said) or len(said) == 1:
+    texts = [line for line in lines if line.strip()]
+    if len(texts) < 2 or not all(line.startswith("#") for line in texts[1:]):
         return lines
     return [_MARK.sub("", line) for line in lines]
 
 
-def _existing(document: Mapping[str, Any], path: Sequence[str | int]) -> Path:
-    """Return the longest prefix of a path that leads to an entry of a document that can have a comment."""
+def _existing(document: Mapping[str, Any], path: Sequence[str | int]) -> tuple[Path, Any]:
+    """Return the longest prefix of a path that leads to an entry that can have a comment, and its value."""
     node: Any = document
     found: list[str | int] = []
     for step in path:
-        if isinstance(node, Mapping) and step in node:
-            node = node[str(step)]
-        elif isinstance(node, list) and isinstance(step, int) and step < len(node) and _is_block(node):
-            node = node[step]
-        else:
+        is_item = isinstance(node, list) and isinstance(step, int) and step < len(node) and _is_block(node)
+        if not is_item and not (isinstance(node, Mapping) and step in node):
             break
-        found.append(step)
-    return tuple(found)
-
-
-def _is_block(value: list[Any]) -> bool:
-    return any(isinstance(item, (Mapping, list)) or (isinstance(item, str) and "\n" in item) for item in value)
-
-
-def _holds(document: Mapping[str, Any], path: Path) -> bool:
-    """Return True if a value is a block, so that a comment can be written at its end."""
-    node: Any = document
-    for step in path:
         node = node[step]
-    return bool(node) and (isinstance(node, Mapping) or (isinstance(node, list) and _is_block(node)))
+        found.append(step)
+    return tuple(found), node
+
+
+def _is_block(value: Any) -> bool:
+    """Return True for a mapping, and for a list that is written in several lines."""
+    items = value if isinstance(value, list) else ()
+    is_long = any(isinstance(item, (Mapping, list)) or (isinstance(item, str) and "\n" in item) for item in items)
+    return isinstance(value, Mapping) or is_long

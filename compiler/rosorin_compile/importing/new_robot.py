@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 from rosorin_compile.formats import schema_text
 from rosorin_compile.output import locked, staging_folder
-from rosorin_compile.source.diagnostics import RequestError
+from rosorin_compile.request import FilePath
+from rosorin_compile.source.diagnostics import RequestError, UnknownName
 from rosorin_compile.source.load import plain_scalar
 from rosorin_compile.source.project import DESCRIPTIONS, ROOT_FILE, Description, data_folder
 
@@ -80,13 +81,27 @@ def texts_of(template: str, name: str) -> dict[str, str]:
     return {path.name: path.read_text("utf-8").replace(PLACEHOLDER, name) for path in paths}
 
 
-def start(name: str, project: Path, template: str = DEFAULT) -> NewRobot:
-    """Write a new description of that name into a project, whole or not at all; nothing is overwritten.
+def init(name: str, template: str = "base", project: FilePath = ".") -> NewRobot:
+    """Write a new description from a template, and the schema for editors.
 
-    Raises RequestError, and OSError if the disk refuses.
+    Args:
+        name: The name of the robot: letters, digits and underscores.
+        template: ``"base"``, ``"arm"``, ``"mobile_manipulator"`` or ``"sensor_rig"``.
+        project: The folder that contains ``descriptions/``.
+
+    Raises:
+        OSError: The folder cannot be written.
+
+    Example:
+        >>> import rosorin_compile, tempfile
+        >>> new = rosorin_compile.init("my_robot", "arm", project=tempfile.mkdtemp())
+        >>> new.description.name, new.schema_written
+        ('robot.yaml', True)
     """
-    check_free(name, project)
-    folder = project / DESCRIPTIONS
+    if template not in TEMPLATES:
+        raise UnknownName("template", template, TEMPLATES)
+    check_free(name, Path(project))
+    folder = Path(project) / DESCRIPTIONS
     target = folder / name
     texts = texts_of(template, name)
     folder.mkdir(parents=True, exist_ok=True)

@@ -1,13 +1,12 @@
 """Import a source again into the description that an earlier import of it wrote.
 
-An import keeps a record of the files that it wrote: ``robot.yaml.imported`` beside ``robot.yaml``, and so on. The first
-line of the record of ``robot.yaml`` has the command line of the import. The record belongs to the description and goes
-with it into version control. It is the common base when ``git merge-file`` merges the edited files with the new ones.
+An import keeps a record of the files that it wrote: ``robot.yaml.imported`` next to ``robot.yaml``, and so on. The
+first line of the record of ``robot.yaml`` has the command line of the import. The record belongs to the description and
+goes with it into version control. It is the common base when ``git merge-file`` merges edited files with new ones.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shlex
@@ -35,7 +34,6 @@ from rosorin_compile.source.load import LoadError, parse_yaml
 from rosorin_compile.source.project import Description
 
 ENDING = ".imported"
-_NEW = ".new"
 _PROGRAM = "# rosorin-compile import "
 _MARK = re.compile(r"^<{7}(?= |$)", re.MULTILINE)
 _MOST_CONFLICTS = 127  # the largest exit code of git merge-file that counts conflicts
@@ -59,7 +57,7 @@ class Merged(NamedTuple):
     """The result of importing again.
 
     ``before`` are the files of the description as they were read. ``files`` are to be written, with their records;
-    ``removed`` are files and records that the source has no use for any more. ``refused``: nothing is written.
+    ``removed`` are files and records that the source no longer produces. ``refused``: nothing is written.
     """
 
     before: dict[str, str]
@@ -69,17 +67,18 @@ class Merged(NamedTuple):
     lines: list[str]
     refused: bool = False
 
+    @classmethod
+    def refuse(cls, *diagnostics: Diagnostic) -> Merged:
+        """Return the result of an import that writes nothing because of errors."""
+        return cls({}, {}, [], list(diagnostics), [], refused=True)
+
 
 def record_of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
     """Return the record of the files of a description, text by name."""
-    command = list(words)
-    line = shlex.join(command)
-    if not line.isprintable():
-        line = json.dumps(command)
     made = {f"{name}{ENDING}": text for name, text in files.items()}
     root = f"{Description.ROOT_FILE}{ENDING}"
     if root in made:
-        made[root] = f"{_PROGRAM}{line}\n{made[root]}"
+        made[root] = f"{_PROGRAM}{shlex.join(words)}\n{made[root]}"
     return made
 
 
@@ -94,18 +93,14 @@ def read_record(folder: Path, others: Iterable[str] = ()) -> Record | None:
     ``others`` are names of files outside the folder that may have a record. Raises OSError.
     """
     try:
-        first, end, root = text_of(folder / f"{Description.ROOT_FILE}{ENDING}").partition("\n")
-        line = first.removeprefix(_PROGRAM)
-        words = json.loads(line) if line.startswith("[") else shlex.split(line)
+        first, _, root = text_of(folder / f"{Description.ROOT_FILE}{ENDING}").partition("\n")
+        words = shlex.split(first.removeprefix(_PROGRAM)) if first.startswith(_PROGRAM) else []
         names = [path.relative_to(folder).as_posix() for path in sorted(folder.glob(f"**/*{ENDING}"))]
         names += [f"{name}{ENDING}" for name in others if name.startswith("../")]
-        texts = {name: text_of(folder / name) for name in names if is_file(folder / name)}
+        files = {name.removesuffix(ENDING): text_of(folder / name) for name in names if is_file(folder / name)}
     except (ValueError, FileNotFoundError, NotADirectoryError):
         return None
-    if not first.startswith(_PROGRAM) or not end or not words:
-        return None
-    files = {name.removesuffix(ENDING): text for name, text in texts.items()}
-    return Record(words, {**files, Description.ROOT_FILE: root})
+    return Record(words, {**files, Description.ROOT_FILE: root}) if words else None
 
 
 def text_of(path: Path) -> str:
@@ -152,36 +147,37 @@ def import_again(folder: Path, record: Record, theirs: Mapping[str, str], reques
     """
     source = printable(Path(request.words[0]).name)
     ours = _read_files(folder, {**record.files, **theirs})
-    marked = [found for found in (_marks(folder / name, text) for name, text in ours.items()) if found]
+    marked = [problem for name, text in ours.items() if (problem := _marks(folder / name, text))]
     if marked:
-        return Merged({}, {}, [], marked, [], refused=True)
-    try:
-        files = {name: text for name in theirs if (text := _merge(name, record, ours, theirs, request)) is not None}
-    except _NoGit as problem:
-        return _without_git(folder, ours, theirs, str(problem), source)
-    found: list[Diagnostic] = []
-    for name, text in files.items():
-        if text != ours.get(name) and (mark := _MARK.search(text)):
-            count = len(_MARK.findall(text))
-            message = (
-                f"the newer {source} changes lines of {name} that were edited here: {counted(count, 'conflict')}; "
-                "both versions are in the file"
-            )
-            span = Span(Source(str(folder / name), text), text.count("\n", 0, mark.start()) + 1, 1, 7)
-            help = "choose a version at each <<<<<<<, and remove the marks"
-            found.append(error("import-conflict", message, span, help))
+        return Merged.refuse(*marked)
+    files: dict[str, str] = {}
     removed = [f"{name}{ENDING}" for name in record.files if name not in theirs]
-    for name, base in record.files.items():
-        if name not in theirs and ours.get(name) == base:
-            removed.append(name)
-        elif name not in theirs and name in ours:
-            message = f"{folder / name} was edited, and the newer {source} has nothing for it: it stays"
-            found.append(_left(message, "remove it if you do not need it"))
-        elif name in theirs and name not in ours and theirs[name] != base:
-            new = _free_name(folder, name, theirs[name])
-            files[new] = theirs[name]
-            message = f"{folder / name} was deleted, and the newer {source} changes it: it is written as {new}"
-            found.append(_left(message, f"rename it to {name}, or remove it"))
+    found: list[Diagnostic] = []
+    for name in {**record.files, **theirs}:
+        base, own, new = record.files.get(name), ours.get(name), theirs.get(name)
+        if new is None:
+            if own is not None and own == base:
+                removed.append(name)
+            elif own is not None:
+                message = f"{folder / name} was edited, and the newer {source} has nothing for it: it stays"
+                found.append(_left(message, "remove it if you do not need it"))
+        elif own is None:
+            if base is None:
+                files[name] = new
+            elif base != new:
+                message = f"{folder / name} was deleted, and the newer {source} changes it: it is not written again"
+                found.append(_left(message, "to get it back, import into a new folder with -o"))
+        elif own == base or new in (base, own):
+            files[name] = new if own == base else own
+        else:
+            try:
+                files[name] = _merge_texts(base or "", own, new, source, request.keep_ours)
+            except _NoGit as problem:
+                message = f"{folder} was edited, and the changes of the newer {source} cannot be merged: {problem}"
+                help = "install git, and import again; or import into a new folder with -o"
+                return Merged.refuse(error("import-no-git", message, None, help))
+            if mark := _MARK.search(files[name]):
+                found.append(_conflict(folder / name, files[name], mark.start(), source))
     lines = _report(record, ours, theirs, files, source)
     written = {name: text for name, text in files.items() if text != ours.get(name)}
     return Merged(ours, {**written, **record_of(theirs, request.words)}, removed, found, lines)
@@ -216,18 +212,13 @@ def _left(message: str, help: str) -> Diagnostic:
     return Diagnostic("import-file-left", WARNING, message, help=help)
 
 
-def _merge(
-    name: str, record: Record, ours: Mapping[str, str], theirs: Mapping[str, str], request: Request
-) -> str | None:
-    """Return the merged text of a file, or None if it was deleted from the description. Raises _NoGit."""
-    base, own, new = record.files.get(name), ours.get(name), theirs[name]
-    if own is None:
-        return new if base is None else None
-    if own == base:
-        return new
-    if new in (base, own):
-        return own
-    return _merge_texts(base or "", own, new, printable(Path(request.words[0]).name), request.keep_ours)
+def _conflict(path: Path, text: str, start: int, source: str) -> Diagnostic:
+    """Return the error about the conflicts in a merged file, the first of which begins at ``start``."""
+    count = counted(len(_MARK.findall(text)), "conflict")
+    message = f"the newer {source} changes lines of {path.name} that were edited here: {count}"
+    message += "; both versions are in the file"
+    span = Span(Source(str(path), text), text.count("\n", 0, start) + 1, 1, 7)
+    return error("import-conflict", message, span, "choose a version at each <<<<<<<, and remove the marks")
 
 
 class _NoGit(Exception):
@@ -257,29 +248,8 @@ def _merge_texts(base: str, ours: str, theirs: str, source: str, keep_ours: bool
     except (OSError, ValueError) as problem:
         raise _NoGit(f"git merge-file fails: {problem}") from None
     if not 0 <= done.returncode <= _MOST_CONFLICTS:
-        raise _NoGit(f"git merge-file fails: {done.stderr.decode('utf-8', 'replace').strip()}")
+        raise _NoGit(f"git merge-file fails: {printable(done.stderr.decode('utf-8', 'replace').strip())}")
     return merged.replace("\n", "\r\n") if windows else merged
-
-
-def _without_git(folder: Path, ours: Mapping[str, str], theirs: Mapping[str, str], why: str, source: str) -> Merged:
-    """Return the new files as ``NAME.new``, and leave the description and its record unchanged."""
-    files = {_free_name(folder, name, text): text for name, text in theirs.items() if text != ours.get(name)}
-    message = (
-        f"{folder} was edited, and the changes of the newer {source} are not merged into it: {printable(why)}; "
-        f"the new files are {listed(list(files))}"
-    )
-    return Merged({}, files, [], [error("import-no-git", message, None, "install git, and import again")], [])
-
-
-def _free_name(folder: Path, name: str, text: str) -> str:
-    """Return an unused name for the new text of a file: ``NAME.new``, ``NAME.new2``, ..."""
-    number = 1
-    while True:
-        new = f"{name}{_NEW}" if number == 1 else f"{name}{_NEW}{number}"
-        path = folder / new
-        if not os.path.lexists(path) or (is_file(path) and read_bytes(path) == text.encode()):
-            return new
-        number += 1
 
 
 def _report(

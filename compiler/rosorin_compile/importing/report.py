@@ -18,17 +18,14 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.language.expand.included_robots import map_files, move_files, relative_files
-from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, counted, first_of
 from rosorin_compile.source.files import is_file, resolve
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map, Seq
 
-from .layout import within_part
-
 _RULE = "import-mesh-path"
-_TAG = re.compile(r"<([^\s/>!?]+)")
+_TAG = re.compile(r"(?:\s|<!--.*?-->)*<([^\s/>!?]+)", re.DOTALL)
 _FEW = 3
 
 
@@ -62,21 +59,30 @@ def renamed(
     searched = Places(source, source.parent, packages, os.environ).named(tree, relative=meshes is None)
     files, messages, here = searched.by_name, list(searched.diagnostics), Path(os.path.abspath(folder))
     base, relative = Path(os.path.abspath(source.parent)), relative_files(tree)
-    stay = keeps or meshes is not None or not (files or _has_one(base, relative))  # missing files keep their names
-    top, names = (base, dict(zip(relative, relative, strict=True))) if stay else _names(base, relative, files)
-    known = {name: _seen(at, here) for name, at in _packages({names.get(n, n): at for n, at in files.items()}, here)}
+    has_files = any(is_file(base / name) for name in relative)
     if meshes is not None:
         if not relative:
             message = f"{source.name} names no mesh or texture by a relative path: --meshes changes nothing"
             messages.append(Diagnostic(_RULE, WARNING, message, place, (), "leave --meshes out"))
-        known |= _package_of(meshes, relative, base, here)
+        known = dict(_packages(files, here))
+        package, _, path = meshes.partition("://")[2].strip("/").partition("/")
+        depth = len(base.parts) - len(Path(path).parts)
+        if _is_of_package(meshes) and has_files and base.parts[depth:] == Path(path).parts:
+            found = Packages({}, os.environ, here / Description.ROOT_FILE).find(package)
+            if found is None or not any(is_file(found / path / name) for name in relative):
+                known[package] = _seen(Path(*base.parts[:depth]), here)
         return Renamed(_with_places(move_files(tree, meshes), "", known), messages, meshes)
-    outside = [name for name in relative if keeps and posixpath.normpath(name).startswith("../")]
+    top, names = base, {name: name for name in relative}
+    if not keeps and (files or has_files):  # missing files keep their names
+        top, names = _names(base, relative, files)
+    known = dict(_packages({names.get(name, name): file for name, file in files.items()}, here))
     bare = [name for name in files if name not in names and not _is_of_package(name)]
     if bare:
         messages.append(_elsewhere("are named by paths of this machine, where artifacts look for them", bare, place))
+    outside = [name for name in relative if keeps and posixpath.normpath(name).startswith("../")]
     if outside:
-        artifacts = _artifacts(folder)
+        in_project = here.parent.name == Description.FOLDER
+        artifacts = (folder.parent.parent if in_project else Path()) / Description.OUTPUTS / folder.name
         how = f"are out of the folder of {source.name}: artifacts name them as seen from {artifacts.as_posix()}"
         messages.append(_elsewhere(how, outside, place))
         meshes = _seen(base, artifacts)
@@ -84,12 +90,6 @@ def renamed(
     tree = map_files(tree, lambda name: names.get(name, name))
     has_folder = any(not _is_of_package(name) for name in names.values())
     return Renamed(_with_places(tree, _seen(top, here) if has_folder else "", known), messages)
-
-
-def _artifacts(folder: Path) -> Path:
-    """Return the default folder of the artifacts of a description (see ``project``)."""
-    base = folder.parent.parent if Path(os.path.abspath(folder)).parent.name == Description.FOLDER else Path()
-    return base / Description.OUTPUTS / folder.name
 
 
 def _is_of_package(name: str) -> bool:
@@ -102,15 +102,18 @@ def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tu
     ``base`` is the folder of the source. A path of this machine that leads into another ROS package becomes an address
     in that package.
     """
-    own = _package_above(base / "any")
+
+    def package_above(path: Path) -> Path | None:
+        return next((folder for folder in path.parents if Packages.name_of(folder)), None)
+
     places = {name: Path(os.path.normpath(base / name)) for name in relative}
     names: dict[str, str] = {}
     for name, file in files.items():
         if not name.startswith(("/", "file://")):
             continue
         path = Path(os.path.abspath(file))
-        package = _package_above(path)
-        if package is None or package == own:
+        package = package_above(path)
+        if package is None or package == package_above(base / "any"):
             places[name] = path
         else:
             names[name] = f"package://{Packages.name_of(package)}/{path.relative_to(package).as_posix()}"
@@ -118,11 +121,7 @@ def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tu
     return top, {**names, **{name: _seen(path, top) for name, path in places.items()}}
 
 
-def _package_above(path: Path) -> Path | None:
-    return next((folder for folder in path.parents if Packages.name_of(folder)), None)
-
-
-def _packages(files: Mapping[str, Path], here: Path) -> Iterator[tuple[str, Path]]:
+def _packages(files: Mapping[str, Path], here: Path) -> Iterator[tuple[str, str]]:
     """Yield the packages of files with their folders, except those that are found from ``here``."""
     near, visited = Packages({}, os.environ, here / Description.ROOT_FILE), set()
     for name, file in files.items():
@@ -132,25 +131,7 @@ def _packages(files: Mapping[str, Path], here: Path) -> Iterator[tuple[str, Path
             folder = Path(os.path.abspath(file)).parents[len(Path(path).parts) - 1]
             known = near.find(package)
             if known is None or resolve(known) != resolve(folder):
-                yield package, folder
-
-
-def _package_of(meshes: str, relative: Sequence[str], base: Path, here: Path) -> dict[str, str]:
-    """Return the package of the prefix of relative names with its folder, if it is not found with these files.
-
-    ``meshes`` leads to the folder of the source, ``base``, as far as their last folders have the same names.
-    """
-    package, _, path = meshes.partition("://")[2].strip("/").partition("/")
-    parts = Path(path).parts
-    above = len(base.parts) - len(parts)
-    found = Packages({}, os.environ, here / Description.ROOT_FILE).find(package) if _is_of_package(meshes) else base
-    if base.parts[above:] != parts or (found is not None and _has_one(found / path, relative)):
-        return {}
-    return {package: _seen(Path(*base.parts[:above]), here)} if _has_one(base, relative) else {}
-
-
-def _has_one(folder: Path, relative: Sequence[str]) -> bool:
-    return any(is_file(folder / name) for name in relative)
+                yield package, _seen(folder, here)
 
 
 def seen_from(imported: Imported, folder: Path) -> Imported:
@@ -208,7 +189,7 @@ def repeated(tree: Map, reordered: bool) -> list[str]:
 
 def kept(tree: Map) -> list[str]:
     """Return the line about elements that are kept unchanged, if there are any."""
-    tags = Counter(_tag(text) for text in _elements(tree))
+    tags = Counter(match[1] for text in _elements(tree) if (match := _TAG.match(text)))
     if not tags:
         return []
     return ["kept as they are: " + ", ".join(f"{tag} ({count})" if count > 1 else tag for tag, count in tags.items())]
@@ -224,18 +205,10 @@ def accepted(tree: Map) -> list[str]:
     ]
 
 
-def _elements(node: Any, path: tuple[str | int, ...] = ()) -> Iterator[str]:
+def _elements(node: Any) -> Iterator[str]:
     """Yield every element that is kept, in the order of the tree."""
-    if isinstance(node, Map):
-        for key, value in node.items():
-            yield from _elements(value, (*path, key))
-    elif isinstance(node, Seq) and "x-names-in" in fragment_at((*within_part(path), 0)):
-        yield from node
-    elif isinstance(node, Seq):
-        for index, item in enumerate(node):
-            yield from _elements(item, (*path, index))
-
-
-def _tag(text: str) -> str:
-    found = _TAG.search(text)
-    return found[1] if found else "text"
+    if isinstance(node, (Map, Seq)):
+        for item in node.values() if isinstance(node, Map) else node:
+            yield from _elements(item)
+    elif isinstance(node, str) and node.lstrip().startswith("<"):
+        yield node

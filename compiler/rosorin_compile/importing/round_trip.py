@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import random
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from rosorin_compile.compare.precision import POSE_NOISE
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.formats.imported import Imported, Outputs, Proof
-from rosorin_compile.formats.mesh_files import urdf_file_name
 from rosorin_compile.formats.reading import outputs_of
-from rosorin_compile.model import Joint, Mesh, Robot, Shape, Transform
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import (
@@ -38,11 +34,15 @@ from rosorin_compile.source.tree import Map
 from .description import write
 from .repeats import with_parts
 from .report import seen_from
-from .same_model import by_elements, model_differences, read_back, section_differences, without_words
+from .same_model import (
+    by_elements,
+    model_differences,
+    read_back,
+    section_differences,
+    with_urdf_names,
+    without_words,
+)
 
-STATES = 20
-_SEED = 20
-_REACH = 3.0  # rad or m: of each joint, whatever its limits
 _MAX_MESSAGE = 300
 _MAX_DIFFERENCES = 20
 
@@ -50,10 +50,8 @@ _MAX_DIFFERENCES = 20
 class RoundTrip(NamedTuple):
     """The files of a description (text by name), and how they compare with the source.
 
-    ``outputs`` are the artifacts that it requests, ``shown`` the robot as it is written, ``word`` the format in which
-    it was read back. ``frames`` were compared at zero and at ``states`` random joint states; ``largest`` is the largest
-    difference of any number in their poses (metres, or entries of rotation matrices). ``diagnostics`` are errors: what
-    prevents the comparison, or differs. ``proof`` is the comparison by the engine of the source's format, and
+    ``outputs`` are the artifacts that it requests, ``shown`` the robot as it is written. ``diagnostics`` are errors:
+    what prevents the comparison, or differs. ``proof`` is the comparison by the engine of the source's format, and
     ``untold`` the errors about differences that no other message names. ``reordered``: the order of the moving joints
     differs from the source.
     """
@@ -62,10 +60,6 @@ class RoundTrip(NamedTuple):
     outputs: Outputs
     diagnostics: list[Diagnostic]
     shown: Imported
-    frames: int = 0
-    states: int = 0
-    largest: float = 0.0
-    word: str = ""
     proof: Proof = Proof()
     untold: tuple[Diagnostic, ...] = ()
     reordered: bool = False
@@ -97,20 +91,24 @@ def _round_trip(
     imported: Imported, shown: Imported, folder: Path, plain: Map | None, packages: Mapping[str, Path]
 ) -> RoundTrip:
     """Return the round trip of ``shown``, the same robot, perhaps with parts."""
+    Progress.step("proving the import")
+    schema, outputs = schema_beside(folder), outputs_of(imported)
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-        stage, schema, wanted = Path(name), schema_beside(folder), outputs_of(imported)
-        files, compiled = _compiled(shown, stage, schema, wanted)
+        stage = Path(name)
+        texts = write(shown, outputs, schema)
+        compiled = _compiled(stage, texts, imported.packages)
         if has_errors(compiled.diagnostics):
             # Most often only MuJoCo needs more than the source has, a mass for instance.
-            wanted = outputs_of(imported, _first_error(compiled.diagnostics))
-            files, compiled = _compiled(shown, stage, schema, wanted)
-        trip = RoundTrip(files, wanted, _relocated(compiled.diagnostics, folder), shown, word=FORMATS.published().word)
+            outputs = outputs_of(imported, _first_error(compiled.diagnostics))
+            texts = write(shown, outputs, schema)
+            compiled = _compiled(stage, texts, imported.packages)
+        trip = RoundTrip(texts, outputs, _relocated(compiled.diagnostics, folder), shown)
         if not trip.diagnostics:
             trip = _compared(imported, compiled, stage, trip, plain)
         if trip.diagnostics:
             return trip
-        proof = _proof(imported, shown, wanted, folder, packages)
-        return trip._replace(proof=proof, untold=(_untold(proof),) if proof.wrong else ())
+    proof = _proof(imported, shown, outputs, folder, packages)
+    return trip._replace(proof=proof, untold=(_untold(proof),) if proof.wrong else ())
 
 
 def schema_beside(folder: Path) -> str:
@@ -119,12 +117,11 @@ def schema_beside(folder: Path) -> str:
     return (Path("..") / schema).as_posix() if files.is_file(folder.parent / schema) else ""
 
 
-def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> tuple[dict[str, str], Compiled]:
-    """Return the files of a description and what they are compiled to."""
-    files = write(imported, wanted, schema)
-    for name, text in files.items():
+def _compiled(stage: Path, texts: Mapping[str, str], packages: Mapping[str, Path]) -> Compiled:
+    """Write the files of a description to a folder, and compile them with all digits."""
+    for name, text in texts.items():
         (stage / name).write_text(text, "utf-8")
-    return files, compile_robot(stage / Description.ROOT_FILE, packages=imported.packages, exact=True)
+    return compile_robot(stage / Description.ROOT_FILE, packages=packages, exact=True)
 
 
 def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTrip, plain: Map | None) -> RoundTrip:
@@ -137,57 +134,35 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
     if source is None or again is None or made is None:
         broken = [d.message for d in back.diagnostics if d.severity == ERROR]
         return trip._replace(diagnostics=[_failed(f"the compiled {format.word} cannot be read back", broken)])
-    artifact = f"compiled {format.word}"
-    found = []
+    moving = [[joint.name for joint in robot.joints if not joint.is_fixed] for robot in (source, again)]
+    sides = {f"compiled {format.word}": list[str](), "description": list[str]()}
+    artifact, description = sides.values()
     if plain is not None:
-        found += [f"{artifact}: {text}" for text in by_elements(source, again, made)]
+        artifact += by_elements(source, again, made)
         made, again = without_words(made, source), without_words(again, source)
-    found += [f"description: {text}" for text in model_differences(source, made, 0.0)]
-    in_urdf = _with_urdf_names(source)
-    found += [f"{artifact}: {text}" for text in model_differences(in_urdf, again, carried_by_urdf=True)]
+    description += model_differences(source, made, 0.0)
+    artifact += model_differences(with_urdf_names(source), again, carried_by_urdf=True)
     for companion in companions:
         for section in companion.joins:
-            lines = section_differences(source, again, section)
-            found += [f"compiled {companion.word}: {text}" for text in lines]
-    largest = 0.0 if found else _largest_difference(source, again)
-    if largest > POSE_NOISE:
-        found.append(f"{artifact}: frames differ by {largest:.2g}")
-    if found:
-        return trip._replace(diagnostics=[_failed("the description would not be the same robot", found)])
-    moving = [[joint.name for joint in robot.joints if not joint.is_fixed] for robot in (source, again)]
-    reordered = moving[0] != moving[1]
-    return trip._replace(frames=len(source.links), states=STATES, largest=largest, reordered=reordered)
+            sides.setdefault(f"compiled {companion.word}", []).extend(section_differences(source, again, section))
+    found = [f"{side}: {text}" for side, differences in sides.items() for text in differences]
+    diagnostics = [_failed("the description would not be the same robot", found)] if found else []
+    return trip._replace(diagnostics=diagnostics, reordered=moving[0] != moving[1])
 
 
-def _with_urdf_names(robot: Robot) -> Robot:
-    """Return a robot whose meshes and textures have the names that a URDF gives them."""
-
-    def renamed(shape: Shape) -> Shape:
-        solid = shape.geometry
-        solid = replace(solid, file=urdf_file_name(solid.file)) if isinstance(solid, Mesh) else solid
-        return replace(shape, geometry=solid, texture=urdf_file_name(shape.texture))
-
-    links = (
-        replace(one, visual=tuple(map(renamed, one.visual)), collision=tuple(map(renamed, one.collision)))
-        for one in robot.links
-    )
-    materials = (replace(one, texture=urdf_file_name(one.texture)) for one in robot.materials)
-    return replace(robot, links=tuple(links), materials=tuple(materials))
-
-
-def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, packages: Mapping[str, Path]) -> Proof:
+def _proof(imported: Imported, shown: Imported, outputs: Outputs, folder: Path, packages: Mapping[str, Path]) -> Proof:
     """Compare the artifact in the source's format with the source by the engine of that format, if there is one.
 
     The artifact has the numbers and the meshes that it will have in its place.
     """
     format = FORMATS.get(imported.format)
-    if format is None or format.prove is None or format.name not in wanted.entries:
+    if format is None or format.prove is None or format.name not in outputs.entries:
         return Proof()
     Progress.step("proving the import in its engine")
     description = Description.at(folder / Description.ROOT_FILE)
     placed = replace(description, outputs=description.outputs.absolute())
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-        for file, text in write(seen_from(shown, folder), wanted).items():
+        for file, text in write(seen_from(shown, folder), outputs).items():
             Path(name, file).write_text(text, "utf-8")
         compiled = compile_robot(
             Path(name, Description.ROOT_FILE),
@@ -200,8 +175,8 @@ def _proof(imported: Imported, shown: Imported, wanted: Outputs, folder: Path, p
         return Proof(unknown=_first_error(compiled.diagnostics))
     opens = format.opens or (lambda name: name)
     found = compiled.meshes.by_name if compiled.meshes is not None else {}
-    files = {called: str(file.absolute()) for name, file in found.items() for called in (name, opens(name)) if called}
-    return format.prove(imported, made, files)
+    meshes = {called: str(file.absolute()) for name, file in found.items() for called in (name, opens(name)) if called}
+    return format.prove(imported, made, meshes)
 
 
 def _untold(proof: Proof) -> Diagnostic:
@@ -212,36 +187,6 @@ def _untold(proof: Proof) -> Diagnostic:
     message += f": {listed(list(proof.wrong))}"
     help = "please report it with the file; --lenient writes it all the same"
     return Diagnostic("import-untold", ERROR, message, None, _some(proof.texts), help)
-
-
-def _largest_difference(one: Robot, other: Robot) -> float:
-    """Return the largest difference between the poses of all frames, at zero and at random states of the joints."""
-    chance = random.Random(_SEED)  # noqa: S311 - the same states in every run
-    largest = 0.0
-    for number in range(STATES + 1):
-        Progress.step("proving the import", number, STATES + 1)
-        state = {joint.name: _random_position(joint, chance) for joint in one.joints} if number else {}
-        first, second = one.poses_in_root(state), other.poses_in_root(_in_urdf(one, state))
-        largest = max([largest, *(_apart(pose, second[name]) for name, pose in first.items())])
-    return largest
-
-
-def _random_position(joint: Joint, chance: random.Random) -> float | Sequence[float]:
-    """Return a position (rad or m), or as many as a joint has coordinates; orientations are not normalised."""
-    numbers = [chance.uniform(-_REACH, _REACH) for _ in joint.coordinates]
-    return numbers if len(numbers) > 1 else sum(numbers)
-
-
-def _in_urdf(robot: Robot, state: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a state as a URDF has it, where a ball joint is a floating one."""
-    balls = {joint.name for joint in robot.joints if joint.type == "ball"}
-    return {name: (0.0, 0.0, 0.0, *at) if name in balls else at for name, at in state.items()}
-
-
-def _apart(one: Transform, other: Transform) -> float:
-    """Return the largest difference between the numbers of two transforms."""
-    pairs = zip((*one.rows, one.xyz), (*other.rows, other.xyz), strict=True)
-    return max(abs(a - b) for vectors in pairs for a, b in zip(*vectors, strict=True))
 
 
 def _first_error(diagnostics: Sequence[Diagnostic]) -> str:

@@ -13,9 +13,10 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Format, lacks
 from rosorin_compile.formats.gazebo_elements import element_differences, followers_of
 from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.formats.mesh_files import urdf_file_name
 from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.language.schema import sections
-from rosorin_compile.model import Ellipsoid, Joint, Link, Robot, Shape
+from rosorin_compile.model import Ellipsoid, Joint, Link, Mesh, Robot, Shape
 from rosorin_compile.model.joint import ROBOT_STATE_PUBLISHER, Dynamics, Publisher
 from rosorin_compile.model.shape import plain
 from rosorin_compile.source.tree import Map
@@ -83,26 +84,41 @@ def _joint(joint: Joint) -> Joint:
     return replace(joint, type=kind, dynamics=dynamics, actuator=None, mjcf={}, publisher=_PUBLISHED)
 
 
-def read_back(stage: Path, said: Mapping[str, str], tree: Map, beside: Sequence[Format] = ()) -> Imported:
-    """Return the robot that compiled texts say (by the names of their formats), which are written into a folder.
+def read_back(stage: Path, texts: Mapping[str, str], tree: Map, companions: Sequence[Format] = ()) -> Imported:
+    """Return the robot in compiled texts (by the names of their formats), which are written to a folder.
 
-    It is that of the format that is published, with what the formats ``beside`` it add. ``tree`` is that of the source:
-    what it may break, its copy may.
+    It is that of the published format, with the sections of its ``companions``. ``tree`` is that of the source: what
+    the source is accepted to violate, its copy may.
     """
-    how = ReadOptions(lenient=True, checked=False)
-    back = read_robot(_saved(stage, FORMATS.published(), said), how)
-    for companion in beside:
-        back = join(back, companion.name, _saved(stage, companion, said), how)
+    options = ReadOptions(lenient=True, checked=False)
+
+    def saved(format: Format) -> Path:
+        file = stage / f"compiled{format.endings[0]}"
+        file.write_text(texts[format.name], "utf-8")
+        return file
+
+    back = read_robot(saved(FORMATS.published()), options)
+    for companion in companions:
+        back = join(back, companion.name, saved(companion), options)
     if back.tree is not None and "accept" in tree:
         back.tree.put("accept", tree["accept"], back.tree.span, back.tree.span)
     return back
 
 
-def _saved(stage: Path, format: Format, said: Mapping[str, str]) -> Path:
-    """Return the file of a compiled artifact."""
-    file = stage / f"compiled{format.endings[0]}"
-    file.write_text(said[format.name], "utf-8")
-    return file
+def with_urdf_names(robot: Robot) -> Robot:
+    """Return a robot whose meshes and textures have the names that a URDF gives them."""
+
+    def renamed(shape: Shape) -> Shape:
+        solid = shape.geometry
+        solid = replace(solid, file=urdf_file_name(solid.file)) if isinstance(solid, Mesh) else solid
+        return replace(shape, geometry=solid, texture=urdf_file_name(shape.texture))
+
+    links = (
+        replace(one, visual=tuple(map(renamed, one.visual)), collision=tuple(map(renamed, one.collision)))
+        for one in robot.links
+    )
+    materials = (replace(one, texture=urdf_file_name(one.texture)) for one in robot.materials)
+    return replace(robot, links=tuple(links), materials=tuple(materials))
 
 
 def by_elements(source: Robot, again: Robot, made: Robot) -> list[str]:
@@ -119,7 +135,7 @@ def by_elements(source: Robot, again: Robot, made: Robot) -> list[str]:
 
 
 def without_words(robot: Robot, source: Robot) -> Robot:
-    """Return a robot that says in the words of its source what became other words."""
+    """Return a robot with the sections of its source instead of those that elements became."""
     return replace(
         robot,
         urdf_elements=source.urdf_elements,

@@ -141,11 +141,20 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
     turns = [2 * math.pi * step / 360 for step in range(360)]
     farthest = 0.0
     for shape, place in placed:
-        middle, reach = place.then(shape.pose.transform()).xyz, along(shape, place)
-        for turn in (math.atan2(dot(middle, v), dot(middle, u)), *turns):
+        geometry, there = shape.geometry, place.then(shape.pose.transform())
+        x, y = dot(there.xyz, u), dot(there.xyz, v)
+        if isinstance(geometry, (Sphere, Capsule)):  # the ends are balls
+            half = geometry.length / 2 if isinstance(geometry, Capsule) else 0.0
+            along_axis = there.rotate((0.0, 0.0, half))
+            dx, dy = dot(along_axis, u), dot(along_axis, v)
+            ends = math.hypot(x + dx, y + dy), math.hypot(x - dx, y - dy)
+            farthest = max(farthest, max(ends) + geometry.radius)
+            continue
+        reach = along(shape, place)
+        for turn in (math.atan2(y, x), *turns):
             across, up = math.cos(turn), math.sin(turn)
-            x, y, z = (across * first + up * second for first, second in zip(u, v, strict=True))
-            farthest = max(farthest, reach((x, y, z)))
+            direction = (across * u[0] + up * v[0], across * u[1] + up * v[1], across * u[2] + up * v[2])
+            farthest = max(farthest, reach(direction))
     return farthest
 
 

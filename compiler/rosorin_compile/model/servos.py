@@ -14,7 +14,6 @@ from numbers import Integral
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.source.diagnostics import UnknownName
-from rosorin_compile.source.load import json_of
 
 from .link import NO_SOURCE, Source
 
@@ -31,10 +30,6 @@ class NoServo(UnknownName):
 
 class NoPulse(ValueError):
     """A pulse that does not exist, or a position that no pulse gives."""
-
-
-class NoModel(ValueError):
-    """A file that is not a model of the driver."""
 
 
 @dataclass(frozen=True)
@@ -123,32 +118,3 @@ def within(group: ServoGroup, limit: Limit | None) -> tuple[int, int] | None:
 
 def _of(joint: str) -> str:
     return f' of joint "{joint}"' if joint else ""
-
-
-def against_model(robot: Robot, content: bytes) -> tuple[int, int, tuple[str, ...]]:
-    """Compare the driver's model (robot_model.json) with the description: each pulse of each of its joints.
-
-    Return the numbers of joints and of pulses, and the differences. Equal means the same double. Raises NoModel.
-    """
-    try:
-        entry = json_of(content)["pulse_to_rad"]
-        rad, zero = (entry[key] + 0.0 for key in ("rad_per_pulse", "zero"))
-        model = ServoGroup("model", tuple(map(str, entry["joints"])), rad, zero, bool(entry["flipped"]), (0, 0))
-    except (ValueError, TypeError, KeyError):
-        raise NoModel("it is no robot_model.json with pulse_to_rad: joints, rad_per_pulse, zero, flipped") from None
-    differences: list[str] = []
-    count = 0
-    for joint in model.joints:
-        try:
-            group = servo_of(robot, joint)
-        except NoServo as problem:
-            differences.append(str(problem))
-            continue
-        low, high = group.pulse_range
-        count += high - low + 1
-        unequal = [pulse for pulse in range(low, high + 1) if model.radians(pulse) != group.radians(pulse)]
-        if unequal:
-            there, here = (one.radians(unequal[0]) for one in (model, group))
-            values = f"pulse {unequal[0]} is {there!r} there, {here!r} in the description"
-            differences.append(f'joint "{joint}": {values} ({len(unequal):,} of {high - low + 1:,} pulses differ)')
-    return len(model.joints), count, tuple(differences)

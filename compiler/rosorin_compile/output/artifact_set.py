@@ -6,10 +6,10 @@ A new folder is prepared and exchanged with the old one. Files that are not arti
 from __future__ import annotations
 
 import errno
-import json
 import os
+import shutil
 import stat
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from hashlib import blake2b
 from pathlib import Path
@@ -17,11 +17,19 @@ from typing import Literal, NamedTuple
 
 from rosorin_compile.source.cache import cache_folder
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
-from rosorin_compile.source.load import json_of
 from rosorin_compile.source.wording import printable
 
 from .single_file import OutputError, is_generated, kept_name
-from .staging import STAGING_NAME, Entries, entries_below, locked, replace_folder, staging_folder
+from .staging import (
+    STAGING_NAME,
+    entries_below,
+    link_or_copy,
+    locked,
+    put_in_place,
+    staging_folder,
+    sync,
+    write_files,
+)
 
 MAX_FOREIGN = 200  # files that are not artifacts, above which this does not look like an output folder
 Decision = Literal["replace", "keep", "refuse"]  # keep: under another name
@@ -46,30 +54,28 @@ class WriteResult(NamedTuple):
         return [Diagnostic("output-kept", WARNING, t, help="remove that file if it is not needed") for t in texts]
 
 
-def write_artifacts(
-    folder: Path, files: Mapping[str, str | bytes], prune: bool = False, complete: bool = True
-) -> WriteResult:
+def write_artifacts(folder: Path, files: Mapping[str, str | bytes], prune: bool = False) -> WriteResult:
     """Write the artifacts of a robot, as ``write_set``; files of somebody else are refused or kept under another name.
 
-    A file without the mark of this tool is refused if the new file has one. If neither has one, it is kept, unless
-    this tool wrote that name before, or, where that is not recorded, wrote another file of the set. ``complete`` is
-    False if the robot has other artifacts, too. Raises OutputError.
+    A file without the mark of this tool is refused if the new file has one. If neither has one, it is kept, unless this
+    tool wrote it before, or wrote another file of the set. Raises OutputError.
     """
-    known = remembered(folder)
     try:
-        present = [folder / name for name in files if known is None and (folder / name).is_file()]
-        is_first = known is None and not any(is_generated(path.read_bytes()) for path in present)
+        is_first = not any(
+            is_generated(path.read_bytes()) for path in (folder / name for name in files) if path.is_file()
+        )
     except OSError as problem:
         raise OutputError.of(problem, folder, "read") from None
 
     def judge(name: str, old: bytes, new: bytes) -> Decision:
-        if is_generated(old) or not old.strip():
+        if is_generated(old) or not old.strip() or is_remembered(folder / name):
             return "replace"
-        is_unknown = is_first or (known is not None and name not in known)
-        return "refuse" if is_generated(new) else "keep" if is_unknown else "replace"
+        return "refuse" if is_generated(new) else "keep" if is_first else "replace"
 
     result = write_set(folder, files, prune, judge)
-    remember(folder, files, complete)
+    for name, data in files.items():
+        if not is_generated(encoded(name, data)):
+            remember(folder / name)
     return result
 
 
@@ -160,63 +166,92 @@ def _update(
     shown: Path, folder: Path, contents: dict[str, bytes], prune: bool, judge: Judge | None, durable: bool
 ) -> WriteResult:
     """Compare the set with the folder, and replace the folder if anything differs. Raises OutputError, OSError."""
-    status = folder.lstat() if os.path.lexists(folder) else None
-    if status and not stat.S_ISDIR(status.st_mode):
+    exists = os.path.lexists(folder)
+    if exists and (folder.is_symlink() or not folder.is_dir()):
         raise OutputError("output-folder", f"the output folder {folder} is not a folder", "name another one")
-    folders = {parent for name in contents for parent in _parents(name)}
-    seen: Entries = {}
-    if status:
-        with suppress(OSError), locked(folder, tidy=True):
-            pass  # what was left by processes that wrote a single file into the folder
-        seen = _entries(folder, status.st_dev, folders.union(contents))
+    parents = {parent for name in contents for parent in _parents(name)}
+    present = _entries(folder, parents.union(contents)) if exists else {}
     for name, (path, kind) in ((name, found) for name in contents if (found := obstacle(folder, name))):
         if kind == "a symbolic link" or not prune:
             message = f'artifact "{name}" cannot be written: {path} is {kind}'
             raise OutputError("output-in-the-way", message, "move it away, or give the artifact another name")
-    same_size = [n for n, data in contents.items() if n in seen and seen[n].st_size == len(data)]
-    unchanged = {n for n in same_size if (folder / n).is_file() and (folder / n).read_bytes() == contents[n]}
+    old = {name: (folder / name).read_bytes() for name in contents if (folder / name).is_file()}
+    unchanged = {name for name in old if old[name] == contents[name]}
     renamed = {}
-    for name in (name for name in contents if not prune and name in seen and name not in unchanged):
-        decision = judge(name, (folder / name).read_bytes(), contents[name]) if judge else "replace"
+    for name in (name for name in old if not prune and name not in unchanged):
+        decision = judge(name, old[name], contents[name]) if judge else "replace"
         if decision == "refuse":
             message = f"this tool did not write {shown / name}: it is not replaced"
             raise OutputError("output-not-ours", message, "move it away, or give the new file another name or folder")
         if decision == "keep":
             renamed[name] = kept_name(folder / name).relative_to(folder).as_posix()
-    folders = {name for name in folders if name in seen and stat.S_ISDIR(seen[name].st_mode)}
-    foreign = [name for name in seen if name not in folders and name not in contents]
-    foreign_files = tuple(printable(name) for name in foreign if not stat.S_ISDIR(seen[name].st_mode))
+    foreign = [name for name, is_folder in present.items() if name not in (parents if is_folder else contents)]
+    foreign_files = tuple(printable(name) for name in foreign if not present[name])
     written = tuple(name for name in contents if name not in unchanged)
-    if status is None or written or (prune and foreign):
-        fresh = {kept: (folder / name).read_bytes() for name, kept in renamed.items()}
-        with staging_folder(folder.parent) as stage:
-            if status and not os.access(folder, os.W_OK | os.X_OK):
-                raise OSError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
-            if status and status.st_dev != folder.parent.stat().st_dev:
-                raise OSError(errno.EXDEV, os.strerror(errno.EXDEV), str(folder))
-            if status and Path(os.path.realpath(".")).is_relative_to(folder.resolve()):
-                message = f"{folder} is replaced as a whole, and cannot be while the command runs inside it"
-                raise OutputError("output-folder", message, "run the command from another folder")
-            fresh |= {name: contents[name] for name in written}
-            kept_names = folders.union(unchanged, () if prune else foreign)
-            replace_folder(folder, stage, fresh, seen, kept_names, durable)
+    if not exists or written or (prune and foreign):
+        kept_names = {*unchanged, *(name for name in parents if present.get(name)), *(() if prune else foreign)}
+        carried = {name: is_folder for name, is_folder in present.items() if name in kept_names}
+        fresh = {name: contents[name] for name in written} | {kept: old[name] for name, kept in renamed.items()}
+        _replace(
+            folder, carried, fresh, [name for name in present if name not in carried and name not in fresh], durable
+        )
     kept, removed = ((), foreign_files) if prune else (foreign_files, ())
     return WriteResult(written, tuple(sorted(unchanged)), kept, removed, tuple(renamed.items()))
 
 
-def _entries(folder: Path, device: int, own: Collection[str]) -> Entries:
-    """Return all entries of the folder. Raises OutputError if it does not look like an output folder."""
-    seen, foreign = {}, 0
+def _entries(folder: Path, own: Collection[str]) -> dict[str, bool]:
+    """Return whether each entry of the folder is a folder, by relative POSIX name, sorted.
+
+    Raises OutputError if it does not look like an output folder, and OSError where another file system is mounted.
+    """
+    with suppress(OSError), locked(folder, tidy=True):
+        pass  # what was left by processes that wrote a single file into the folder
+    present, foreign, device = {}, 0, folder.stat().st_dev
     for name, entry in entries_below(folder):
-        seen[name] = entry.stat(follow_symlinks=False)
+        present[name] = entry.is_dir(follow_symlinks=False)
         foreign += name not in own
         if entry.name == ".git" or foreign > MAX_FOREIGN:
             what = "a .git" if entry.name == ".git" else f"more than {MAX_FOREIGN} files that are not artifacts"
             message = f"{folder} holds {what}; the whole output folder is replaced, so it is for artifacts only"
             raise OutputError("output-foreign", message, "name a folder of its own, or move the other files away")
-        if entry.is_dir(follow_symlinks=False) and seen[name].st_dev != device:
+        if present[name] and entry.stat(follow_symlinks=False).st_dev != device:
             raise OSError(errno.EXDEV, os.strerror(errno.EXDEV), entry.path)
-    return dict(sorted(seen.items()))
+    return dict(sorted(present.items()))
+
+
+def _replace(
+    folder: Path, carried: Mapping[str, bool], fresh: Mapping[str, bytes], gone: Sequence[str], durable: bool
+) -> None:
+    """Replace the folder by one with what is ``carried`` over from it, folders as True, and with the ``fresh`` files.
+
+    Raises OutputError or OSError, and then the old folder is unchanged.
+    """
+    exists = folder.is_dir()
+    if exists and Path(os.path.realpath(".")).is_relative_to(folder.resolve()):
+        message = f"{folder} is replaced as a whole, and cannot be while the command runs inside it"
+        raise OutputError("output-folder", message, "run the command from another folder")
+    with staging_folder(folder.parent) as stage:
+        if exists and not os.access(folder, os.W_OK | os.X_OK):
+            raise OSError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
+        if exists and folder.stat().st_dev != stage.stat().st_dev:
+            raise OSError(errno.EXDEV, os.strerror(errno.EXDEV), str(folder))
+        new = stage / "new"
+        new.mkdir()
+        for name, is_folder in carried.items():
+            if is_folder:
+                (new / name).mkdir()
+            else:
+                link_or_copy(folder / name, new / name)
+        write_files(new, fresh, durable)
+        for name in (*reversed([name for name in carried if carried[name]]), ""):
+            with suppress(OSError, AttributeError):  # Windows has no chown
+                status = (folder / name).stat()
+                os.chown(new / name, status.st_uid, status.st_gid)
+            with suppress(FileNotFoundError):
+                shutil.copymode(folder / name, new / name)
+        put_in_place(new, folder, stage, list(fresh), gone)
+        if durable:
+            sync(folder.parent)
 
 
 def obstacle(folder: Path, name: str) -> tuple[Path, str] | None:
@@ -231,33 +266,19 @@ def obstacle(folder: Path, name: str) -> tuple[Path, str] | None:
     return None
 
 
-def remember(path: Path, files: Collection[str] = (), complete: bool = True) -> None:
-    """Store the names of the artifacts in a folder, or that the file ``path`` is an artifact.
-
-    Without ``complete``, ``files`` are added to the names that are stored, if there are any. A failure is silent.
-    """
-    record, known = _record(path), remembered(path)
-    names = set(files) if complete else set(files) | (known or set())
-    if record is None or known == names or not (complete or known is not None):
-        return
+def remember(path: Path) -> None:
+    """Record that this tool wrote a file that has no mark. A failure is silent."""
     with suppress(OSError):
-        new = record.with_name(f".{os.urandom(8).hex()}")
-        new.write_text(json.dumps(sorted(names)), "utf-8")
-        new.replace(record)
+        if (record := _record(path)) is not None and not record.exists():
+            record.touch()
 
 
-def remembered(path: Path) -> set[str] | None:
-    """Return the names that ``remember`` stored, or None."""
+def is_remembered(path: Path) -> bool:
+    """Return True if ``remember`` recorded the file."""
     record = _record(path)
-    try:
-        names = json_of(record.read_bytes()) if record else None
-    except (OSError, ValueError):
-        return None
-    return {str(name) for name in names} if isinstance(names, list) else None
+    return record is not None and record.exists()
 
 
 def _record(path: Path) -> Path | None:
-    """Return the file with the names of a folder, or None if there is no cache."""
-    if (folder := cache_folder("outputs")) is None:
-        return None
-    return folder / f"{blake2b(os.fsencode(os.path.abspath(path)), digest_size=32).hexdigest()}.json"
+    folder = cache_folder("outputs")
+    return folder and folder / blake2b(os.fsencode(os.path.abspath(path)), digest_size=32).hexdigest()

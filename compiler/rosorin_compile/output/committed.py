@@ -5,18 +5,17 @@ Each committed artifact is read back by its format, and compared with what it is
 
 from __future__ import annotations
 
-import posixpath
-import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from difflib import unified_diff
+from itertools import zip_longest
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.compare.changes import Change, find_changes
 from rosorin_compile.compare.pairs import Pair, pair_of, with_new_names
 from rosorin_compile.compare.precision import POSE_NOISE, printed
-from rosorin_compile.compare.walk import Leaves, compare_leaves, leaves
+from rosorin_compile.compare.walk import Address, Leaves, compare_leaves, leaves
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.model import Mesh, Robot
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, error
@@ -32,9 +31,8 @@ CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
 MAX_LINES, MAX_WIDTH = 40, 160  # of a diff
 _MAX_CHANGES = 100
 _MAX_COMPARED = 20_000  # lines; comparing more line by line takes too long
+_CUT = 60  # letters of a value
 _LARGEST_PICTURE = 200_000  # letters of a text that is not for people; the lines of a larger one are not compared
-_MOST_VALUES, _CUT = 3, 60
-_TAG, _WORD = re.compile(r"<([A-Za-z_]\w*)"), re.compile(r"[A-Za-z_]\w+")
 _REMARKS = {
     MISSING: "missing; rosorin-compile all writes it",
     EXTRA: "no artifact of this robot; remove it, or run rosorin-compile all --prune",
@@ -78,28 +76,17 @@ def shorten(lines: Sequence[str]) -> list[str]:
     return [line if len(line) <= MAX_WIDTH else f"{line[:MAX_WIDTH]}..." for line in lines[:MAX_LINES]] + more
 
 
-def _with_values(remark: str, old: str, new: str) -> str:
-    """Return a remark with the words that differ in the first lines that do, unless lines were added or removed."""
-    lines = list(zip(old.splitlines(), new.splitlines(), strict=False))
-    if len(lines) != max(len(old.splitlines()), len(new.splitlines())):
-        return remark
-    found = []
-    for number, (first, second) in enumerate(lines, 1):
-        before, after, same = first.split(), second.split(), list[str]()
-        if before == after:
-            continue
-        for at in (0, -1):  # what both begin and end with
-            while before and after and before[at] == after[at]:
-                same += after[:1] if at == 0 else []
-                del before[at], after[at]
-        # The element in which the words begin to differ, else the key or the first word.
-        start = posixpath.commonprefix([before[0], after[0]]) if before and after else "".join(after[:1])
-        tags = _TAG.findall(" ".join([*same, start]))
-        words = tags[-1:] or _WORD.findall(same[-1] if same and len(second) > MAX_WIDTH else second)[:1]
-        values = [printable(" ".join(some))[:_CUT] or "nothing" for some in (before, after)]
-        found.append(f"{' '.join([f'line {number}', *words])}: {' -> '.join(values)}")
-    more = [f"and {len(found) - _MOST_VALUES} more"] if len(found) > _MOST_VALUES else []
-    return f"{remark}: {', '.join([*found[:_MOST_VALUES], *more])}" if found else remark
+def _first_difference(old: str, new: str) -> str:
+    """Return the words that differ in the first line that does: of a long line, a diff shows only the beginning."""
+    for number, lines_here in enumerate(zip_longest(old.splitlines(), new.splitlines(), fillvalue=""), 1):
+        before, after = (line.split() for line in lines_here)
+        for end in (0, -1):
+            while before and after and before[end] == after[end]:
+                del before[end], after[end]
+        if before or after:
+            values = (printable(" ".join(words))[:_CUT] or "nothing" for words in (before, after))
+            return f"line {number}: {' -> '.join(values)}"
+    return "white space"
 
 
 class Comparison(NamedTuple):
@@ -135,8 +122,8 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
             pair = pair_of(robot, artifact, old)
             pairs += [pair] if pair is not None else []
         except ValueError as problem:
-            remark = f"the committed file is damaged and compared as text alone ({printable(str(problem))})"
-            remark = _with_values(remark, old, artifact.text)
+            where = _first_difference(old, artifact.text)
+            remark = f"the committed file is damaged and compared as text alone ({printable(str(problem))}): {where}"
         changed.append((artifact, old, remark))
     pairs = with_new_names(pairs)
     changes = tuple(find_changes(robot, pairs)) if pairs else ()
@@ -151,7 +138,8 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
                     same = format.syntax is not None and bool(format.syntax(old) == format.syntax(new))
                 remark = "same meaning, different text"
                 if not same:
-                    remark = _with_values("different text; nothing that is compared by meaning differs", old, new)
+                    where = _first_difference(old, new)
+                    remark = f"different text; nothing that is compared by meaning differs: {where}"
         is_large = not format.shown and max(len(old), len(new)) > _LARGEST_PICTURE
         lines = () if is_large else _unified(artifact.file, old, new)
         texts.append(TextDifference(artifact.file, CHANGED, remark, lines, format.shown))
@@ -235,30 +223,34 @@ def _edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tu
 
     Had the description changed, that one would have changed, too.
     """
-    texts = {one.output: committed[one.file].decode("utf-8", "replace") for one in artifacts}
     readable = [one for one in artifacts if FORMATS[one.backend].read is not None]
-    current = [(_leaves(one, one.text), one.text) for one in readable if texts[one.output] == one.text]
-
-    def contradicts(artifact: Artifact) -> bool:
-        old_text, new_text = texts[artifact.output], artifact.text
-        old, new = _leaves(artifact, old_text), _leaves(artifact, new_text)
+    texts = {one.output: committed[one.file].decode("utf-8", "replace") for one in readable}
+    current = [(one.text, _leaves(one, one.text)) for one in readable if texts[one.output] == one.text]
+    edited = []
+    for artifact in (one for one in readable if texts[one.output] != one.text):
+        sides = [(text, _leaves(artifact, text)) for text in (texts[artifact.output], artifact.text)]
+        (old_text, old), (new_text, new) = sides
         changed = [one.address for one in compare_leaves(old, new, (printed(old_text), printed(new_text)))]
-        for other, text in current:
-            differ: list[set[object]] = []
-            for side, side_text in ((old, old_text), (new, new_text)):
-                parts: tuple[Leaves, Leaves] = ({}, {})
-                for kind, name, quantity in changed:
-                    if quantity in other.get((kind, name), {}) and (kind, name) in old:
-                        for part, all_leaves in zip(parts, (side, other), strict=True):
-                            if quantity in all_leaves.get((kind, name), {}):
-                                part.setdefault((kind, name), {})[quantity] = all_leaves[kind, name][quantity]
-                digits = printed(side_text), printed(text)
-                differ.append({one.address for one in compare_leaves(*parts, digits, POSE_NOISE)})
-            if differ[0] - differ[1]:
-                return True
-        return False
+        for text, other in current:
+            shared = [a for a in changed if all(a.quantity in leaves.get(a[:2], {}) for leaves in (old, other))]
+            before, after = (_differing(shared, side, (text, other)) for side in sides)
+            if before - after:
+                edited.append(artifact)
+                break
+    return tuple(edited)
 
-    return tuple(one for one in readable if texts[one.output] != one.text and contradicts(one))
+
+def _differing(addresses: Sequence[Address], one: tuple[str, Leaves], other: tuple[str, Leaves]) -> set[Address]:
+    """Return those of the addresses at which two artifacts differ, each a text and its leaves."""
+    parts: list[Leaves] = []
+    for _, there in (one, other):
+        part: Leaves = {}
+        for kind, name, quantity in addresses:
+            if quantity in there.get((kind, name), {}):
+                part.setdefault((kind, name), {})[quantity] = there[kind, name][quantity]
+        parts.append(part)
+    digits = printed(one[0]), printed(other[0])
+    return {leaf.address for leaf in compare_leaves(parts[0], parts[1], digits, POSE_NOISE)}
 
 
 def _leaves(artifact: Artifact, text: str) -> Leaves:

@@ -17,7 +17,7 @@ from rosorin_compile.source.load import json_of
 
 from .artifact_set import is_inside, obstacle
 from .single_file import OutputError, digest
-from .staging import locked, replace_files, replace_folder, staging_folder, write_synced
+from .staging import locked, put_in_place, replace_files, staging_folder, sync, write_files, write_synced
 
 MANIFEST = ".rosorin-compile-written.json"
 
@@ -68,7 +68,9 @@ class PackageFolder:
             last = {MANIFEST: _manifest_text(final)} if manifest else {}
             if self.is_new:
                 with staging_folder(self.path.parent) as stage:
-                    replace_folder(self.path, stage, {**contents, **last})
+                    write_files(stage / "new", {**contents, **last})
+                    put_in_place(stage / "new", self.path, stage, [*contents, *last])
+                    sync(self.path.parent)
             elif changed or (last and _content(self.path / MANIFEST) != last[MANIFEST]):
                 for name in (n for n in files if n in changed or not isinstance(self._manifest.get(n, ""), str)):
                     final[name] = [digest(data) for data in (before[name], files[name]) if data is not None]

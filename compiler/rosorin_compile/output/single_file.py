@@ -32,18 +32,17 @@ class OutputError(Exception):
         place = Path(problem.filename) if isinstance(problem.filename, str) else path
         if any(map(STAGING_NAME.fullmatch, place.parts)):  # it has a random name, and is removed already
             place = path.parent
-        place = Path(shown(place))
-        message = f"cannot {verb} {path}: {problem.strerror or type(problem).__name__} ({place})"
+        message = f"cannot {verb} {path}: {problem.strerror or type(problem).__name__} ({shown(place)})"
         if problem.errno in (errno.EROFS, errno.EACCES, errno.EPERM):
             rule = "output-read-only" if verb == "write" else "output-unreadable"
             return cls(rule, message, f"give yourself the right to {verb} there, or name another {what}")
         if problem.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
             return cls("output-full", message, f"make room on the disk, or name an {what} on another one")
         if problem.errno in (errno.ENOTDIR, errno.EEXIST):
-            message = f"cannot {verb} {path}: {place} is not a folder"
+            message = f"cannot {verb} {path}: {shown(place)} is not a folder"
             return cls("output-folder", message, f"name another {what}, or move that file away")
         if problem.errno in (errno.EBUSY, errno.EXDEV):
-            message = f"cannot replace {path} as a whole: a file system is mounted at {place}"
+            message = f"cannot replace {path} as a whole: a file system is mounted at {shown(place)}"
             return cls("output-mounted", message, "name a folder below the mount point as the output folder")
         return cls("output-failed", message, f"name another {what}")
 

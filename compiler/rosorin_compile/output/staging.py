@@ -9,9 +9,8 @@ import errno
 import os
 import re
 import shutil
-import stat
 import sys
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from pathlib import Path
 
@@ -20,8 +19,6 @@ from rosorin_compile.source import system
 STAGING_NAME = re.compile(r"\.rosorin-compile-[0-9a-f]{16}")
 # The errors of systems that cannot exchange two paths; EPERM comes from containers that filter system calls.
 _CANNOT_EXCHANGE = {errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP, errno.EPERM, errno.EXDEV}
-
-Entries = dict[str, os.stat_result]  # of a folder: relative POSIX name -> status, symbolic links not followed, sorted
 
 
 def entries_below(folder: str | Path, prefix: str = "") -> Iterator[tuple[str, os.DirEntry[str]]]:
@@ -60,11 +57,8 @@ def staging_folder(parent: Path) -> Iterator[Path]:
 
 
 def _discard(stage: Path) -> None:
-    """Remove a hidden folder, after bringing back an output folder that is only there."""
+    """Remove a hidden folder."""
     with suppress(OSError):
-        for old in (stage / "old").glob("*"):
-            if not os.path.lexists(stage.parent / old.name):
-                old.rename(stage.parent / old.name)
         for place, folders, _ in os.walk(stage):
             for path in (Path(place, name) for name in folders):
                 if not path.is_symlink():
@@ -77,12 +71,12 @@ def write_synced(path: Path, data: bytes, model: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("xb") as file:
         file.write(data)
-    _sync(path)
+    sync(path)
     with suppress(OSError):
         shutil.copymode(model, path)
 
 
-def _sync(path: Path) -> None:
+def sync(path: Path) -> None:
     """Flush a file or folder to the disk. Not all file systems can flush folders."""
     with suppress(OSError) if path.is_dir() else nullcontext(), ExitStack() as stack:
         handle = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
@@ -90,56 +84,24 @@ def _sync(path: Path) -> None:
         os.fsync(handle)
 
 
-def replace_folder(
-    folder: Path,
-    stage: Path,
-    fresh: Mapping[str, bytes],
-    seen: Entries | None = None,
-    kept: Collection[str] = (),
-    durable: bool = True,
-) -> None:
-    """Replace ``folder`` by one with the ``fresh`` files and, of what was ``seen`` in it, what is ``kept``.
-
-    ``stage`` is an empty folder on the same file system. With ``durable`` all is flushed to the disk before it takes
-    its place. Raises OSError, and then the old folder is unchanged.
-    """
-    new, seen = stage / "new", seen or {}
-    new.mkdir()
-    for name in (name for name in seen if name in kept):
-        if stat.S_ISDIR(seen[name].st_mode):
-            (new / name).mkdir()
-        else:
-            _link_or_copy(folder / name, new / name)
-    for name, data in fresh.items():
-        (new / name).parent.mkdir(parents=True, exist_ok=True)
-        with (new / name).open("xb") as file:
+def write_files(folder: Path, files: Mapping[str, bytes], durable: bool = True) -> None:
+    """Write new files below a folder, and with ``durable`` flush them and all folders to the disk. Raises OSError."""
+    for name, data in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        with (folder / name).open("xb") as file:
             file.write(data)
-    below = {name: entry.is_dir(follow_symlinks=False) for name, entry in entries_below(new)}
-    for name in (*(name for name, is_folder in below.items() if is_folder or name in fresh), "") if durable else ():
-        _sync(new / name)
-    for name in (*(name for name in reversed(seen) if below.get(name)), ""):
-        with suppress(OSError, AttributeError):  # Windows has no chown
-            status = (folder / name).stat()
-            os.chown(new / name, status.st_uid, status.st_gid)
-        with suppress(FileNotFoundError):
-            shutil.copymode(folder / name, new / name)
-    old = _put_in_place(new, folder, stage, list(fresh), [n for n in seen if n not in kept and n not in fresh])
     if durable:
-        _sync(folder.parent)
-    # What somebody saved in the old folder in the meantime is moved to the new one.
-    for name, entry in list(entries_below(old)) if old else ():
-        if not entry.is_dir(follow_symlinks=False) and name not in fresh:
-            now, before = entry.stat(follow_symlinks=False), seen.get(name)
-            if before is None or (now.st_ino, now.st_mtime_ns) != (before.st_ino, before.st_mtime_ns):
-                (folder / name).parent.mkdir(parents=True, exist_ok=True)
-                Path(entry.path).replace(folder / name)
+        folders = [name for name, entry in entries_below(folder) if entry.is_dir(follow_symlinks=False)]
+        for name in (*files, *folders, ""):
+            sync(folder / name)
 
 
-def _link_or_copy(source: Path, target: Path) -> None:
+def link_or_copy(source: Path, target: Path) -> None:
+    """Give a file a second name, or copy it where that is not possible; a missing file is ignored. Raises OSError."""
     try:
         system.link(source, target)
     except FileNotFoundError:
-        pass  # it was removed in the meantime
+        pass
     except OSError as problem:
         # EXDEV: something is mounted there, so the folder cannot be replaced. A special file cannot be copied.
         if problem.errno == errno.EXDEV or not (source.is_symlink() or source.is_file()):
@@ -147,29 +109,21 @@ def _link_or_copy(source: Path, target: Path) -> None:
         shutil.copy2(source, target, follow_symlinks=False)
 
 
-def _put_in_place(new: Path, folder: Path, stage: Path, fresh: list[str], gone: list[str]) -> Path | None:
-    """Put ``new`` in the place of ``folder`` and return the new place of the old folder, or None. Raises OSError."""
+def put_in_place(new: Path, folder: Path, stage: Path, fresh: Sequence[str], gone: Sequence[str] = ()) -> None:
+    """Put the folder ``new``, which is in ``stage``, in the place of ``folder``. Raises OSError.
+
+    ``fresh`` are the new files in it, and ``gone`` the entries of the old folder that it does not have: these are
+    replaced one by one where folders cannot be exchanged.
+    """
     if not os.path.lexists(folder):
         new.rename(folder)
-        return None
+        return
     try:
         exchange(new, folder)
-        return new
     except OSError as problem:
         if problem.errno not in _CANNOT_EXCHANGE:
             raise
-    # A process that is killed between these two renames leaves no folder: the next one brings the old one back.
-    old = stage / "old" / folder.name
-    old.parent.mkdir()
-    try:
-        folder.rename(old)
-    except OSError as problem:
-        if problem.errno != errno.EXDEV:
-            raise
-        replace_files(new, folder, stage / "undo", fresh, gone)  # the folder is of the image of a container
-        return None
-    new.rename(folder)
-    return old
+        replace_files(new, folder, stage / "undo", fresh, gone)
 
 
 def replace_files(new: Path, folder: Path, undo: Path, fresh: Sequence[str], gone: Sequence[str] = ()) -> None:
@@ -182,7 +136,7 @@ def replace_files(new: Path, folder: Path, undo: Path, fresh: Sequence[str], gon
                 target.parent.mkdir(parents=True, exist_ok=True)
                 backup.parent.mkdir(parents=True, exist_ok=True)
                 if exists := os.path.lexists(target):
-                    _link_or_copy(target, backup)
+                    link_or_copy(target, backup)
                 started.append((target, backup, exists))
                 (new / name).replace(target) if name in fresh else target.unlink()
     except BaseException:

@@ -3,3 +3,60 @@
 ``bags`` and ``pasted`` read messages into a ``Recording``; ``expected`` lists the edges that the description calls for;
 ``judge`` and ``judge_edges`` compare the two and yield findings; ``results`` and ``picture`` show them.
 """
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from rosorin_compile.request import FilePath, Packages, Request, Values
+from rosorin_compile.source.diagnostics import MissingPackages
+from rosorin_compile.source.system import pip_install
+
+if TYPE_CHECKING:
+    from rosorin_compile.recordings.results import Verified
+
+
+def verify(
+    robot: FilePath | Request,
+    source: FilePath,
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    modes: Mapping[str, bool] | None = None,
+    without: Sequence[str] = (),
+    pose: str = "",
+    frames: tuple[str, str] | None = None,
+    since: float | None = None,
+    until: float | None = None,
+    stale: float = 1.0,
+    namespace: str = "",
+    prefix: str = "",
+    trust: bool = False,
+) -> Verified:
+    """Compare a recording of the running robot with its description; ``findings`` are what is not as described.
+
+    Args:
+        source: A rosbag2 folder, a .mcap or .db3 file, a file with the output of ``tf2_echo`` or ``view_frames``, or
+            ``-`` for such text on standard input.
+        modes: Modes that were on or off; the others are detected.
+        without: Nodes that were not running.
+        pose: The named pose of the joints while ``tf2_echo`` ran.
+        frames: The source and the target frame of the output of ``tf2_echo``.
+        since: Start this many seconds after the start of the recording.
+        until: Stop this many seconds after the start of the recording.
+        stale: The maximum age of a transform in s.
+        namespace: The namespace of the topics, such as ``robot1``.
+        prefix: The prefix of the recorded frames, such as ``robot1/``.
+    """
+    try:
+        from rosorin_compile.recordings.expected import Options
+        from rosorin_compile.recordings.verification import verify_recording
+    except ModuleNotFoundError as problem:
+        if problem.name != "numpy":
+            raise
+        needs = "rosorin-compile verify needs numpy, and rosbags for recordings"
+        raise MissingPackages(f"{needs}: {pip_install('verify')}") from None
+    options = Options(modes or {}, frozenset(without), None, frames, since, until, namespace, prefix, stale)
+    return verify_recording(Request.of(robot, arguments, packages, trust=trust), os.fsdecode(source), options, pose)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from array import array
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
@@ -139,9 +140,8 @@ class _Bag:
         if fields := self.types.fielddefs.get(connection.msgtype):
             has_header = bool(fields[1]) and str(fields[1][0][1][1]) == _TYPES[_HEADER]
             return has_header and connection.msgtype not in _NOT_PLACED
-        lines = (line.split("#")[0].split() for line in str(connection.msgdef.data).splitlines() if "=" not in line)
-        first = next((words[0] for words in lines if len(words) > 1), "")
-        return first in ("std_msgs/Header", "std_msgs/msg/Header", "Header")
+        first = re.search(r"^[ \t]*([\w/]+)[ \t]+\w+[ \t]*(?:#.*)?$", str(connection.msgdef.data), re.MULTILINE)
+        return first is not None and first[1] in ("std_msgs/Header", "std_msgs/msg/Header", "Header")
 
 
 class _Reader:
@@ -188,7 +188,7 @@ class _Reader:
                 at, turn = one.transform.translation, one.transform.rotation
                 rows.add(received, _ns(header.stamp), (at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w))
         elif kind == _ROBOT:
-            recording.add_description(content.data.encode())
+            recording.descriptions[content.data.encode()] = None
         elif kind == _CLOCK:
             self.ticks.add(received, _ns(content.clock))
         elif kind == _JOINTS:
@@ -204,10 +204,9 @@ class _Reader:
             if clock is not None:
                 arrivals = np.interp(arrivals, *clock).astype(np.int64)
                 recording.start = int(arrivals[0])
-            recording.start = min(recording.start or 0, int(arrivals[0]))
-            recording.end = int(arrivals[-1])
+            recording.start, recording.end = min(recording.start, int(arrivals[0])), int(arrivals[-1])
         steps = np.diff(arrivals)
-        used = len(recording.headers) + bool(recording.states) + len({key.static for key in recording.edges})
+        used = len(recording.headers) + bool(recording.positions) + len({key.static for key in recording.edges})
         if len(steps) and used > 1:  # one topic alone tells nothing about the others
             recording.silence = Gap(float(steps.max() / SECOND), int(arrivals[steps.argmax()]))
         recording.finish(clock)
@@ -218,38 +217,34 @@ class _Reader:
         Each topic has to be far off, for a single one is a fault of its node; of a simulation, whose clock was
         recorded, most topics, for a node without use_sim_time is a fault of its own.
         """
-        by_topic = {
-            "/tf": [rows for key, rows in self.recording.edges.items() if not key.static],
-            "/joint_states": list(self.recording.states.values()),
-            "/clock": [self.ticks],
-        }
-        for (topic, _, _), rows in self.recording.headers.items():
-            by_topic.setdefault(topic, []).append(rows)
-        topics: dict[str, Times] = {}
-        for topic, several in by_topic.items():
-            times = np.concatenate([np.empty((2, 0), np.int64), *(rows.times for rows in several)], axis=1)
-            topics[topic] = times[:, times[1] != 0]
-        medians = {topic: float(np.median(t[0] - t[1])) for topic, t in topics.items() if t.shape[1]}
-        far = [topic for topic, median in medians.items() if abs(median) > APART * SECOND]
-        others = [topic for topic in medians if topic != "/clock"]
+        recording, parts = self.recording, dict[str, list[Times]]()
+        streams = [("/tf", rows) for key, rows in recording.edges.items() if not key.static]
+        streams += [(topic, rows) for (topic, _, _), rows in recording.headers.items()]
+        for topic, rows in (*streams, ("/joint_states", recording.states), ("/clock", self.ticks)):
+            times = rows.times
+            if (stamped := times[:, times[1] != 0]).size:
+                parts.setdefault(topic, []).append(stamped)
+        topics = {topic: np.concatenate(several, axis=1) for topic, several in parts.items()}
+        leads = {topic: abs(float(np.median(times[0] - times[1]))) / SECOND for topic, times in topics.items()}
+        far = [topic for topic, lead in leads.items() if lead > APART]
+        others = [topic for topic in leads if topic != "/clock"]
         most = "/clock" in far and 2 * len([topic for topic in others if topic in far]) >= len(others)
-        if not far or (len(far) < len(medians) and not most):
+        if not far or (len(far) < len(leads) and not most):
             return None
-        apart = min(abs(medians[topic]) for topic in far) / SECOND
+        apart = min(leads[topic] for topic in far)
         message = "the stamps are of another clock than the recorder's, "
         message += f"{seconds(apart) if apart > YEAR else f'{apart:,.0f} s'} apart; ages are computed from the stamps"
-        severity = NOTE if "/clock" in self.recording.topics else WARNING
-        trouble = problem("recording-other-clock", "the recording", message, severity=severity)
-        self.recording.troubles.append(trouble)
-        # What /clock said; without it the newest stamp that is not of a transform: localisation dates those ahead.
-        placed = [times for topic, times in topics.items() if topic not in ("/tf", "/clock") and times.shape[1]]
-        clocks = [topics["/clock"]] if "/clock" in medians else placed or [topics["/tf"]]
-        times = np.concatenate(clocks, axis=1)
+        severity = NOTE if "/clock" in recording.topics else WARNING
+        recording.troubles.append(problem("recording-other-clock", "the recording", message, severity=severity))
+        if "/clock" in topics:
+            times = topics["/clock"]
+            return times[:, np.argsort(times[0], kind="stable")]
+        # The newest stamp that is not of a transform: localisation dates those ahead.
+        placed = [times for topic, times in topics.items() if topic != "/tf"] or [topics["/tf"]]
+        times = np.concatenate(placed, axis=1)
         times = times[:, np.argsort(times[0], kind="stable")]
-        if "/clock" not in medians:
-            times[1] = np.maximum.accumulate(times[1])
-            times = times[:, np.concatenate(([True], np.diff(times[1]) > 0))]
-        return times
+        times[1] = np.maximum.accumulate(times[1])
+        return times[:, np.concatenate(([True], np.diff(times[1]) > 0))]
 
 
 def _ns(stamp: Any) -> int:

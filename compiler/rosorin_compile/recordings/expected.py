@@ -6,14 +6,12 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import product
 from typing import Any
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Publisher, Robot, Transform
+from rosorin_compile.rules.publishers import MAX_MODES, combinations, holds, modes_in
 
-MAX_MODES = 10
 # Messages carry doubles; differences below a micrometre or microradian come from the conversion to quaternions.
 EXACT = 1e-6
 # number_format six rounds each angle by up to half a millionth; a rotation has three of them and a rounded axis.
@@ -86,9 +84,9 @@ class Description:
     def by_child(self) -> Mapping[str, tuple[Expected, ...]]:
         """The expected edges into each frame in any mode that is possible."""
         by_child: dict[str, list[Expected]] = {}
-        combinations = list(self._combinations())
+        possible = list(self._combinations())
         for edge in self.edges:
-            if any(_holds(edge.when, modes) for modes in combinations):
+            if any(holds(edge.when, modes) for modes in possible):
                 by_child.setdefault(edge.child, []).append(edge)
         return {child: tuple(edges) for child, edges in by_child.items()}
 
@@ -140,21 +138,13 @@ class Description:
         without = self.options.without
         running = [edge for edge in self.edges if without.isdisjoint((edge.publisher.name, edge.publisher.kind))]
         for modes in self._combinations():
-            yield modes, [edge for edge in running if _holds(edge.when, modes)]
+            yield modes, [edge for edge in running if holds(edge.when, modes)]
 
     def _combinations(self) -> Iterator[Mapping[str, bool]]:
-        named = [set(edge.when.replace("(", " ").replace(")", " ").split()) for edge in self.edges]
-        modes = [mode for mode in self.robot.modes if any(mode in names for names in named)]
+        modes = modes_in(self.robot, [edge.when for edge in self.edges])
         free = [mode for mode in modes if mode not in self.options.modes][:MAX_MODES]
-        for states in product((False, True), repeat=len(free)):
-            yield {**dict.fromkeys(modes, False), **self.options.modes, **dict(zip(free, states, strict=True))}
-
-
-def _holds(when: str, modes: Mapping[str, bool]) -> bool:
-    try:
-        return not when or bool(evaluate(when, modes.__getitem__))
-    except ExpressionError:  # a rule rejects such a condition before
-        return False
+        for states in combinations(free):
+            yield {**dict.fromkeys(modes, False), **self.options.modes, **states}
 
 
 def _edges(robot: Robot) -> Iterator[Expected]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -14,13 +13,13 @@ from rosorin_compile.output.committed import compare
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.wording import and_more, counted, first_of, listed, nearest
+from rosorin_compile.source.wording import and_more, counted, first_of, listed, nearest, quoted
 
 from .findings import YEAR, difference, ordered, pose_text, problem, rate_text, seconds, share, value_rule
-from .judge_edges import dropped, edges, late, leaps_text, missing, other_modes, prefixed, row, stale
+from .judge_edges import dropped, edges, late, leaps_text, missing, other_modes, prefixed, stale
 from .recording import Answer, FrameUse, Recording
 from .results import Lookup
-from .series import AHEAD, SECOND, SIMULATED, Pace
+from .series import AHEAD, SIMULATED, Pace
 
 _SHOWN, _FEW = 8, 3
 _STATES, _ROBOT = "/joint_states", "/robot_description"
@@ -58,16 +57,12 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
         findings += [prefix, *_clocks(recording), *_joints(recording)]
         return ordered([*findings, *_robot_description(recording, artifacts)])
     findings += dropped(recording)
-    tree = recording.series or recording.rows or recording.answers or recording.refused
+    tree = recording.series or recording.answers or recording.refused
     stamped = recording.uses and not recording.timed
     if tree or stamped or recording.joints.pace.count or recording.descriptions:
         for rule in (edges, other_modes, missing, stale, late, _clocks, _joints):
             findings += rule(recording)
-        findings += _robot_description(recording, artifacts)
-        findings += _sensors(recording)
-        findings += [finding for frame in recording.rows for finding in row(recording, frame)]
-        findings += _row_clocks(recording)
-        findings += _answers(recording)
+        findings += [*_robot_description(recording, artifacts), *_sensors(recording), *_answers(recording)]
     if not any(finding.severity == ERROR for finding in findings):
         findings += _nothing_compared(recording, bool(tree))
     return ordered(findings)
@@ -78,21 +73,15 @@ def _nothing_compared(recording: Recording, has_tree: bool) -> Iterator[Diagnost
     topics, subject = sorted(recording.topics), "the recording"
     if not has_tree and recording.messages == 0 and not topics:
         yield problem("recording-empty", subject, "the recording has no messages")
-        return
-    if not has_tree:
+    elif not has_tree:
         help, shown = "", f": it has {first_of(topics, 6)}" if topics else ""
         namespaced = next((topic for topic in topics if topic.endswith("/tf")), "")
         if namespaced and not recording.description.options.namespace:
             help = f"--namespace {namespaced.removesuffix('/tf')} reads {namespaced}"
         yield problem("recording-foreign", subject, f"the recording has no transforms{shown}", help)
-        return
-    recorded = [(one.parent, one.child) for one in recording.series.values()]
-    recorded += [(row.parent, row.child) for row in recording.rows]
-    described = {(edge.parent, child) for child, edges in recording.description.by_child.items() for edge in edges}
-    if not described & set(recorded) and not recording.answers:
-        message = (
-            f"none of the {counted(len(recorded), 'edge')} of the recording is described: nothing could be compared"
-        )
+    elif not any(series.has_parent for series in recording.series.values()) and not recording.answers:
+        count = counted(len(recording.series), "edge")
+        message = f"none of the {count} of the recording is described: nothing could be compared"
         help = "look whether this is the recording of this robot, and its description"
         yield problem("not-compared", subject, message, help, severity=ERROR)
 
@@ -100,58 +89,50 @@ def _nothing_compared(recording: Recording, has_tree: bool) -> Iterator[Diagnost
 def _joints(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the faults of the joint states."""
     states, robot = recording.joints, recording.description.robot
-    moving = [series for series in recording.series.values() if not series.constant and series.comparable]
+    moving = [series for series in recording.series.values() if series.compared and not series.constant]
     if not states.pace.count:
         message = f"there is no {_STATES}: {len(moving)} moving edges were compared only with what their joints can do"
         yield from [problem("not-compared", _STATES, message)] if moving else []
         return
-    unknown, names = [name for name in states.ranges if name not in robot.joint], recording.description.joint_names
-    for name in unknown if len(unknown) <= _FEW else ():
-        message = f'{_STATES} names "{name}", a joint that is not described'
-        yield problem("joint-state-unknown", _STATES, message, Suggestion(name, names))
-    if len(unknown) > _FEW:
-        shown = first_of([f'"{name}"' for name in unknown], _SHOWN)
-        yield problem(
-            "joint-state-unknown", _STATES, f"{_STATES} names {len(unknown)} joints that are not described: {shown}"
-        )
-    if absent := [joint.name for joint in robot.joints if joint.name in names - states.ranges.keys()]:
+    names = recording.description.joint_names
+    if unknown := [name for name in states.reported if name not in robot.joint]:
+        message = f"{_STATES} names joints that are not described: {quoted(unknown, _SHOWN)}"
+        help: Help = Suggestion(unknown[0], names) if len(unknown) == 1 else ""
+        yield problem("joint-state-unknown", _STATES, message, help)
+    if absent := [joint.name for joint in robot.joints if joint.name in names - states.reported.keys()]:
         message = f"{_STATES} never names {', '.join(absent)}: robot_state_publisher does not publish what hangs on it"
         yield problem("joint-state-missing", _STATES, message)
     if states.leaps.two:
         message = f"{_STATES} has two values in turns: {leaps_text(states.leaps)}"
         yield problem("joint-states-two-values", _STATES, message)
-    if states.too_short:
-        message = f"{share(states.too_short, states.pace.count)} messages of {_STATES} have fewer positions than names"
+    if recording.short_states:
+        message = (
+            f"{share(recording.short_states, states.pace.count)} messages of {_STATES} have fewer positions than names"
+        )
         yield problem("joint-state-short", _STATES, message)
-    for name, seen in states.ranges.items():
+    for name, seen in states.reported.items():
         joint = robot.joint.get(name)
         unit = "m" if joint is not None and joint.type == "prismatic" else "rad"
         if seen.not_numbers:
             message = f"{name} is no number in {share(seen.not_numbers, seen.seen)} messages of {_STATES}"
             yield problem("joint-not-a-number", _STATES, message)
         if seen.beyond:
-            limits = states.limits(name)
-            excess = amount(max(limits[0] - seen.lowest, seen.highest - limits[1]), unit)
+            lower, upper = states.limits(name)
+            excess = amount(max(lower - seen.lowest, seen.highest - upper), unit)
             message = f"{name} is beyond its limits in {share(seen.beyond, seen.seen)} messages, by {excess} at most"
-            lower, upper = (f"{value:.6g}" if math.isfinite(value) else "any" for value in limits)
-            evidence = f"seen {seen.lowest:.6g} to {seen.highest:.6g} {unit}, described {lower} to {upper} {unit}"
+            evidence = (
+                f"seen {seen.lowest:.6g} to {seen.highest:.6g} {unit}, described {lower:.6g} to {upper:.6g} {unit}"
+            )
             yield problem("joint-beyond-limit", name, message, evidence=[evidence])
-        follower = states.followers.get(name)
-        if follower and follower.off and joint is not None and joint.mimic is not None:
+        if seen.off and joint is not None and joint.mimic is not None:
             ratio = f"{joint.mimic.multiplier:.6g} times {joint.mimic.joint}"
             ratio += f" {joint.mimic.offset:+.6g} {unit}" if joint.mimic.offset else ""
-            many, most = share(follower.off, follower.seen), amount(follower.farthest, unit)
+            many, most = share(seen.off, seen.followed), amount(seen.farthest, unit)
             message = f"{name} is not {ratio} in {many} messages of {_STATES}, by {most} at most"
             yield problem("joint-off-its-leader", name, message)
-    if unmatched := [series.name for series in moving if series.compared and not series.by_state]:
-        message = f"no transform has the stamp of a message of {_STATES}: compared only with what the joints can do"
-        help = "robot_state_publisher with ignore_timestamp, or another clock, does that"
-        if len(unmatched) < len(moving):
-            message = (
-                f"{first_of(unmatched, _FEW)} never had the stamp of a message of {_STATES} that names its joint: "
-            )
-            message, help = f"{message}compared only with what the joint can do", ""
-        yield problem("not-compared", _STATES, message, help)
+    if unmatched := [series.name for series in moving if not series.by_state]:
+        message = f"{first_of(unmatched, _FEW)} never had the stamp of a message of {_STATES} that names its joint: "
+        yield problem("not-compared", _STATES, f"{message}compared only with what the joint can do")
 
 
 def _robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> Iterator[Diagnostic]:
@@ -171,7 +152,7 @@ def _robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> I
             message = f"{_ROBOT} is not the compiled {compiled.file}: {many} of meaning"
             yield problem("other-robot-description", _ROBOT, message, evidence=evidence)
         elif any("damaged" in text.remark for text in comparison.texts):
-            evidence = [text.remark.partition("(")[2].removesuffix(")") for text in comparison.texts if text.remark]
+            evidence = [text.remark.partition("(")[2].partition("): ")[0] for text in comparison.texts if text.remark]
             yield problem("other-robot-description", _ROBOT, f"{_ROBOT} cannot be read as a URDF", evidence=evidence)
         else:
             message = f"{_ROBOT} means what the compiled {compiled.file} means, in another text"
@@ -252,30 +233,27 @@ def _clocks(recording: Recording) -> Iterator[Diagnostic]:
         where = f", {recording.since_start(at):.1f} s into the recording" if recording.timed else ""
         message = f"the stamps of {first_of([one for one, _ in back], _FEW)} jump back, by {seconds(far)} at most"
         yield problem("stamp-jumps-back", name, f"{message}{where}")
-    if recording.timed:
-        streams = [(name, pace) for name, pace in streams if not pace.unstamped]
-        yield from _other(recording, [(name, pace.most_ahead) for name, pace in streams if pace.other_clock])
-        streams = [(name, pace) for name, pace in streams if not pace.other_clock]
-        steps = [(name, pace.step) for name, pace in streams if pace.step is not None and not pace.jumps]
-        waiting = sorted(steps, key=lambda one: -one[1].size)
-        while waiting:
-            first = waiting[0][1]
-            near, (_, was, now, _) = max(_NEAR, _SIMILAR * first.size), first
-            names = [name for name, step in waiting if abs(step.before - was) + abs(step.after - now) <= near]
-            waiting, since = [one for one in waiting if one[0] not in names], recording.since_start(first.time)
-            whose = first_of(names, _FEW) if len(names) < max(len(streams), 2) else "the recorder"
-            before, after = (f"{seconds(abs(lead))} {'ahead' if lead > 0 else 'behind'}" for lead in (was, now))
-            when = f"from {since:.1f} s into the recording on" if since > 0 else "in the end"
-            message = f"the clock of {whose} was set: stamps are {before} at first, {after} {when}"
-            yield problem("stamp-clock-set", names[0], message)
-        yield from _ahead([(name, pace.most_ahead) for name, pace in streams])
-
-
-def _row_clocks(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the faults of the clocks of the edges that view_frames saw."""
-    leads = [(row.name, -row.age) for row in recording.rows if not row.static and row.age is not None]
-    yield from _other(recording, [(name, lead) for name, lead in leads if abs(lead) > YEAR])
-    yield from _ahead([(name, lead) for name, lead in leads if lead <= YEAR])
+    if not recording.timed:
+        leads = [(one.name, -one.age) for one in moving if one.age is not None]  # as view_frames printed them
+        yield from _other(recording, [(name, lead) for name, lead in leads if abs(lead) > YEAR])
+        yield from _ahead([(name, lead) for name, lead in leads if lead <= YEAR])
+        return
+    streams = [(name, pace) for name, pace in streams if not pace.unstamped]
+    yield from _other(recording, [(name, pace.most_ahead) for name, pace in streams if pace.other_clock])
+    streams = [(name, pace) for name, pace in streams if not pace.other_clock]
+    steps = [(name, pace.step) for name, pace in streams if pace.step is not None and not pace.jumps]
+    waiting = sorted(steps, key=lambda one: -one[1].size)
+    while waiting:
+        time, was, now, size = waiting[0][1]
+        near, since = max(_NEAR, _SIMILAR * size), recording.since_start(time)
+        names = [name for name, step in waiting if abs(step.before - was) + abs(step.after - now) <= near]
+        waiting = [one for one in waiting if one[0] not in names]
+        whose = first_of(names, _FEW) if len(names) < max(len(streams), 2) else "the recorder"
+        before, after = (f"{seconds(abs(lead))} {'ahead' if lead > 0 else 'behind'}" for lead in (was, now))
+        when = f"from {since:.1f} s into the recording on" if since > 0 else "in the end"
+        message = f"the clock of {whose} was set: stamps are {before} at first, {after} {when}"
+        yield problem("stamp-clock-set", names[0], message)
+    yield from _ahead([(name, pace.most_ahead) for name, pace in streams])
 
 
 def _are(names: Sequence[str]) -> str:
@@ -289,7 +267,7 @@ def _other(recording: Recording, leads: Leads) -> Iterator[Diagnostic]:
         if not group:
             continue
         names, far, help = [name for name, _ in group], min(lead for _, lead in group), ""
-        if ahead and (recording.start or 0) < SIMULATED:
+        if ahead and recording.start < SIMULATED:
             help = "the wall clock among times of a simulation: use_sim_time for all nodes or for none"
         elif far > YEAR:
             help = "simulation time (use_sim_time for all nodes or for none), or a computer that begins in 1970"
@@ -311,7 +289,7 @@ def _ahead(leads: Leads) -> Iterator[Diagnostic]:
 
 
 def _sensors(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield the faults of the frames of stamped messages."""
+    """Yield the faults of the frames of stamped messages; those of one frame share a finding."""
     failing: dict[str, list[tuple[FrameUse, Lookup]]] = {}
     late: dict[str, list[FrameUse]] = {}
     for use in recording.uses:
@@ -327,29 +305,27 @@ def _sensors(recording: Recording) -> Iterator[Diagnostic]:
         if not use.pace.other_clock and not slowest.pace.other_clock:
             failing.setdefault(use.frame, []).append((use, lookups))
     yield from _not_as_declared(recording)
-    start = recording.start or 0
     for uses in late.values():
         worst = max(uses, key=lambda use: use.early)
-        ready = worst.ready or 0
+        first, ready = recording.since_start(worst.pace.first), recording.since_start(worst.ready or 0)
         message = f'the frame "{worst.frame}" did not exist when the first message of {worst.topic} came: '
-        message += f"{seconds((ready - worst.pace.first) / SECOND)} later it did"
-        first = f"first message {(worst.pace.first - start) / SECOND:.2f} s into the recording"
-        evidence = [f"{first}, {worst.waited_for} at {(ready - start) / SECOND:.2f} s"]
-        evidence += [f"{share(worst.early, worst.pace.count)} messages could not be placed"]
-        evidence += [f"also {use.topic}: {share(use.early, use.pace.count)}" for use in uses if use is not worst]
+        message += f"{seconds(ready - first)} later it did"
+        evidence = [f"first message {first:.2f} s into the recording, {worst.waited_for} at {ready:.2f} s"]
+        evidence += [f"{use.topic}: {share(use.early, use.pace.count)} messages could not be placed" for use in uses]
         yield problem("frame-late", worst.topic, message, evidence=evidence)
     for group in failing.values():
         use, lookups = max(group, key=lambda entry: entry[1].failed / entry[1].asked)
+        slowest = use.slowest[lookups.target]
         message = f"{use.topic}: {use.frame} in {lookups.target} could not be looked up at the exact stamp for "
         message += f"{share(lookups.failed, lookups.asked)} messages; the tree was {seconds(lookups.mean_lag)} behind, "
-        slowest = use.slowest[lookups.target]
-        follows = f", which follows /joint_states at {rate_text(recording.joints.pace.rate)}"
-        why = f"slowest is {slowest.name}{slowest.by_owner} at {rate_text(slowest.pace.rate)}"
-        evidence = [f"{why}{follows if slowest.by_state else ''}"]
+        message += f"{seconds(lookups.largest_lag)} at most"
+        follows = (
+            f", which follows /joint_states at {rate_text(recording.joints.pace.rate)}" if slowest.by_state else ""
+        )
+        evidence = [f"slowest is {slowest.name}{slowest.by_owner} at {rate_text(slowest.pace.rate)}{follows}"]
         if use.pace.most_ahead > AHEAD:
             evidence.append(f"its own stamps are up to {seconds(use.pace.most_ahead)} ahead of the time when they came")
         evidence += [f"also {other.topic}: {share(its.failed, its.asked)}" for other, its in group if other is not use]
-        message += f"{seconds(lookups.largest_lag)} at most"
         yield problem("lookup-fails", use.topic, message, evidence=evidence)
 
 
@@ -387,48 +363,31 @@ def _slashed(recording: Recording, use: FrameUse) -> Diagnostic | None:
 
 def _not_as_declared(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the sensors whose frame no message has while all messages of their types have another one."""
-    topics: dict[str, list[FrameUse]] = {}
-    for use in recording.uses:
-        topics.setdefault(use.topic, []).append(use)
     suspects: dict[tuple[str, ...], list[Sensor]] = {}
     for sensor in recording.description.robot.sensors:
         types = _MESSAGES.get(sensor.type, ())
         used = {use.frame for use in recording.uses if use.type in types or use.type not in _OF_SENSORS}
         if sensor.stamps and not used & set(sensor.stamps):
-            candidates = [topic for topic, uses in topics.items() if uses[0].type in types]
-            fit = tuple(topic for topic in candidates if not _is_explained(recording, topics[topic], sensor))
-            if fit:
-                suspects.setdefault(fit, []).append(sensor)
-    for names, group in suspects.items():
-        uses = [use for topic in names for use in topics[topic]]
+            explained = {use.topic for use in recording.uses if _is_explained(recording, use, sensor)}
+            fitting = [use.topic for use in recording.uses if use.type in types and use.topic not in explained]
+            if fitting:
+                suspects.setdefault(tuple(dict.fromkeys(fitting)), []).append(sensor)
+    for topics, sensors in suspects.items():
+        uses = [use for use in recording.uses if use.topic in topics]
         frames = list(dict.fromkeys(use.frame for use in uses))
-        stamped = listed(f'"{frame}"' for frame in frames)
-        stamps = [listed(f'"{frame}"' for frame in sensor.stamps) for sensor in group]
-        declared = listed((f"{text} ({one.name})" for text, one in zip(stamps, group, strict=True)), most=4)
-        message = f"{listed(names, most=4)} {'is' if len(names) == 1 else 'are'} stamped {stamped} "
-        message += f"({counted(sum(use.pace.count for use in uses), 'message')}), "
+        declared = listed((f"{quoted(one.stamps)} ({one.name})" for one in sensors), most=4)
+        many = counted(sum(use.pace.count for use in uses), "message")
+        message = f"{listed(topics, most=4)} {'is' if len(topics) == 1 else 'are'} stamped {quoted(frames)} ({many}), "
         message += f"and no message with what is declared: {declared}"
-        help = f"set frame_id in the driver, or say what it stamps: stamps: [{', '.join(frames)}]"
+        help = f"set frame_id in the driver, or declare what it stamps: stamps: [{', '.join(frames)}]"
         severity = ERROR if recording.description.frames >= set(frames) else WARNING
-        yield problem("frame-not-as-declared", names[0], message, help, severity=severity)
+        yield problem("frame-not-as-declared", topics[0], message, help, severity=severity)
 
 
-def _is_explained(recording: Recording, uses: Sequence[FrameUse], sensor: Sensor) -> bool:
-    """Return True if the frames of a topic are of other nodes, have a finding, or are below the sensor's frame."""
-    robot, message_type, frames = recording.description.robot, uses[0].type, {use.frame for use in uses}
+def _is_explained(recording: Recording, use: FrameUse, sensor: Sensor) -> bool:
+    """Return True if a frame is that of another node or sensor, has a finding, or is below the frame of the sensor."""
+    robot = recording.description.robot
     declared = [one.stamps for one in robot.publishers]
-    declared += [one.stamps for one in robot.sensors if message_type in _MESSAGES.get(one.type, (message_type,))]
-    names = tuple(frame for stamps in declared for frame in stamps)
-    for frame in frames:
-        above = [frame]
-        while (parent := recording.parents.get(above[-1], "")) and parent not in above:
-            above.append(parent)
-        if frame in names or set(above) & set(sensor.stamps):
-            return True
-    if any(_unknown(recording, use) for use in uses):
-        return True
-    # A frame that contains the name of a declared one is a matter of prefixes.
-    strange = frames - recording.description.frames
-    return any(
-        frame.endswith(names) or frame.startswith(tuple(f"{name} without " for name in names)) for frame in strange
-    )
+    declared += [one.stamps for one in robot.sensors if use.type in _MESSAGES.get(one.type, (use.type,))]
+    is_below = any(recording.chain(use.frame, frame) for frame in sensor.stamps)
+    return is_below or any(use.frame in stamps for stamps in declared) or _unknown(recording, use) is not None

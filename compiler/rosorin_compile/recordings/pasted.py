@@ -203,7 +203,7 @@ class _TextReader:
             self.positions |= {name: at for name, at in zip(names, values, strict=False) if math.isfinite(at)}
         elif isinstance(message.get("data"), str) and "<robot" in message["data"]:
             if not message["data"].endswith("..."):
-                recording.add_description(message["data"].encode())
+                recording.descriptions[message["data"].encode()] = None
         elif isinstance(header, dict):
             stamp, frame = _stamp(header), str(header.get("frame_id", ""))
             recording.add_header(stamp, stamp, self.topic or "the message", "", frame)
@@ -216,7 +216,7 @@ class _TextReader:
         edge = recording.description.edge_like(parent, child)
         static = self.topic.endswith("tf_static") if self.topic else edge is not None and not edge.moving
         recording.edges.setdefault(EdgeKey(static, parent, child), Rows()).add(stamp, stamp, values)
-        recording.start = stamp if recording.start is None else min(recording.start, stamp)
+        recording.start = min(recording.start or stamp, stamp)
         recording.end = max(recording.end, stamp)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -15,7 +15,9 @@ from rosorin_compile.source.diagnostics import Diagnostic
 
 from .expected import Description
 from .results import Lookup
-from .series import SECOND, Floats, Gap, JointStates, Pace, Samples, Series, States, Times
+from .series import SECOND, Gap, JointStates, Messages, Pace, Series, Times
+
+_NO_TIMES: Times = np.empty(0, np.int64)
 
 
 class EdgeKey(NamedTuple):
@@ -27,29 +29,28 @@ class EdgeKey(NamedTuple):
 
 
 class Rows:
-    """The messages of one edge, of joint states that name the same joints, or of one frame of a topic."""
+    """The messages of one edge, of one joint, or of one frame of a topic."""
 
     def __init__(self) -> None:
         self._times = array("q")
-        self._values = array("d")
+        self._values, self._width = array("d"), 0
 
-    def add(self, received: int, stamp: int, values: Iterable[float] = ()) -> None:
+    def add(self, received: int, stamp: int, values: Sequence[float] = ()) -> None:
         """Add a message: times in ns, and its numbers, always as many."""
         self._times.extend((received, stamp))
         self._values.extend(values)
-
-    def __len__(self) -> int:
-        return len(self._times) // 2
+        self._width = len(values)
 
     @property
     def times(self) -> Times:
         """Times of arrival and stamps (2, n)."""
         return np.asarray(np.frombuffer(self._times, np.int64).reshape(-1, 2).T, np.int64)
 
-    @property
-    def values(self) -> Floats:
-        """The numbers (n, k) of each message."""
-        return np.frombuffer(self._values, np.float64).reshape(len(self), -1)
+    def messages(self, clock: Times | None) -> Messages:
+        """Return the messages; ``clock`` (2, n) converts times of arrival (ns, ascending) to those of another clock."""
+        received, stamps = self.times
+        received = received if clock is None else np.interp(received, *clock).astype(np.int64)
+        return Messages(received, stamps, np.frombuffer(self._values, np.float64).reshape(len(stamps), self._width))
 
 
 class Reading(NamedTuple):
@@ -88,14 +89,6 @@ class FrameRow(NamedTuple):
     rate: float
     age: float | None
 
-    @property
-    def name(self) -> str:
-        return f"{self.parent} -> {self.child}"
-
-    @property
-    def topic(self) -> str:
-        return "/tf_static" if self.static else "/tf"
-
 
 @dataclass
 class FrameUse:
@@ -122,15 +115,16 @@ class Recording:
 
     def __init__(self, description: Description, form: str, complete: bool = False, timed: bool = False) -> None:
         self.description, self.form, self.complete, self.timed = description, form, complete, timed
-        self.start: int | None = None
-        self.end = self.messages = 0
+        self.start = self.end = self.messages = 0
         self.silence = Gap()  # the longest time without any message
         self.topics: dict[str, str] = {}
         self.edges: dict[EdgeKey, Rows] = {}
-        self.states: dict[tuple[tuple[str, ...], int], Rows] = {}  # names, number of positions
+        self.states, self.positions = Rows(), dict[str, Rows]()  # messages of /joint_states, and positions by joint
+        self.short_states = 0  # with fewer positions than names
         self.headers: dict[tuple[str, str, str], Rows] = {}  # topic, type, frame
         self.slashed: dict[tuple[str, str], int] = {}  # topic, frame
-        self.descriptions, self.troubles = list[bytes](), list[Diagnostic]()
+        self.descriptions = dict[bytes, None]()  # the texts of /robot_description
+        self.troubles = list[Diagnostic]()
         self.answers, self.refused, self.rows = list[Answer](), list[Answer](), list[FrameRow]()
         self.dropped: dict[EdgeKey, int] = {}  # transforms that tf2 drops: of a frame to itself, or without a name
         self.tree_frames: set[str] = set()  # with their prefix
@@ -157,10 +151,10 @@ class Recording:
 
     def add_state(self, received: int, stamp: int, names: Sequence[str], positions: Sequence[float]) -> None:
         """Add a joint state: times in ns, positions in rad or m."""
-        if len(names) == len(positions):  # sorted, because some drivers name their joints in any order
-            order = sorted(range(len(names)), key=names.__getitem__)
-            names, positions = [names[at] for at in order], [positions[at] for at in order]
-        self.states.setdefault((tuple(names), len(positions)), Rows()).add(received, stamp, positions)
+        self.states.add(received, stamp)
+        self.short_states += 0 < len(positions) < len(names)
+        for name, position in zip(names, positions, strict=False):  # no positions if only velocities or efforts came
+            self.positions.setdefault(name, Rows()).add(received, stamp, (position,))
 
     def add_header(self, received: int, stamp: int, topic: str, message_type: str, frame: str) -> None:
         """Add the header of a message: times in ns."""
@@ -169,47 +163,43 @@ class Recording:
         if frame.startswith("/"):
             self.slashed[topic, name] = self.slashed.get((topic, name), 0) + 1
 
-    def add_description(self, text: bytes) -> None:
-        """Add the text of /robot_description, each text once."""
-        if text not in self.descriptions:
-            self.descriptions.append(text)
-
     def finish(self, clock: Times | None = None) -> None:
         """Sort the messages that were read, and compare the transforms with the description.
 
         ``clock`` (2, n) converts times of arrival (ns, ascending) to those of another clock.
         """
-
-        def converted(times: Times) -> tuple[Times, Times]:
-            return (times[0] if clock is None else np.interp(times[0], *clock).astype(np.int64)), times[1]
-
-        start = self.start or 0
-        states = {key: States(*converted(rows.times), rows.values) for key, rows in self.states.items()}
-        received, stamps = (
-            np.concatenate([group[at] for group in states.values()] or [np.empty(0, np.int64)]) for at in (0, 1)
-        )
-        order = np.argsort(received, kind="stable")
-        groups = {names: group for (names, _), group in states.items()}
-        pace = Pace(received[order], stamps[order], start, self.timed)
-        self.joints = JointStates(self.description.robot, groups, pace)
+        pace = Pace(*self.states.messages(clock)[:2], self.start, self.timed)
+        states = {name: rows.messages(clock) for name, rows in self.positions.items()}
+        self.joints = JointStates(self.description.robot, pace, states)
         for key, rows in self.edges.items():
             if key.parent == key.child or not key.parent or not key.child:
-                self.dropped[key] = len(rows)
+                self.dropped[key] = rows.times.shape[1]
             elif not self._is_of_other_robot(key.child):
-                samples = Samples(*converted(rows.times), rows.values[:, :3], rows.values[:, 3:])
-                series = Series(*key[1:], key.static, samples, Pace(*samples[:2], start, self.timed))
-                first = series.samples.transform(0) if len(series.samples.stamps) else None
-                edge = self.description.edge_like(key.parent, key.child, key.static, first)
-                series.compare(edge, self.description.owners(key.child), self.joints)
-                self.series[key] = series
-                if key.child not in self.parents or (edge is not None and edge.parent == key.parent):
-                    self.parents[key.child] = key.parent
+                samples = rows.messages(clock)
+                self._add_series(key, samples, Pace(*samples[:2], self.start, self.timed))
+        for row in self.rows:
+            key = EdgeKey(row.static, row.parent, row.child)
+            if key not in self.series:
+                pace = Pace(_NO_TIMES, _NO_TIMES, 0, False)
+                pace.rate = row.rate
+                self._add_series(key, Messages(_NO_TIMES, _NO_TIMES, np.empty((0, 7))), pace, row)
         for (topic, message_type, frame), rows in self.headers.items():
             if not self._is_of_other_robot(frame):
-                use = FrameUse(topic, message_type, frame, Pace(*converted(rows.times), start, self.timed))
-                use.slashed = self.slashed.get((topic, frame), 0)
+                pace = Pace(*rows.messages(clock)[:2], self.start, self.timed)
+                use = FrameUse(topic, message_type, frame, pace, self.slashed.get((topic, frame), 0))
                 self.uses.append(use)
-                self._look_up_all(use)
+                if self.timed:
+                    self._look_up_all(use)
+
+    def _add_series(self, key: EdgeKey, samples: Messages, pace: Pace, row: FrameRow | None = None) -> None:
+        series = Series(key.parent, key.child, key.static, samples, pace)
+        series.listed, series.age = row is not None, row.age if row else None
+        first = series.samples.transform(0) if len(series.samples.stamps) else None
+        edge = self.description.edge_like(key.parent, key.child, key.static, first)
+        series.compare(edge, self.description.owners(key.child), self.joints)
+        self.series[key] = series
+        if key.child not in self.parents or (edge is not None and edge.parent == key.parent):
+            self.parents[key.child] = key.parent
 
     def _is_of_other_robot(self, frame: str) -> bool:
         """Return True if a frame has the prefix of another robot of a fleet."""
@@ -219,7 +209,7 @@ class Recording:
 
     def since_start(self, time: int) -> float:
         """Return a time (ns) in seconds from the start of the recording."""
-        return max(0, time - (self.start or 0)) / SECOND
+        return max(0, time - self.start) / SECOND
 
     @cached_property
     def into(self) -> Mapping[str, list[Series]]:
@@ -242,9 +232,7 @@ class Recording:
 
     def _look_up_all(self, use: FrameUse) -> None:
         """Look up a frame, at each message that names it, in the root of the robot and in the frame above that."""
-        if not self.timed:
-            return
-        start, base = self.start or 0, self.description.top(use.frame)
+        start, base = self.start, self.description.top(use.frame)
         chain = self.chain(use.frame, base)
         if chain is None:
             use.early = use.pace.count

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any
-from xml.sax.saxutils import escape, quoteattr
 
+from rosorin_compile.formats.templating import Templates
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.wording import and_more, counted, masked, printable
 
@@ -196,22 +196,15 @@ def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
 
 def as_junit(result: Verified, strict: bool = False) -> str:
     """Return a result as JUnit XML: a test case for each edge, topic and joint that fails if it has an error."""
-    names = [*(edge.name for edge in result.edges), *(answer.name for answer in result.answers)]
-    cases: dict[str, list[Finding]] = {name: [] for name in [*names, *(use.topic for use in result.sensors)]}
+    names = [edge.name for edge in result.edges] + [answer.name for answer in result.answers]
+    cases: dict[str, list[Finding]] = {masked(name): [] for name in [*names, *(use.topic for use in result.sensors)]}
     for finding in result.findings:
-        cases.setdefault(finding.subject, []).append(finding)
-    failing, robot = ("error", "warning") if strict else ("error",), quoteattr(result.robot)
+        cases.setdefault(masked(finding.subject), []).append(finding)
+    failing = ("error", "warning") if strict else ("error",)
     failed = sum(any(finding.severity in failing for finding in findings) for findings in cases.values())
-    counts = f'tests="{len(cases)}" failures="{failed}"'
-    lines = ['<?xml version="1.0" encoding="UTF-8"?>', f"<testsuites {counts}>", f"  <testsuite name={robot} {counts}>"]
-    for name, findings in cases.items():
-        lines.append(f"    <testcase classname={robot} name={quoteattr(masked(name))}>")
-        for finding in findings:
-            text = escape(masked("\n".join([finding.message, *finding.evidence, finding.help]), keep="\n"))
-            if finding.severity in failing:
-                message = quoteattr(masked(finding.message))
-                lines.append(f'      <failure message={message} type="{finding.rule}">{text}</failure>')
-            else:
-                lines.append(f"      <system-out>{finding.severity}[{finding.rule}]: {text}</system-out>")
-        lines.append("    </testcase>")
-    return "\n".join([*lines, "  </testsuite>", "</testsuites>", ""])
+    values = {"robot": result.robot, "cases": cases, "failing": failing, "failed": failed, "masked": masked}
+    return Templates.own("recordings/junit.xml.jinja", values | {"text": _junit_text})
+
+
+def _junit_text(finding: Finding) -> str:
+    return masked("\n".join([finding.message, *finding.evidence, finding.help]), keep="\n")

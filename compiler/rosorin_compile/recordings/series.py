@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -35,7 +36,6 @@ _STEP, _DELAY = 0.25, 5.0
 AHEAD = 0.1  # stamps ahead of their arrival by less (s) are within the accuracy of reading two clocks
 # tf2 drops transforms whose squared quaternion deviates more from 1 (tf2/src/buffer_core.cpp).
 _NORM_TOLERANCE = 10e-3
-_MAX_VALUES = 4
 TREMBLING = 0.02  # a servo that holds its position moves by up to this (rad or m)
 _SLIDING = 1e-3  # tolerance of the position of a sliding follower (m)
 _BEYOND = 1e-6
@@ -124,13 +124,14 @@ class Pace:
         stamped = self.stamps != 0
         np.maximum.at(leads, self.slices(width)[stamped], (self.stamps - self.received)[stamped] / SECOND)
         places = np.flatnonzero(np.isfinite(leads))
-        best = _drift(leads[places], self.start)
-        values = leads[places].tolist()
-        for at in range(_SIDE, len(values) - _SIDE + 1):
-            before, after = sorted(values[at - _SIDE : at]), sorted(values[at : at + _SIDE])
-            low, high = before[_SIDE // 2], after[_SIDE // 2]
-            step = Step(self.start + int(places[at]) * width, low, high, abs(high - low))
-            steady = max(before[-1] - before[0], after[-1] - after[0]) < step.size / 4
+        if len(places) < 2 * _SIDE:
+            return None
+        leads, best = leads[places], _drift(leads[places], self.start)
+        sides = np.sort(np.lib.stride_tricks.sliding_window_view(leads, _SIDE), axis=1)
+        for time, before, after in zip(places[_SIDE:], sides, sides[_SIDE:], strict=False):
+            low, high = float(before[_SIDE // 2]), float(after[_SIDE // 2])
+            step = Step(self.start + int(time) * width, low, high, abs(high - low))
+            steady = max(np.ptp(before), np.ptp(after)) < step.size / 4
             large = step.size > (_STEP if max(before[-1], after[-1]) > AHEAD else _DELAY)
             if steady and large and (best is None or step.size > best.size):
                 best = step
@@ -152,8 +153,6 @@ def _longest(spans: Times, times: Times) -> Gap:
 
 def _drift(leads: Floats, start: int) -> Step | None:
     """Return the first and last lead of a clock that runs too fast or too slow; growing delays are not a drift."""
-    if len(leads) < 2 * _SIDE:
-        return None
     at = np.arange(len(leads))
     line = np.polyval(np.polyfit(at, leads, 1), at)
     step = Step(start, float(line[0]), float(line[-1]), float(abs(line[-1] - line[0])))
@@ -208,67 +207,59 @@ class Leaps:
         self.two = self.contradict or returns  # the stream seems to have two sources with different values
 
 
-class States(NamedTuple):
-    """Joint states that name the same joints: times in ns (n,), positions (n, number of names) in rad or m."""
+class Messages(NamedTuple):
+    """Messages in order of arrival: times in ns (n,), and the numbers (n, k) of each.
+
+    Those of a transform are x, y, z in m and a quaternion; that of a joint state is a position in rad or m.
+    """
 
     received: Times
     stamps: Times
-    positions: Floats
+    values: Floats
+
+    def transform(self, at: int) -> Transform:
+        """Return one of the messages as a transform."""
+        return transform_from(self.values[at])
 
 
-class Range(NamedTuple):
-    """The positions of a joint: lowest and highest, and how many were reported, beyond limits, and not numbers."""
+@dataclass
+class Reported:
+    """The positions of a joint in rad or m: lowest and highest, how many, how many beyond limits, and not numbers.
+
+    A follower was compared ``followed`` times with its leader, and was ``off`` by ``farthest`` at most.
+    """
 
     lowest: float
     highest: float
     seen: int
     beyond: int
     not_numbers: int
-
-
-class Follower(NamedTuple):
-    """How often a follower was reported, how often not where its leader puts it, and by how much at most."""
-
-    seen: int
-    off: int
-    farthest: float
+    followed: int = 0
+    off: int = 0
+    farthest: float = 0.0
 
 
 class JointStates:
-    """All messages of /joint_states; ``groups`` has them by the names of the joints, in order of arrival.
+    """All messages of /joint_states: ``pace`` is that of all, ``states`` has the positions of each joint."""
 
-    ``ranges`` and ``followers`` have what was reported of each joint, and of those that follow another one.
-    """
-
-    def __init__(self, robot: Robot, groups: Mapping[tuple[str, ...], States], pace: Pace) -> None:
-        self.robot, self.pace, self.too_short = robot, pace, 0
-        self.leaps = Leaps(np.empty(0, np.int64), np.empty((0, 0)))
-        states: dict[str, list[States]] = {}
-        off: dict[str, list[Floats]] = {}
-        for names, group in groups.items():
-            if 0 < group.positions.shape[1] < len(names):
-                self.too_short += len(group.stamps)
-            named = dict(zip(names, group.positions.T, strict=False))  # empty if only velocities or efforts came
-            if named and not states:
-                self.leaps = Leaps(group.stamps, group.positions, leap=TREMBLING)
-            for name, positions in named.items():
-                states.setdefault(name, []).append(States(group.received, group.stamps, positions))
-                mimic = robot.joint[name].mimic if name in robot.joint else None
-                if mimic is not None and mimic.joint in named:
-                    followed = mimic.multiplier * named[mimic.joint] + mimic.offset
-                    off.setdefault(name, []).append(positions - followed)
-        self._states: dict[str, States] = {}  # by joint, ordered by stamp
-        self.ranges: dict[str, Range] = {}
-        for name, several in states.items():
-            received, stamps, positions = map(np.concatenate, zip(*several, strict=True))
-            order = np.lexsort((received, stamps))
-            self._states[name] = States(received[order], stamps[order], positions[order])
-            good, (lower, upper) = positions[np.isfinite(positions)], self.limits(name)
+    def __init__(self, robot: Robot, pace: Pace, states: Mapping[str, Messages]) -> None:
+        self.robot, self.pace = robot, pace
+        self.leaps = Leaps(np.empty(0, np.int64), np.empty((0, 0)))  # of the first joint with two values
+        self._states: dict[str, Messages] = {}  # by joint, ordered by stamp
+        self.reported: dict[str, Reported] = {}
+        for name, messages in states.items():
+            leaps = Leaps(messages.stamps, messages.values, leap=TREMBLING)
+            self.leaps = leaps if leaps.two and not self.leaps.two else self.leaps
+            order = np.lexsort((messages.received, messages.stamps))
+            self._states[name] = Messages(messages.received[order], messages.stamps[order], messages.values[order])
+            good, (lower, upper) = messages.values[np.isfinite(messages.values)], self.limits(name)
             beyond = int(np.count_nonzero((good < lower - _BEYOND) | (good > upper + _BEYOND)))
             lowest, highest = float(good.min(initial=np.inf)), float(good.max(initial=-np.inf))
-            self.ranges[name] = Range(lowest, highest, len(positions), beyond, len(positions) - len(good))
-        followers = ((robot.joint[name], np.concatenate(several)) for name, several in off.items())
-        self.followers = {joint.name: found for joint, apart in followers if (found := self._follower(joint, apart))}
+            count = len(messages.stamps)
+            self.reported[name] = Reported(lowest, highest, count, beyond, count - len(good))
+        for joint in robot.joints:
+            if joint.mimic is not None and joint.name in self._states:
+                self._compare_follower(joint, robot.joint[joint.mimic.joint])
 
     def limits(self, name: str) -> tuple[float, float]:
         """Return the limits of a joint (rad or m), infinite where there are none."""
@@ -289,57 +280,48 @@ class JointStates:
             first = np.minimum(np.searchsorted(states.stamps, stamps, side="left"), len(states.stamps) - 1)
             last = np.maximum(np.searchsorted(states.stamps, stamps, side="right") - 1, 0)
             is_later = np.abs(states.received[last] - received) < np.abs(states.received[first] - received)
-            positions = states.positions[np.where(is_later, last, first)]
+            positions = states.values[np.where(is_later, last, first), 0]
             known = (states.stamps[first] == stamps) & (stamps != 0) & np.isfinite(positions)
         if joint.mimic is None or known.all():
             return positions, known
         leader, there = self.position(self.robot.joint[joint.mimic.joint], stamps, received)
         return np.where(known, positions, joint.mimic.multiplier * leader + joint.mimic.offset), known | there
 
-    def _follower(self, joint: Joint, apart: Floats) -> Follower | None:
-        """Return how far (n,) a follower was from its leader, or None if turns of the leader are ambiguous."""
-        turns = joint.mimic is not None and self.robot.joint[joint.mimic.joint].type == "continuous"
-        if joint.mimic is None or (turns and not float(joint.mimic.multiplier).is_integer()):
-            return None
+    def _compare_follower(self, joint: Joint, leader: Joint) -> None:
+        """Count how often a follower was not where its leader puts it; turns of the leader have to be unambiguous."""
+        turns, mimic, states = leader.type == "continuous", joint.mimic, self._states[joint.name]
+        if mimic is None or (turns and not float(mimic.multiplier).is_integer()):
+            return
+        positions, known = self.position(leader, states.stamps, states.received)
+        apart = (states.values[:, 0] - mimic.multiplier * positions - mimic.offset)[known]
         slides, apart = joint.type == "prismatic", apart[np.isfinite(apart)]
         if (turns or joint.type == "continuous") and not slides:
             apart = np.remainder(apart + np.pi, 2 * np.pi) - np.pi
-        apart = np.abs(apart)
-        off = np.count_nonzero(apart > (_SLIDING if slides else TREMBLING))
-        return Follower(len(apart), int(off), float(apart.max(initial=0.0)))
-
-
-class Samples(NamedTuple):
-    """Transforms in order of arrival: times in ns (n,), ``xyz`` in m (n, 3) and quaternions (n, 4)."""
-
-    received: Times
-    stamps: Times
-    xyz: Floats
-    quaternions: Floats
-
-    def transform(self, at: int) -> Transform:
-        """Return one of the samples."""
-        return transform_from(self.xyz[at], self.quaternions[at])
+        report, apart = self.reported[joint.name], np.abs(apart)
+        report.followed, report.farthest = len(apart), float(apart.max(initial=0.0))
+        report.off = int(np.count_nonzero(apart > (_SLIDING if slides else TREMBLING)))
 
 
 class Series:
     """One edge on one topic: /tf_static if it is ``static``, otherwise /tf. ``edge`` is the described edge."""
 
-    def __init__(self, parent: str, child: str, static: bool, samples: Samples, pace: Pace) -> None:
+    def __init__(self, parent: str, child: str, static: bool, samples: Messages, pace: Pace) -> None:
         self.parent, self.child, self.static, self.pace = parent, child, static, pace
         self.name, self.topic = f"{parent} -> {child}", "/tf_static" if static else "/tf"
         self.edge: Expected | None = None
         self.owner = self.by_owner = ""  # the node that should publish it, if known, and in brackets
         self.constant, self.has_parent, self.comparable = static, False, False  # by what the description says of it
-        square = np.einsum("ij,ij->i", samples.quaternions, samples.quaternions)
-        good = np.isfinite(samples.xyz).all(axis=1) & (np.abs(square - 1.0) <= _NORM_TOLERANCE)  # as tf2 accepts them
+        square = np.square(samples.values[:, 3:]).sum(axis=1)
+        good = np.isfinite(samples.values[:, :3]).all(axis=1) & (np.abs(square - 1.0) <= _NORM_TOLERANCE)  # as for tf2
         self.bad = int(np.count_nonzero(~good))
         self.first_bad = int(samples.received[~good][0]) if self.bad else 0
-        self.samples = samples if not self.bad else Samples(*(values[good] for values in samples))
+        self.samples = samples if not self.bad else Messages(*(values[good] for values in samples))
+        self.listed = False  # only in view_frames, with the age of its newest transform (s) if it is known
+        self.age: float | None = None
         self.compared = self.by_state = self.wrong = 0
         self.first_wrong: tuple[Transform, Transform, int] | None = None  # recorded, described, time of arrival (ns)
-        self.values: list[tuple[Transform, int]] = []  # of a constant edge, with the number of samples
-        self.other_values = self.switches = 0
+        self.others = 0  # samples of a constant edge that differ from its first one
+        self.first_other: Transform | None = None
 
     @cached_property
     def newest(self) -> Times:
@@ -349,8 +331,7 @@ class Series:
     @cached_property
     def leaps(self) -> Leaps:
         """The leaps of a moving edge."""
-        poses = np.concatenate((self.samples.xyz, self.samples.quaternions), axis=1)
-        return Leaps(self.samples.stamps[: 0 if self.constant else None], poses, _distance)
+        return Leaps(self.samples.stamps[: 0 if self.constant else None], self.samples.values, _distance)
 
     @property
     def has_two_sources(self) -> bool:
@@ -361,20 +342,12 @@ class Series:
         """Compare all samples with the described edge."""
         self.edge, self.owner, self.by_owner = edge, owner, f" ({owner})" if owner else ""
         self.constant = self.static or (edge is not None and not edge.moving)
-        samples, turns = self.samples, _normalised(self.samples.quaternions)
-        kinds = np.full(len(turns), -1)
-        for number in range(_MAX_VALUES if self.constant else 0):  # which values an edge has that should be constant
-            rest = np.flatnonzero(kinds < 0)
-            if not len(rest):
-                break
-            like = int(rest[0])
-            same = (kinds < 0) & (np.abs(samples.xyz - samples.xyz[like]).max(axis=1) <= EXACT)
-            same &= _angles(turns, turns[like]) <= SIX_ANGLE
-            kinds[same] = number
-            self.values.append((samples.transform(like), int(np.count_nonzero(same))))
-        if self.constant:
-            self.other_values = int(np.count_nonzero(kinds < 0))
-            self.switches = int(np.count_nonzero(np.diff(kinds)))
+        samples, places, turns = self.samples, self.samples.values[:, :3], _normalised(self.samples.values[:, 3:])
+        if self.constant and len(turns):
+            same = np.abs(places - places[0]).max(axis=1) <= EXACT
+            same &= _angles(turns, turns[0]) <= SIX_ANGLE
+            self.others = int(np.count_nonzero(~same))
+            self.first_other = samples.transform(int(same.argmin())) if self.others else None
         self.has_parent = edge is not None and edge.parent == self.parent  # as it is described
         if edge is None or edge.transform is None or not self.has_parent:
             return
@@ -382,19 +355,19 @@ class Series:
         if not self.comparable or not len(samples.stamps):
             return
         xyz, quaternions, by_state = _expected_values(edge, edge.transform, samples, joints)
-        metres = np.linalg.norm(samples.xyz - xyz, axis=1)
+        metres = np.linalg.norm(places - xyz, axis=1)
         radians = _angles(turns, quaternions)
         wrong = (metres > EXACT) | (radians > edge.radians)
         self.compared, self.by_state = len(wrong), by_state
         self.wrong = int(np.count_nonzero(wrong))
         if self.wrong:
             at = int(wrong.argmax())
-            described = transform_from(xyz[at], quaternions[at])
+            described = transform_from(np.concatenate((xyz[at], quaternions[at])))
             self.first_wrong = (samples.transform(at), described, int(samples.received[at]))
 
 
 def _expected_values(
-    edge: Expected, origin: Transform, samples: Samples, joints: JointStates
+    edge: Expected, origin: Transform, samples: Messages, joints: JointStates
 ) -> tuple[Floats, Floats, int]:
     """Return the described values of samples, xyz (n, 3) and quaternions (n, 4), and how many joint states gave them.
 
@@ -411,17 +384,16 @@ def _expected_values(
     by_state = int(np.count_nonzero(known))
     if joint.type == "prismatic":
         along = np.array(origin.rotate(tuple(axis.tolist())), np.float64)
-        positions = np.where(known, positions, (samples.xyz - xyz) @ along)
+        positions = np.where(known, positions, (samples.values[:, :3] - xyz) @ along)
         return xyz + positions[:, None] * along, turns, by_state
-    rest = _product(turns * (-1.0, -1.0, -1.0, 1.0), _normalised(samples.quaternions))
+    rest = _product(turns * (-1.0, -1.0, -1.0, 1.0), _normalised(samples.values[:, 3:]))
     half = 0.5 * np.where(known, positions, 2.0 * np.arctan2(rest[:, :3] @ axis, rest[:, 3]))[:, None]
     return xyz, _product(turns, np.concatenate((np.sin(half) * axis, np.cos(half)), axis=1)), by_state
 
 
-def transform_from(xyz: Floats, quaternion: Floats) -> Transform:
-    """Return a position (3,) and a quaternion (4,) as a transform."""
-    px, py, pz = map(float, xyz)
-    x, y, z, w = map(float, quaternion)
+def transform_from(pose: Floats) -> Transform:
+    """Return a position and a quaternion (7,) as a transform."""
+    px, py, pz, x, y, z, w = pose.tolist()
     return Transform.of_quaternion((px, py, pz), (w, x, y, z))
 
 

@@ -31,7 +31,7 @@ from .judge_edges import best_way
 from .pasted import read_text
 from .recording import Recording
 from .results import EchoAnswer, Finding, RecordedEdge, RecordedJoint, RecordedSensor, Verified
-from .series import Series
+from .series import SECOND, Series
 
 _Record = TypeVar("_Record")
 _MAX_TEXT = 64 << 20
@@ -100,10 +100,11 @@ def verify(
 
 
 def _read_path(description: Description, path: Path, progress: Report) -> Recording:
+    special = files.is_special(path)
+    if special and not path.is_relative_to("/dev/fd"):
+        raise Unreadable(f"{path} is not a regular file", "write it to a file first, or name - for standard input")
     try:
-        is_folder, special = files.is_folder(path), files.is_special(path)
-        if special and not path.is_relative_to("/dev/fd"):
-            raise Unreadable(f"{path} is not a regular file", "write it to a file first, or name - for standard input")
+        is_folder = files.is_folder(path)
         if is_folder or path.suffix in SUFFIXES:
             form = f"rosbag2 folder {path}" if is_folder else str(path)
             recording = Recording(description, form, complete=True, timed=True)
@@ -143,36 +144,35 @@ def _read_text(description: Description, data: bytes, name: str) -> Recording:
 
 def _result(recording: Recording, findings: Sequence[Diagnostic], source: str) -> Verified:
     """Return a recording and its findings as a result of plain values."""
-    way, has_times = best_way(recording), recording.timed and recording.start is not None
-    joints, states = recording.joints.ranges.items(), recording.joints.pace
-    kind = "sensor_msgs/msg/JointState"
-    sensors = [_copy(RecordedSensor, states, topic="/joint_states", type=kind, frame="-", early=0, lookups=[])]
-    sensors = sensors if states.count else []
+    way, states, sensors = best_way(recording), recording.joints.pace, list[RecordedSensor]()
+    has_times = recording.timed and recording.messages
+    if states.count:
+        kind = "sensor_msgs/msg/JointState"
+        sensors = [_copy(RecordedSensor, states, topic="/joint_states", type=kind, frame="-", early=0, lookups=[])]
     sensors += [_copy(RecordedSensor, one, one.pace, lookups=list(one.lookups.values())) for one in recording.uses]
-    answers = [EchoAnswer(one.name, one.line, answer_outcome(recording, one)) for one in recording.answers]
-    plain = []
-    for one in findings:
-        place = next((related.span for related in one.related if related.span is not None), None)
-        evidence = [related.message for related in one.related if related.span is None]
-        file, line = (place.source.path, place.line) if place else (None, None)
-        help = one.worded().help
-        plain.append(Finding(one.rule, one.severity, one.of[0], one.message, help, evidence, file, line))
     return Verified(
         robot=recording.description.robot.name,
         source=source,
         form=recording.form,
         messages=recording.messages,
-        seconds=(recording.end - (recording.start or 0)) / 1e9 if has_times else None,
+        seconds=max(0, recording.end - recording.start) / SECOND if has_times else None,
         modes=dict(way.modes),
         edges=tuple(_edges(recording, {edge.child: edge for edge in way.edges})),
-        joints=tuple(_copy(RecordedJoint, seen, name=name) for name, seen in joints),
+        joints=tuple(_copy(RecordedJoint, one, name=name) for name, one in recording.joints.reported.items()),
         sensors=tuple(sensors),
-        answers=tuple(answers),
-        findings=tuple(plain),
-        as_described=not any(finding.severity == "error" for finding in findings),
+        answers=tuple(EchoAnswer(one.name, one.line, answer_outcome(recording, one)) for one in recording.answers),
+        findings=tuple(map(_finding, findings)),
+        as_described=not has_errors(findings),
         diagnostics=tuple(findings),
         data=recording,
     )
+
+
+def _finding(found: Diagnostic) -> Finding:
+    place = next((related.span for related in found.related if related.span is not None), None)
+    evidence = [related.message for related in found.related if related.span is None]
+    file, line = (place.source.path, place.line) if place else (None, None)
+    return Finding(found.rule, found.severity, found.of[0], found.message, found.worded().help, evidence, file, line)
 
 
 def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
@@ -185,21 +185,17 @@ def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
 
 def _edges(recording: Recording, described: Mapping[str, Expected]) -> Iterator[RecordedEdge]:
     """Yield the edges, those of the description first."""
-    rows = {row.child: row for row in recording.rows}
-    for child in dict.fromkeys([*described, *recording.into, *rows]):
+    for child in dict.fromkeys([*described, *recording.into]):
         edge, owner = described.get(child), ""
         if edge is not None:  # a recording does not tell which of several nodes it was
             known = [edge] if recording.description.options.modes else recording.description.by_child[child]
             owner = " or ".join(dict.fromkeys(one.publisher.name for one in known))
         for series in recording.into.get(child, ()):
             oldest = series.pace.oldest_until(recording.end).seconds if recording.timed and not series.static else None
-            yield _copy(RecordedEdge, series, series.pace, publisher=owner, value=_value(series), oldest=oldest)
-        if child in rows and child not in recording.into:
-            row = rows[child]
-            as_described = edge is not None and edge.parent == row.parent
-            value = "parent as described" if as_described else "wrong parent" if edge else "not described"
-            yield _copy(RecordedEdge, row, publisher=owner, value=value, count=None, mean_age=row.age)
-        elif edge is not None and child not in recording.into and recording.complete:
+            values = {"count": None, "mean_age": series.age} if series.listed else {}
+            value = _value(series)
+            yield _copy(RecordedEdge, series, series.pace, publisher=owner, value=value, oldest=oldest, **values)
+        if edge is not None and child not in recording.into and recording.complete:
             yield RecordedEdge(edge.parent, child, "", edge.publisher.name, "missing", 0)
 
 
@@ -209,6 +205,8 @@ def _value(series: Series) -> str:
         return "not described"
     if series.edge.parent != series.parent:
         return "wrong parent"
+    if series.listed:
+        return "parent as described"
     if series.bad == series.pace.count:
         return "no rotation"
     if series.wrong:

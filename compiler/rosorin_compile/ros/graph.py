@@ -12,7 +12,8 @@ from typing import Annotated, Any
 
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot, Sensor
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, listed
+from rosorin_compile.request import FilePath, Packages, Request, Values
+from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, error, listed
 
 from . import nav2, robot_localization
 from .controllers.filled import COMMAND, drivers, filled
@@ -332,7 +333,24 @@ class RobotGraph:
         return Templates.own("ros/graph.svg.jinja", values)
 
 
-def robot_graph(robot: Robot) -> RobotGraph:
+def graph(
+    robot: FilePath | Request, arguments: Values = None, packages: Packages = None, *, trust: bool = False
+) -> RobotGraph:
+    """Return the ROS 2 nodes that a package of a robot starts, and the topics between them.
+
+    Topics that a node reads and nothing publishes are diagnostics.
+
+    Example:
+        >>> import rosorin_compile
+        >>> [topic.type for topic in rosorin_compile.graph("rosorin").topics if topic.topic == "/scan"]
+        ['sensor_msgs/msg/LaserScan']
+    """
+    compiled = Request.of(robot, arguments, packages, trust=trust).compile()
+    errors = tuple(one for one in compiled.diagnostics if one.severity == ERROR)
+    return RobotGraph(diagnostics=errors) if compiled.robot is None or errors else _robot_graph(compiled.robot)
+
+
+def _robot_graph(robot: Robot) -> RobotGraph:
     """Return the graph of all that a package of a robot can start, with its open ends as diagnostics."""
     backends = {output.backend for output in robot.outputs}
     starts = [CONTROL] if "controllers" in backends else []

@@ -7,83 +7,71 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.drive import driving_of
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Help, Suggestion, error, listed, quoted
-from rosorin_compile.source.wording import suggest, swaps
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Suggestion, error, listed, quoted
 
-from .controllers.filled import drivers, intended_topic
-from .navigation import FILTER, Found, Frames, diagnose, frames_of, kind_of, stated_topic
-from .parameters import parameter_file
-from .parameters.files import Node, Parameters, asked, parameters_of, text
+from .controllers.filled import drivers
+from .navigation import FILTER, Found, Frames, Lead, diagnose, frames_of, kind_of, stated_topic
+from .parameters.files import Node, Parameters, asked, parameter_file, parameters_of, text
+from .ports import facts
 
 # What a filter estimates, in the order of its fifteen booleans (robot_localization: filter_common.hpp).
 STATES = (*("x", "y", "z", "roll", "pitch", "yaw"), *("vx", "vy", "vz", "vroll", "vpitch", "vyaw", "ax", "ay", "az"))
 
-_PACKAGE = "robot_localization"
 _USUAL = "ekf_filter_node"
 _NAME = re.compile(r"(odom|pose|twist|imu)(0|[1-9]\d*)")
-_POSE, _TWIST, _ACCELERATION = STATES[:6], STATES[6:12], STATES[12:]
-# What the messages have that an input takes (nav_msgs/Odometry, geometry_msgs, sensor_msgs/Imu).
-_HAVE = {"odom": (*_POSE, *_TWIST), "pose": _POSE, "twist": _TWIST, "imu": (*_POSE[3:], *_TWIST[3:], *_ACCELERATION)}
-_COPIED = ("differential", "relative", "queue_size", "remove_gravitational_acceleration")
-_MISSING = {"twist": ("differential", "relative")}  # what some inputs have not
 _NEAR = 1e-3  # m
 
 
-@dataclass(frozen=True)
-class Filter:
-    """A filter: its name, and the two ends of what it publishes; both empty if it publishes nothing."""
-
-    name: str
-    parent: str = ""
-    child: str = ""
+def _about(kind: str) -> Mapping[str, Any]:
+    """Return what is known of an input: the states of its messages, its keys, and an example of what is used."""
+    found: Mapping[str, Any] = facts("ros2_nodes")["filter_inputs"][kind]
+    return found
 
 
-def filter_of(robot: Robot, output: Output, frames: Frames) -> tuple[Filter | None, list[Found]]:
-    """Return the filter that an output is for, and what is wrong with it."""
+def _filter_of(robot: Robot, output: Output, frames: Frames) -> tuple[str, Lead | None, list[Found]]:
+    """Return the name of the filter that an output is for, what it publishes, or None, and what is wrong with it."""
     filters = {one.name: one for one in robot.publishers if kind_of(one) == FILTER}
-    packages = {one.name: one.package for one in robot.publishers}
     named = output.options.get("node")
     if named is None and len(filters) > 1:
         message = f"the robot has several filters, {quoted(filters)}"
-        return None, [Found("filter-unclear", message, (), "an output for each: node: NAME", key=True)]
-    if named is not None and named not in filters and (filters or named in packages):
-        package = packages.get(named, "")
-        if _PACKAGE in swaps(package):
-            path, help = ("publishers", named, "package"), suggest(_PACKAGE)
-            return None, [Found("filter-unclear", f'there is no package "{package}"', path, help, absolute=True)]
-        message = f'"{named}" is no filter of robot_localization'
-        suggestion: Help = Suggestion(named, filters, none="its publisher says package: robot_localization")
-        return None, [Found("filter-unclear", message, ("node",), suggestion)]
+        return "", None, [Found("filter-unclear", message, (), "an output for each: node: NAME", key=True)]
+    if named is not None and named not in filters and (filters or named in [one.name for one in robot.publishers]):
+        suggestion = Suggestion(named, filters, none="its publisher says package: robot_localization")
+        return (
+            "",
+            None,
+            [Found("filter-unclear", f'"{named}" is no filter of robot_localization', ("node",), suggestion)],
+        )
     name = named or next(iter(filters), _USUAL)
     owned = frames.owned(filters[name]) if name in filters else []
     if not owned:
         message = f'no edge is of "{name}": it is written with publish_tf: false'
         help = f"if it is to publish {frames.odom} -> {frames.moved}, name it there: publisher: {name}"
-        return Filter(name), [Found("filter-owns-nothing", message, (), help, NOTE, key=True)]
+        return name, None, [Found("filter-owns-nothing", message, (), help, NOTE, key=True)]
     possible = ((frames.odom, frames.moved), (frames.map, frames.odom))
-    wrong = next((lead for lead in owned if (lead.parent, lead.child) not in possible), None)
-    if wrong is not None:
-        message = f'"{name}" is to publish {wrong}: a filter publishes {frames.odom} -> {frames.moved}'
-        message += f" or {frames.map or 'map'} -> {frames.odom}"
-        return None, [Found("navigation-owner", message, wrong.path, "correct the edge", absolute=True)]
-    if len(owned) > 1:
-        message = f'"{name}" is to publish {listed(map(str, owned))}: a filter publishes one of them'
-        return None, [Found("navigation-owner", message, owned[1].path, "give one to another node", absolute=True)]
-    return Filter(name, owned[0].parent, owned[0].child), []
+    wrong = [lead for lead in owned if (lead.parent, lead.child) not in possible] or owned[1:]
+    if wrong:
+        message = f'"{name}" is to publish {listed(map(str, owned))}: a filter publishes either '
+        message += f"{frames.odom} -> {frames.moved} or {frames.map or 'map'} -> {frames.odom}"
+        help = "correct the edge, or name its publisher"
+        return name, None, [Found("navigation-owner", message, wrong[0].path, help, absolute=True)]
+    return name, owned[0], []
+
+
+def _inputs_of(output: Output) -> Mapping[str, Mapping[str, Any]]:
+    return output.options.get("inputs") or {}
 
 
 def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
     """Yield what is wrong with the inputs."""
-    inputs: Mapping[str, Mapping[str, Any]] = output.options.get("inputs") or {}
+    rule, inputs = "filter-input", _inputs_of(output)
     imus = {sensor.name for sensor in robot.sensors if sensor.type == "imu"}
-    rule = "filter-input"
     if not inputs:
         message = "the filter has no inputs: it estimates nothing"
         yield Found(rule, message, (), "add inputs: {odom0: {topic: NAME}}", WARNING, key=True)
@@ -93,54 +81,41 @@ def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
             help = "write odom0, pose0, twist0 or imu0, and so on"
             yield Found(rule, f'a filter has no input "{name}"', path, help, key=True)
             continue
-        kind, heard, uses = match[1], topic(robot, name, one), one.get("uses")
+        kind, uses, about = match[1], one.get("uses"), _about(match[1])
         gap = next((at for at in range(int(match[2])) if f"{kind}{at}" not in inputs), None)
         if gap is not None:
             message = f'"{name}" would never be read: there is no {kind}{gap}'
             yield Found(rule, message, path, f"number them from 0: {kind}{gap}", key=True)
         sensor = one.get("sensor")
         if sensor is not None and sensor not in imus:
-            found = next((other for other in robot.sensors if other.name == sensor), None)
-            message = f'there is no sensor "{sensor}"'
-            message = message if found is None else f'sensor "{sensor}" is no IMU: it is {found.type}'
             suggestion = Suggestion(sensor, imus, none="the robot has no IMU")
-            yield Found(rule, message, (*path, "sensor"), suggestion)
-        if not heard:
+            yield Found(rule, f'there is no IMU "{sensor}"', (*path, "sensor"), suggestion)
+        if not topic(robot, name, one):
             yield Found(rule, f'"{name}" has no topic', path, "add topic: NAME", key=True)
-        driving = drivers(robot) if kind == "odom" else []
-        controller = one.get("controller")
-        if controller is not None and controller not in [driver.name for driver in driving]:
+        controller, driving = one.get("controller"), [driver.name for driver in drivers(robot)]
+        if controller is not None and (controller not in driving or kind != "odom"):
             message = f'"{controller}" is no controller of the drive, whose odometry "{name}" could be'
-            suggestion = Suggestion(controller, [driver.name for driver in driving])
-            yield Found(rule, message, (*path, "controller"), suggestion)
-        # In a namespace a controller is known by its own name, too: that is what people write.
-        names = ((own, driver) for driver in driving for own in (driver.name, driver.topic("").strip("/")))
-        meant = intended_topic(heard, {own: driver.topic(driver.odometry) for own, driver in names})
-        if meant:
-            message = f'no node publishes "{heard}", which "{name}" listens to: the controller publishes "{meant}"'
-            yield Found(rule, message, (*path, "topic"), f'write "{meant}"', WARNING)
+            yield Found(rule, message, (*path, "controller"), Suggestion(controller, driving))
         for index, state in enumerate(uses or ()):
-            if state not in _HAVE[kind]:
-                message = f'"{name}" has no {state}: its messages have {listed(_HAVE[kind])}'
+            if state not in about["states"]:
+                message = f'"{name}" has no {state}: its messages have {listed(about["states"])}'
                 yield Found(rule, message, (*path, "uses", index), "remove it")
         if uses is not None and not uses:
-            help = "name what is, or remove the input"
-            yield Found(rule, f'nothing of "{name}" is used', (*path, "uses"), help)
+            yield Found(rule, f'nothing of "{name}" is used', (*path, "uses"), "name what is, or remove the input")
         if uses is None and not usual(robot, kind, frames.moved):
             message = f'"{name}" does not list the values that are used'
             message += ", and the robot has no drive" if robot.drive is None and kind != "pose" else ""
-            usually = {"pose": "x, y, yaw", "imu": "vyaw"}.get(kind, "vx, vyaw")
-            yield Found(rule, message, path, f"such as uses: [{usually}]", key=True)
-        for key in _COPIED:
-            if key in one and (key in _MISSING.get(kind, ()) or (key == _COPIED[-1] and kind != "imu")):
-                yield Found(rule, f'"{name}" has no {key}', (*path, key), "remove it", key=True)
+            yield Found(rule, message, path, f"such as uses: [{', '.join(about['example'])}]", key=True)
+        for key in sorted(one.keys() - {*about["keys"], "topic", "sensor", "controller", "uses"}):
+            yield Found(rule, f'"{name}" has no {key}', (*path, key), "remove it", key=True)
 
 
 def remaps(robot: Robot, output: Output) -> list[tuple[str, str]]:
     """Return the remaps, from and to, by which the inputs of a filter come from controllers that are started."""
     topics = {driver.name: f"/{driver.topic(driver.odometry).lstrip('/')}" for driver in drivers(robot)}
-    inputs: Mapping[str, Mapping[str, Any]] = output.options.get("inputs") or {}
-    named = [(topic(robot, name, one), topics.get(one.get("controller", ""))) for name, one in inputs.items()]
+    named = [
+        (topic(robot, name, one), topics.get(one.get("controller", ""))) for name, one in _inputs_of(output).items()
+    ]
     return [(heard, to) for heard, to in named if to is not None and f"/{heard.lstrip('/')}" != to]
 
 
@@ -175,55 +150,53 @@ def topic(robot: Robot, name: str, one: Mapping[str, Any]) -> str:
     return stated_topic(robot, sensor)
 
 
-def problems(robot: Robot, output: Output) -> tuple[Frames | None, Filter | None, list[Found]]:
-    """Return what an output is about, and what is wrong with it."""
+def _content(robot: Robot, output: Output) -> tuple[Node | None, Lead | None, list[Found]]:
+    """Return the parameters of a filter, what it publishes, and what is wrong; no parameters if that is an error."""
     frames, wrong = frames_of(robot, output)
     if frames is None:
         return None, None, wrong
-    own, more = filter_of(robot, output, frames)
-    return frames, own, [*wrong, *more, *_inputs(robot, output, frames)]
-
-
-def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield what is wrong with an entry."""
-    yield from diagnose(case, output, lambda robot, output: problems(robot, output)[2])
-
-
-def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the parameters of a filter. The options are in the record."""
-    frames, own, found = problems(robot, output)
-    wrong = [one for one in found if one.severity not in (WARNING, NOTE)]
-    if frames is None or own is None or wrong:
-        return "", [error(one.rule, one.message, None, one.help) for one in wrong]
-    publishes = f"publishes {own.parent} -> {own.child}" if own.child else "publishes no transform"
-    head = [
-        f"robot_localization of {asked(output).capitalize()}: {own.name} {publishes}.",
-        "No covariance is in it: load it after your own.",
-    ]
-    return text(robot, output, templates, head, [_node(robot, output, frames, own)]), []
-
-
-def view(robot: Robot, output: Output) -> Parameters:
-    """Return what the parameter file of a filter is meant to contain."""
-    frames, own, _ = problems(robot, output)
-    return parameters_of(output, () if frames is None or own is None else [_node(robot, output, frames, own)])
-
-
-def _node(robot: Robot, output: Output, frames: Frames, own: Filter) -> Node:
+    name, lead, more = _filter_of(robot, output, frames)
+    wrong += [*more, *_inputs(robot, output, frames)]
+    if any(one.severity == ERROR for one in wrong):
+        return None, None, wrong
     values: dict[str, Any] = {}
     if "frequency" in output.options:
         values["frequency"] = output.options["frequency"]
     if "two_d_mode" in output.options or robot.drive is not None:
         values["two_d_mode"] = output.options.get("two_d_mode", True)
-    values["publish_tf"] = bool(own.child)
+    values["publish_tf"] = lead is not None
     values |= {"map_frame": frames.map} if frames.map else {}
-    values |= {"odom_frame": frames.odom, "base_link_frame": frames.moved, "world_frame": own.parent or frames.odom}
-    for name, one in (output.options.get("inputs") or {}).items():
-        values[name] = topic(robot, name, one)
-        uses = one.get("uses") or usual(robot, name.rstrip("0123456789"), frames.moved)
-        values[f"{name}_config"] = booleans(uses)
-        values |= {f"{name}_{key}": one[key] for key in _COPIED if key in one}
-    return Node(own.name, "ekf", values)
+    values |= {"odom_frame": frames.odom, "base_link_frame": frames.moved}
+    values["world_frame"] = frames.odom if lead is None else lead.parent
+    for key, one in _inputs_of(output).items():
+        kind = key.rstrip("0123456789")
+        values[key] = topic(robot, key, one)
+        values[f"{key}_config"] = booleans(one.get("uses") or usual(robot, kind, frames.moved))
+        values |= {f"{key}_{word}": one[word] for word in _about(kind)["keys"] if word in one}
+    return Node(name, "ekf", values), lead, wrong
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Yield what is wrong with an entry."""
+    yield from diagnose(case, output, lambda robot, output: _content(robot, output)[2])
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return the parameters of a filter. The options are in the record."""
+    node, lead, wrong = _content(robot, output)
+    if node is None:
+        return "", [error(one.rule, one.message, None, one.help) for one in wrong if one.severity == ERROR]
+    head = [
+        f"robot_localization of {asked(output).capitalize()}: {node.name} publishes {lead or 'no transform'}.",
+        "No covariance is in it: load it after your own.",
+    ]
+    return text(robot, output, templates, head, [node]), []
+
+
+def view(robot: Robot, output: Output) -> Parameters:
+    """Return what the parameter file of a filter is meant to contain."""
+    node = _content(robot, output)[0]
+    return parameters_of(output, [node] if node is not None else [])
 
 
 def booleans(uses: Sequence[str]) -> list[bool]:

@@ -254,17 +254,20 @@ def _points(link: Link, place: Transform) -> list[Vector]:
 def holds(shape: Shape, step: Transform, points: Sequence[Vector]) -> bool:
     """Return True if points of another frame, at ``step``, are all inside a box, a sphere or a cylinder."""
     geometry, back = shape.geometry, shape.pose.transform().inverse()
-    own = [back.apply(step.apply(point)) for point in points]
-    if isinstance(geometry, Box):
-        sides = list(zip(geometry.lower, geometry.upper, strict=True))
-        depths = [min(min(v - low, high - v) for v, (low, high) in zip(one, sides, strict=True)) for one in own]
-    elif isinstance(geometry, Sphere):
-        depths = [geometry.radius - math.hypot(*point) for point in own]
-    elif isinstance(geometry, (Cylinder, Capsule)):
-        depths = [min(geometry.radius - math.hypot(x, y), geometry.length / 2 - abs(z)) for x, y, z in own]
-    else:
-        return False
-    return all(depth > _CLEARANCE for depth in depths)
+
+    def depth(point: Vector) -> float:
+        """Return how deep a point is inside (m); below zero outside."""
+        x, y, z = back.apply(step.apply(point))
+        if isinstance(geometry, Box):
+            sides = zip((x, y, z), geometry.lower, geometry.upper, strict=True)
+            return min(min(value - low, high - value) for value, low, high in sides)
+        if isinstance(geometry, Sphere):
+            return geometry.radius - math.hypot(x, y, z)
+        if isinstance(geometry, (Cylinder, Capsule)):
+            return min(geometry.radius - math.hypot(x, y), geometry.length / 2 - abs(z))
+        return -math.inf
+
+    return all(depth(point) > _CLEARANCE for point in points)
 
 
 def _materials(case: Case) -> Iterator[tuple[str, Path, Path, Material]]:

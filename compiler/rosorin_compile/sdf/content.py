@@ -15,7 +15,6 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
-from xml.sax.saxutils import quoteattr
 
 from rosorin_compile.formats.format import Placed
 from rosorin_compile.formats.gazebo_elements import with_noise
@@ -23,7 +22,7 @@ from rosorin_compile.model import Inertial, Joint, Limit, Link, Mesh, Output, Ro
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.source.diagnostics import Diagnostic, Source
 from rosorin_compile.source.tree import Text
-from rosorin_compile.source.xml.elements import indented
+from rosorin_compile.source.xml.elements import attribute_value, indented
 from rosorin_compile.source.xml.markup import Element, MarkupError, parse
 
 if TYPE_CHECKING:
@@ -218,7 +217,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 def wrapped(tag: str, texts: Sequence[str], **attributes: str) -> Text:
     """Return elements in an element around them."""
-    names = "".join(f" {key}={quoteattr(value)}" for key, value in attributes.items())
+    names = "".join(f" {key}={attribute_value(value)}" for key, value in attributes.items())
     if len(texts) == 1 and "\n" not in texts[0] and len(texts[0]) < _SHORT:
         return Text(f"<{tag}{names}>{texts[0]}</{tag}>")
     return Text("\n".join([f"<{tag}{names}>", *(indented(text, "  ") for text in texts), f"</{tag}>"]))

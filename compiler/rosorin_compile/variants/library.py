@@ -7,12 +7,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats.compiled import Compiled, Variant
 from rosorin_compile.language.arguments import declared as declared_arguments
 from rosorin_compile.language.arguments import from_python
-from rosorin_compile.request import Request
+from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.source.diagnostics import Diagnostic, Source, error
 from rosorin_compile.source.tree import Map
 
@@ -20,9 +20,45 @@ from .compiling import Job, compile_only
 from .pool import compile_in_order
 from .variants import NAME, Variants, wrong_name
 
+if TYPE_CHECKING:
+    from distributed import Client
 
-def compile_variants(request: Request, variants: Any, client: Any = None) -> Iterator[Compiled]:
-    """Yield each variant of a description, compiled. Raises OutputError if the client fails."""
+
+def sweep(
+    robot: FilePath | Request,
+    variants: FilePath | Mapping[str, Any] | Iterable[Any],
+    arguments: Values = None,
+    packages: Packages = None,
+    client: Client | None = None,
+    *,
+    trust: bool = False,
+) -> Iterator[Compiled]:
+    """Compile a description with the arguments of each variant; nothing is written.
+
+    Args:
+        variants: A CSV or YAML file or a folder as in ``sweep --over``, arguments by name, or an iterable of pairs of a
+            name and arguments or of tables with ``name`` among the arguments.
+        arguments: Arguments of all variants, which those of a variant override.
+        client: A ``distributed.Client`` on whose cluster the variants are compiled.
+
+    Yields:
+        A ``Compiled`` for each variant, in order; errors in the list itself are one ``Compiled`` without a variant.
+
+    Raises:
+        OutputError: The cluster fails.
+
+    Example:
+        >>> import rosorin_compile
+        >>> variants = {"low": {"base": "fixed"}, "wrong": {"base": "tall"}}
+        >>> for compiled in rosorin_compile.sweep("examples/unitree_a1", variants):
+        ...     print(compiled.variant.name, compiled.robot)
+        low <Robot unitree_a1: 23 links, 22 joints (12 that move), 5 sensors>
+        wrong None
+    """
+    request = Request.of(robot, arguments, packages, trust=trust)
+    if request.problems:
+        yield request.compile()
+        return
     values = request.values()
     listed: Iterable[Variant] = ()
     declared, wrong = declared_arguments(request.description.path, values, request.packages)

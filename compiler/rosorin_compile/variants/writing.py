@@ -14,7 +14,7 @@ from typing import Annotated, Any
 from rosorin_compile.formats.compiled import Variant
 from rosorin_compile.language.arguments import declared as declared_arguments
 from rosorin_compile.output import OutputError
-from rosorin_compile.request import Request
+from rosorin_compile.request import FilePath, Packages, Request, Values, Warn
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, and_more, counted
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.progress import Progress
@@ -47,24 +47,46 @@ class WrittenVariants:
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
-def write_variants(
-    request: Request,
-    over: Path,
-    folder: Path,
+def write_sweep(
+    robot: FilePath | Request,
+    variants: FilePath,
+    folder: FilePath,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     jobs: int | None = None,
     whole: str = "",
     dask: str = "",
     prune: bool = False,
-    report: Callable[[Diagnostic], None] | None = None,
+    report: Warn = None,
+    trust: bool = False,
 ) -> WrittenVariants:
-    """Compile a description with the arguments of each variant of a list, each into a folder in ``folder``.
+    r"""Compile a description with the arguments of each variant, and write each variant to a separate folder.
 
-    ``over`` is the list, ``jobs`` the number of processes (default: one per core). ``whole`` is the argument that takes
-    each file of a folder; ``dask`` is the address of a scheduler. ``prune`` removes variants that are not in the list
-    any more. ``report`` receives each diagnostic as soon as it is known. Raises RequestError for invalid arguments,
-    KeyboardInterrupt with the number of finished variants.
+    The result has the number of variants by their status. Variants that are up to date are not compiled again.
+
+    Args:
+        variants: A CSV or YAML file, or a folder with a file of arguments for each variant.
+        folder: The folder that gets a folder for each variant, and ``sweep.json``.
+        arguments: Arguments of all variants, which those of a variant override.
+        jobs: The number of processes; by default one per core.
+        whole: The argument that takes each file of the folder ``variants``.
+        dask: The address of a Dask scheduler.
+        prune: Remove variants that are not in the list any more.
+        report: Receives each diagnostic as soon as it is known.
+
+    Example:
+        >>> import rosorin_compile, tempfile
+        >>> with open(tempfile.mkdtemp() + "/variants.csv", "w") as file:
+        ...     _ = file.write("name,base\nlow,fixed\n")
+        >>> result = rosorin_compile.write_sweep("examples/unitree_a1", file.name, tempfile.mkdtemp(), jobs=1)
+        >>> result.made, result.error, result.complete
+        (1, 0, True)
     """
+    request = Request.of(robot, arguments, packages, trust=trust)
+    over, folder = Path(os.fsdecode(variants)), Path(os.fsdecode(folder))
+    if request.problems:
+        return WrittenVariants(str(robot), str(folder), diagnostics=request.problems)
     if jobs is not None and jobs < 1:
         raise RequestError("the number of jobs is 1 or more")
     description, reported = request.description, list[Diagnostic]()
@@ -80,17 +102,17 @@ def write_variants(
         declared, wrong = declared_arguments(description.path, shared, request.packages)
         types = {argument.name: argument.type for argument in declared}
         wrong = [problem for problem in wrong if problem.severity == "error"]
-        variants = Variants(over, list(types), whole, description.path.parent if types.get(whole) == "text" else None)
-        if whole and not variants.is_folder:
+        listed = Variants(over, list(types), whole, description.path.parent if types.get(whole) == "text" else None)
+        if whole and not listed.is_folder:
             raise RequestError("--as goes with a folder of files, one per variant")
         if whole and whole not in types and not wrong:
             raise UnknownName("argument", whole, types, description.name, "it has none")
-        wrong = wrong or variants.check()
+        wrong = wrong or listed.check()
         for problem in wrong:
             tell(problem)
         if not wrong:
             placed = replace(request, description=replace(description, outputs=folder), warn=None)
-            writer = _Writer(Job(placed, shared, state_digest()), variants, tell, prune)
+            writer = _Writer(Job(placed, shared, state_digest()), listed, tell, prune)
             writer.run(jobs, dask)
             result = replace(result, removed=tuple(writer.removed), complete=True)
     except (LoadError, OutputError) as problem:

@@ -13,6 +13,8 @@ from typing import NamedTuple
 from rosorin_compile.model import Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, rows, way
 from rosorin_compile.output import OutputError, may_replace, write_file, write_set
+from rosorin_compile.request import FilePath, Packages, Request, Values
+from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName
 
 from .frames_picture import Tree, frame_trees, svg
@@ -67,7 +69,45 @@ class Frames:
     trees: tuple[Tree, ...] = field(default=(), repr=False)
 
 
-def frames(robot: Robot, modes: Mapping[str, bool], frame: str | None = None, publisher: str | None = None) -> Frames:
+def frames(
+    robot: FilePath | Request,
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    frame: str | None = None,
+    publisher: str | None = None,
+    modes: Mapping[str, bool] | None = None,
+    output: FilePath | None = None,
+    force: bool = False,
+    trust: bool = False,
+) -> Frames:
+    """Return the trees of frames of a robot with the publisher of each edge, or write them as drawings.
+
+    Args:
+        frame: Return only the path from the root to this frame.
+        publisher: Return only the edges of this node; ``"nobody"``: edges without a publisher.
+        modes: Modes that are on or off; by default there is a tree for each combination that differs.
+        output: A drawing to write: an ``.svg`` file, or a folder for one file per tree.
+
+    Example:
+        >>> import rosorin_compile
+        >>> found = rosorin_compile.frames("rosorin", frame="laser")
+        >>> [(edge.parent, edge.child, edge.publisher) for edge in found.situations[0].edges][-1:]
+        [('base_link', 'laser', 'tf_base_laser')]
+    """
+    request = Request.of(robot, arguments, packages, trust=trust)
+    case, diagnostics = request.load_case()
+    if case is None:
+        return Frames(request.description.name, diagnostics=diagnostics)
+    chosen = check_modes(case.robot, modes or {})
+    if output is not None:
+        found = _draw_frames(case.robot, frame_trees(case.robot, chosen), os.fsdecode(output), force)
+    else:
+        found = _frames(case.robot, chosen, frame, publisher)
+    return replace(found, diagnostics=(*diagnostics, *found.diagnostics))
+
+
+def _frames(robot: Robot, modes: Mapping[str, bool], frame: str | None, publisher: str | None) -> Frames:
     """Return the trees of a robot, of them only the path to a frame or the edges of a publisher.
 
     Raises UnknownName, and TooMany.
@@ -88,7 +128,7 @@ def frames(robot: Robot, modes: Mapping[str, bool], frame: str | None = None, pu
     return Frames(robot.name, tuple(situations), robot=robot, trees=shown)
 
 
-def draw_frames(robot: Robot, shown: Sequence[Tree], output: str, force: bool = False) -> Frames:
+def _draw_frames(robot: Robot, shown: Sequence[Tree], output: str, force: bool) -> Frames:
     """Write a drawing of the trees, or one for each tree into a folder: an existing one, or a name that ends in "/".
 
     A file that this tool did not write is replaced with ``force`` only. Raises RequestError.

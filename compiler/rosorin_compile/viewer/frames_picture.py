@@ -6,7 +6,6 @@ a group ``<g class="line">`` whose ``data-`` attributes have its values.
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import count, product
@@ -16,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.formats.format import NODES, UNPUBLISHED, Asked, Format, xml_syntax
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.frame_tree import NOBODY, Line, Row, lines, publishers, rows
-from rosorin_compile.rules.publishers import MAX_MODES, holds
+from rosorin_compile.rules.publishers import MAX_MODES, holds, modes_in
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, Suggestion, error
 from rosorin_compile.source.wording import plural
 
@@ -26,8 +25,6 @@ if TYPE_CHECKING:
 
 
 _MAX_TREES = 32  # that a picture can show
-_NAME = re.compile(r"[^\W\d]\w*")
-
 # Colours that people with any kind of colour vision distinguish, dark enough for lines on white; after the palettes of
 # Okabe and Ito (https://jfly.uni-koeln.de/color) and of Paul Tol (https://personal.sron.nl/~pault).
 PALETTE = (
@@ -83,34 +80,27 @@ def colours(publishers: Sequence[str]) -> Mapping[str, str]:
 
 
 def frame_trees(robot: Robot, fixed: Mapping[str, bool]) -> tuple[Tree, ...]:
-    """Return the trees of a robot that agree with ``fixed`` modes, that of the modes which are on first.
-
-    Raises TooMany.
-    """
+    """Return the trees of a robot in some ``fixed`` modes, that of the other modes on first. Raises TooMany."""
     edges = rows(robot)
-    named = {name for row in edges for name in _NAME.findall(row.when)}
-    used = [mode for mode in robot.modes if mode in named]
-    held = {mode: fixed[mode] for mode in used if mode in fixed} if len(used) > MAX_MODES else {}
-    varied = [mode for mode in used if mode not in held]
+    used = modes_in(robot, [row.when for row in edges])
+    varied = [mode for mode in used if mode not in fixed]
     if len(varied) > MAX_MODES:
         raise TooMany(f"the frames depend on {len(varied)} modes together: too many to show")
     groups: dict[tuple[Row, ...], list[tuple[bool, ...]]] = {}
     for states in product((True, False), repeat=len(varied)):
-        active = _active(edges, {**held, **dict(zip(varied, states, strict=True))})
-        groups.setdefault(active, []).append(states)
+        groups.setdefault(_active(edges, {**fixed, **dict(zip(varied, states, strict=True))}), []).append(states)
+    if len(groups) > _MAX_TREES:
+        raise TooMany(f"the tree of frames differs in {len(groups)} combinations of modes: too many to show")
     trees: list[Tree] = []
     for active, group in groups.items():
-        if not any(all(fixed.get(mode, on) == on for mode, on in zip(varied, states, strict=True)) for states in group):
-            continue
-        modes = tuple(held | {varied[at]: on for at, on in cube.items()} for cube in _cubes(group))
+        known = [{**fixed, **{varied[at]: on for at, on in cube.items()}} for cube in _cubes(group)]
+        modes = tuple({mode: states[mode] for mode in used if mode in states} for states in known)
         words = [" and ".join(f"{mode} is {'on' if on else 'off'}" for mode, on in states.items()) for states in modes]
         short = "_".join(f"{mode}_{'on' if on else 'off'}" for mode, on in modes[0].items())
         taken = {tree.short.casefold() for tree in trees}
         if short.casefold() in taken:
             short = next(name for at in count(2) if (name := f"{short}_{at}").casefold() not in taken)
         trees.append(Tree(", or ".join(words), short, modes, active))
-    if len(trees) > _MAX_TREES:
-        raise TooMany(f"the tree of frames differs in {len(trees)} combinations of modes: too many to show")
     return tuple(trees)
 
 
@@ -143,11 +133,16 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
     panels: list[dict[str, Any]] = []
     for tree in trees:
         drawn = lines(tree.edges, robot.frames)
-        count_x = _MARGIN + (text_width(tree.label, 14) + 18 if tree.label else 0.0)
-        last = {line.on: at for at, line in enumerate(drawn) if line.on >= 0}
-        used = {name for row in _rows(drawn) for name, cell in cells_of(row, {}).items() if cell}
-        panels.append({"label": tree.label, "lines": drawn, "count": _count(drawn), "count_x": count_x})
-        panels[-1] |= {"last": last, "used": used}
+        panels.append(
+            {
+                "label": tree.label,
+                "lines": drawn,
+                "count": _count(drawn),
+                "count_x": _MARGIN + (text_width(tree.label, 14) + 18 if tree.label else 0.0),
+                "last": {line.on: at for at, line in enumerate(drawn) if line.on >= 0},
+                "used": {name for row in _rows(drawn) for name, cell in cells_of(row, {}).items() if cell},
+            }
+        )
     every = [line for panel in panels for line in panel["lines"]]
     edges = _rows(every)
     whys = {why: at for at, why in enumerate(dict.fromkeys(row.why for row in edges if row.why), 1)}
@@ -241,14 +236,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     try:
         return svg(robot, frame_trees(robot, {} if on is None else {mode: mode in on for mode in robot.modes})), []
     except TooMany as problem:
-        return "", [
-            error(
-                "too-many-pictures",
-                str(problem.args[0]),
-                None,
-                "say which modes are on, one picture each: modes: [NAME, ...]",
-            )
-        ]
+        help = "say which modes are on, one picture each: modes: [NAME, ...]"
+        return "", [error("too-many-pictures", str(problem.args[0]), None, help)]
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:

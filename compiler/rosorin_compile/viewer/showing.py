@@ -13,6 +13,7 @@ from rosorin_compile.formats.mesh_files import TEXTURE, Places
 from rosorin_compile.language.explain import explain
 from rosorin_compile.language.explain_text import lines
 from rosorin_compile.output import OutputError, write_file
+from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, Span, UnknownName, printable
 from rosorin_compile.source.progress import Progress
 
@@ -23,7 +24,6 @@ from .page.images import Data, Embedding, companions, tables
 if TYPE_CHECKING:
     from rosorin_compile.formats.compiled import Understood
     from rosorin_compile.model import Robot
-    from rosorin_compile.request import Request
     from rosorin_compile.rules.case import Case
 
 _EXPLAINED = 300  # links; of more than that a page on disk does not say where each number comes from
@@ -146,11 +146,32 @@ class Page:
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
-def write_page(request: Request, file: Path, meshes: bool = True, max_megabytes: float | None = None) -> Page:
-    """Write the page of a robot to a file. Raises RequestError."""
+def view(
+    robot: FilePath | Request,
+    output: FilePath,
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    meshes: bool = True,
+    max_megabytes: float | None = None,
+    trust: bool = False,
+) -> Page:
+    """Write one HTML page that shows a robot in a browser, without a network or any other file.
+
+    Args:
+        meshes: Embed the meshes.
+        max_megabytes: The largest size of all embedded meshes; by default 40.
+
+    Example:
+        >>> import rosorin_compile, tempfile
+        >>> page = rosorin_compile.view("rosorin", tempfile.mkdtemp() + "/rosorin.html")
+        >>> page.robot, page.bytes > 100_000
+        ('rosorin', True)
+    """
     limit = MAX_MEGABYTES if max_megabytes is None else max_megabytes
     if not limit >= 0:
         raise RequestError("--max-megabytes wants a number from 0 on")
+    request, file = Request.of(robot, arguments, packages, trust=trust), Path(output)
     name, looked = request.description.name, look(request)
     if looked.shown is None:
         return Page(name, file, diagnostics=tuple(one for one in looked.diagnostics if one.severity == ERROR))

@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.importing.extract.results import shape_entry
-from rosorin_compile.importing.extract.shapes import KINDS, FitGauge, fit_shapes, smallest_circle
+from rosorin_compile.importing.extract.shapes import KINDS, fit_shapes, measure_fits, smallest_circle
 from rosorin_compile.importing.layout import layout
 from rosorin_compile.language.sections.links import lower_shape
 from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape
@@ -112,7 +112,7 @@ def test_smallest_circle(points: np.ndarray) -> None:
 @pytest.mark.parametrize("thickness", [1e-9, 1e-6, 1e-4])
 def test_plate_between_two_lines_is_measured_all_the_same(thickness: float) -> None:
     plate = box((0, 0, 0), (thickness, 0.1, 0.1))
-    found = FitGauge(plate).measure(fit_shapes(plate, 5, 2)["box"])
+    found = measure_fits(plate, fit_shapes(plate, 5, 2))["box"]
     assert found.overlap == 1
     assert found.volume == pytest.approx(max(thickness, 1e-5) * 0.01)
 
@@ -120,22 +120,17 @@ def test_plate_between_two_lines_is_measured_all_the_same(thickness: float) -> N
 @pytest.mark.parametrize("tiny", [5e-324, 1e-310, 1e-160, 1e-100, 1e-20, 1e-12])
 def test_edge_of_hardly_any_length_is_measured_all_the_same(tiny: float) -> None:
     needle = np.array([[(0, 0, 0), (0, 0, tiny), (0.1, 0, 0)], [(0, 0, 0), (0, tiny, 0), (0, 0, tiny)]])
-    measured = FitGauge(needle).measure(fit_shapes(needle, 3, 2)["box"])
-    assert measured.overlap == 1
-    assert measured.sticks_out == pytest.approx(math.hypot(0.001, 0.001), rel=1e-6)
+    assert measure_fits(needle, fit_shapes(needle, 3, 2))["box"].overlap == 1
 
 
 def test_measures_of_a_brick() -> None:
-    made, ruler = fit_shapes(BRICK, 5, 2), FitGauge(BRICK)
+    measured = measure_fits(BRICK, fit_shapes(BRICK, 5, 2))
     for kind in ("box", "oriented_box", "stack"):
-        found = ruler.measure(made[kind])
+        found = measured[kind]
         assert found.volume == pytest.approx(0.0012)
         assert found.overhang == pytest.approx(0, abs=1e-12)
-        assert found.sticks_out == pytest.approx(0, abs=1e-9)
         assert found.overlap == 1
-    cylinder = ruler.measure(made["cylinder"])
-    assert cylinder.overhang == pytest.approx(math.pi * 0.05831**2 * 0.2 - 0.0012, rel=1e-6)
-    assert cylinder.sticks_out == pytest.approx(0.05831 - 0.03, abs=1e-6)
+    assert measured["cylinder"].overhang == pytest.approx(math.pi * 0.05831**2 * 0.2 - 0.0012, rel=1e-6)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -45,12 +45,12 @@ def test_boxes_are_yaml_that_can_be_included(here: Path, capsys: Said) -> None:
         "    source: {status: calculated, note: axis-aligned box around brick.stl}\n"
     )
     assert capsys.readouterr().out.splitlines() == [
-        "part   shape             volume          overhang  sticks out  overlap",
-        "brick  box           1200.0 cm3      0.0 cm3 (0%)      0.0 mm     100%",
-        "       oriented box  1200.0 cm3      0.0 cm3 (0%)      0.0 mm     100%",
-        "       cylinder      2136.3 cm3   936.3 cm3 (44%)     28.3 mm     100%",
-        "       capsule       2845.2 cm3  1645.2 cm3 (58%)     48.7 mm     100%",
-        "       stack of 4    1200.0 cm3      0.0 cm3 (0%)      0.0 mm     100%",
+        "part   shape             volume          overhang  overlap",
+        "brick  box           1200.0 cm3      0.0 cm3 (0%)     100%",
+        "       oriented box  1200.0 cm3      0.0 cm3 (0%)     100%",
+        "       cylinder      2136.3 cm3   936.3 cm3 (44%)     100%",
+        "       capsule       2845.2 cm3  1645.2 cm3 (58%)     100%",
+        "       stack of 4    1200.0 cm3      0.0 cm3 (0%)     100%",
         "written: boxes.yaml",
     ]
     (here / "robot.yaml").write_text("robot: brick\ninclude: [boxes.yaml]\noutputs: {urdf: {file: brick.urdf}}\n")
@@ -70,7 +70,7 @@ def test_open_mesh_is_said_to_be_open(here: Path, capsys: Said) -> None:
     assert here.is_dir()
     assert main(["extract", "boxes", "open.stl", "-o", "boxes.yaml"]) == 0
     row = capsys.readouterr().out.splitlines()[1].split()
-    assert row == ["open", "box", "1200.0", "cm3", "open", "mesh", "20.9", "mm", "100%", "of", "surface"]
+    assert row == ["open", "box", "1200.0", "cm3", "open", "mesh", "100%", "of", "surface"]
     assert main(["extract", "boxes", "open.stl", "--format", "json"]) == 0
     found = json.loads(capsys.readouterr().out)["result"]["open"]
     assert (found["closed"], found["triangles"]) == (False, 11)

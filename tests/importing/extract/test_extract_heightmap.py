@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.importing.extract.height_map import Grid, GridRequest, cut_above, make_height_map, surface_heights
+from rosorin_compile.importing.extract.height_map import Grid, cut_above, make_height_map, surface_heights
+from rosorin_compile.importing.extract.sources import GridOptions
 from support.meshes import box, clipped_heights, quad, random_points
 
 CELL = 0.01
@@ -126,8 +127,8 @@ def test_below_leaves_walls_that_are_cut() -> None:
     assert heights[8, 5] == 0
 
 
-def test_the_bottom_of_a_body_with_a_well_is_measured_in_each_cell() -> None:
+def test_the_bottom_is_the_lowest_point_of_a_body() -> None:
     body = np.concatenate([box((0.0, 0.0, 0.02), (0.099, 0.1, 0.06)), box((0.1, 0.0, 0.03), (0.2, 0.1, 0.09))])
-    made, _ = make_height_map(body, GridRequest(0.05, (0.0, 0.0), (5, 2), bottom=True), "base_link")
+    made, _ = make_height_map(body, GridOptions(0.05, (0.0, 0.0), (5, 2), bottom=True), "base_link")
     assert made.heights == ((0.06, 0.06), (0.06, 0.06), (0.09, 0.09), (0.09, 0.09), (0.0, 0.0))
-    assert made.bottom == ((0.02, 0.02), (0.02, 0.02), (0.03, 0.03), (0.03, 0.03), (0.0, 0.0))
+    assert made.bottom == 0.02

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.joint_values import position
 from rosorin_compile.model import Ellipsoid, Shape
 from rosorin_compile.model.mass import inertial_of
-from rosorin_compile.queries import position
 from rosorin_compile.source.diagnostics import RequestError
 from support.paths import data_text
 from support.robots import compiled_text

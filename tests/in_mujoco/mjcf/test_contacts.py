@@ -212,26 +212,6 @@ def test_the_camera_and_the_gripper_of_the_reference_robot_can_collide(base: str
         assert not touching(model, data) & neighbours
 
 
-@pytest.mark.slow
-@pytest.mark.landing("engines", DESCRIPTIONS[0].parent.name)
-@pytest.mark.parametrize("path", DESCRIPTIONS, ids=lambda path: path.parent.name)
-def test_our_own_file_says_nothing_of_contacts_when_it_is_read(path: Path, tmp_path: Path) -> None:
-    robot = compiled(path).robot
-    assert robot is not None
-    bare = [replace(k, visual=(), collision=tuple(_plain(k))) for k in robot.links]
-    robot = replace(robot, links=tuple(bare), disabled_contacts=())
-    for base in BASES:
-        (tmp_path / "robot.xml").write_text(emit(robot, base), "utf-8")
-        made = read_mjcf(tmp_path / "robot.xml", ReadOptions())
-        assert made.tree is not None
-        assert "disabled_contacts" not in made.tree
-        assert not [one.message for one in made.diagnostics if "pair" in one.message or "neighbours" in one.message]
-
-
-def _plain(link: Link) -> list[Shape]:
-    return [shape for shape in link.collision if not isinstance(shape.geometry, Mesh)]
-
-
 FOREIGN = """<mujoco><option>{flag}</option><worldbody><body name="base">{free}<geom size=".1"/>
 <body name="camera" pos=".3 0 .15"><geom name="eye" size=".1"/></body>
 <body name="arm" pos="0 0 .15"><joint name="turn" axis="0 0 1"/><geom size=".1"/>

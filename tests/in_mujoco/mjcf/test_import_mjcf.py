@@ -9,7 +9,6 @@ import zlib
 from functools import cache
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -19,9 +18,7 @@ pytest.importorskip("mujoco", minversion="4")
 from dataclasses import replace
 
 from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.model import Inertial, Joint, Link, Pose, Robot
-from rosorin_compile.mujoco.mjcf.bodies import Masks
-from rosorin_compile.mujoco.mjcf.contacts import contacts
+from rosorin_compile.model import Joint
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf
 from support.mjcf_oracle import Case, frames_differ, imported, inertias_differ, limits_differ, shapes_differ
 from support.paths import DATA, OUTPUTS, ROOT
@@ -86,12 +83,6 @@ def test_our_own_mjcf_comes_back() -> None:
     }
     assert {name: driven(j) for name, j in moving.items()} == {name: driven(j) for name, j in ours.items()}
     assert {pose.name for pose in case.robot.poses} == {"home", *(pose.name for pose in robot.poses)}
-    excluded = ElementTree.parse(OUTPUTS / "rosorin.xml").iter("exclude")
-    back = {frozenset(pair) for pair in contacts(case.robot).excluded}
-    assert back == {frozenset((one.get("body1"), one.get("body2"))) for one in excluded}
-    masks = Masks(case.robot, True)  # of hubs and rollers the bits of their shapes say it
-    assert not [pair for pair in robot.disabled_contacts if frozenset(pair) not in back and masks.meet(*pair)]
-    assert not case.robot.disabled_contacts
     for name, link in robot.link.items():
         solids = [solid for shape in link.collision for solid in shape.solids("merged")]
         assert len(case.robot.link[name].collision) == len(solids)
@@ -114,140 +105,6 @@ def test_examples_come_back_from_their_mjcf(path: Path, tmp_path: Path) -> None:
             if joint.limit is not None and again.limit is not None:
                 assert again.limit.lower == pytest.approx(joint.limit.lower, abs=1e-12)
                 assert again.limit.effort == joint.limit.effort
-
-
-def test_classes_and_degrees() -> None:
-    joints = tree("defaults")["joints"]
-    assert joints["shoulder"]["axis"] == [0, 1, 0]
-    assert joints["shoulder"]["dynamics"] == {"damping": 0.25, "armature": 0.01}
-    assert joints["shoulder"]["limit"]["lower"] == -90 * (math.pi / 180)
-    assert joints["wrist"]["limit"]["upper"] == 60 * (math.pi / 180)
-    assert joints["wrist"]["limit"]["effort"] == 5
-    assert joints["wrist"]["dynamics"]["friction"] == 0.125
-
-
-def test_numbers_are_those_of_a_person() -> None:
-    joints = tree("angles")["joints"]
-    quarter = math.pi / 2
-    assert joints["a"]["rpy"] == [0, 0, -quarter]
-    assert joints["c"]["rpy"] == [quarter, 0, quarter]
-    assert joints["c"]["axis"] == [0, 0, 1]
-    assert joints["c"]["limit"]["lower"] == -0.1
-    trunk = tree("free")["links"]["trunk"]
-    assert trunk["sites"]["imu"]["rpy"] == [math.pi, 0, 0]
-    assert trunk["cameras"]["eye"]["rpy"] == [quarter, 0, -quarter]
-
-
-def test_limits_that_the_file_has_not_are_declared_stand_ins() -> None:
-    joints = tree("followers")["joints"]
-    status = {"status": "stand_in", "note": "velocity is a stand-in: the MJCF does not limit it"}
-    assert joints["thumb"]["limit"]["effort"] == 3
-    assert joints["thumb"]["limit"]["source"] == status
-    status["note"] = "effort and velocity are stand-ins: the MJCF does not limit them"
-    assert joints["finger"]["limit"]["source"] == status
-    assert "limit" not in joints["tip"]
-    limit = tree("anchors")["joints"]["x"]["limit"]
-    note = "lower, upper, effort and velocity are stand-ins: the MJCF does not limit them"
-    assert limit["source"]["note"] == note
-    assert (limit["lower"], limit["upper"]) == (-1000, 1000)
-
-
-def test_a_joint_beside_the_origin_has_a_link_at_its_anchor() -> None:
-    joints = tree("anchors")["joints"]
-    assert list(joints) == [
-        *("x", "z", "turn", "torso_joint", "hip", "thigh_joint"),
-        *("knee_x", "knee_slide", "knee_y", "knee_z"),
-    ]
-    assert (joints["turn"]["parent"], joints["turn"]["child"]) == ("z_link", "turn_anchor")
-    assert joints["torso_joint"] == {"type": "fixed", "parent": "turn_anchor", "child": "torso", "xyz": [0, 0, 0.25]}
-    assert joints["knee_slide"]["type"] == "prismatic"
-    assert "xyz" not in joints["knee_slide"]
-
-
-def test_joints_that_follow_count_from_zero() -> None:
-    """MuJoCo counts both from where the file has them: the finger from -5 degrees, the thumb from 20."""
-    made = tree("followers")
-    soft = {"solref": [0.02, 1], "solimp": [0.9, 0.95, 0.001, 0.5, 2]}
-    mimic = made["joints"]["finger"]["mimic"]
-    assert mimic.pop("offset") == pytest.approx(0.1 + math.radians(-5) + 0.5 * math.radians(20), abs=1e-12)
-    assert mimic == {"joint": "thumb", "multiplier": -0.5, **soft}
-    mimic = made["joints"]["tip"]["mimic"]
-    assert mimic.pop("offset") == pytest.approx(2 * math.radians(5), abs=1e-12)
-    assert mimic == {"joint": "finger", "multiplier": 2, **soft}
-    assert "mimic" not in made["joints"]["bent"]
-    assert made["joints"]["thumb"]["actuator"] == {"kp": 20, "kv": 1.5, "unlimited": True, "force": [-3, 3]}
-    assert made["joints"]["slider"]["limit"]["lower"] == 0
-    assert made["joints"]["slider"]["mjcf"] == {"ref": 0.02}
-    degree = math.pi / 180
-    assert made["poses"]["shut"]["positions"] == {"thumb": 70 * degree, "bent": 1}
-    assert len(made["poses"]["shut"]["mjcf"]["qpos"]) == 5  # the followers are not where they follow
-    assert list(made["poses"]) == ["shut", "key_1"]
-
-
-def test_a_ball_stays_one() -> None:
-    made = tree("balls")
-    shoulder = made["joints"]["shoulder"]
-    assert (shoulder["type"], shoulder["dynamics"]) == ("ball", {"damping": 0.1})
-    assert shoulder["mjcf"]["range"] == [0, pytest.approx(math.pi / 3)]
-    assert made["poses"]["bent"]["mjcf"]["qpos"] == pytest.approx([0.5, 0.5, 0.5, 0.5, 0.8, 0, 0.6, 0])
-
-
-def test_who_may_stand_at_the_root() -> None:
-    free = tree("free")
-    assert next(iter(free["links"])) == "trunk"
-    assert free["outputs"]["mjcf"]["base"] == "free"
-    several = tree("several")
-    assert next(iter(several["links"])) == "ground"
-    assert [shape["name"] for shape in several["links"]["ground"]["collision"]] == ["table"]
-    assert {name: joint["type"] for name, joint in several["joints"].items()} == {
-        "pan": "revolute",
-        "cube": "floating",
-        "ball_joint": "floating",
-        "goal_joint": "fixed",
-    }
-    asked = {"file": "robot.xml", "contacts": "described", "groups": {"visual": 0}, "option": {"integrator": "Euler"}}
-    assert several["outputs"]["mjcf"] == asked
-    assert several["root"] == {"world": True}
-    assert next(iter(tree("defaults")["links"])) == "base"
-
-
-def test_what_is_seen_and_what_collides() -> None:
-    links = tree("bricks")["links"]
-    assert [sorted(set(shape) & {"mesh", "box"}) for shape in links["base"]["visual"]] == [["mesh"]]
-    assert [sorted(set(shape) & {"mesh", "box"}) for shape in links["base"]["collision"]] == [["box"]]
-    assert links["base"]["visual"][0]["material"] == "steel"
-    assert links["arm"]["visual"][1]["rgba"] == [1, 1, 0, 1]
-    assert links["arm"]["visual"][0]["mesh"] == {"file": "meshes/wedge.obj", "scale": [0.5, -0.25, 2]}
-    assert len(links["plain"]["visual"]) == len(links["plain"]["collision"]) == 1
-    assert tree("bricks")["materials"] == {"steel": {"rgba": [0.7, 0.7, 0.75, 1]}}
-
-
-def test_inertias_are_those_of_the_file_or_said_to_be_calculated() -> None:
-    links = tree("masses")["links"]
-    written = {"ixx": 0.3, "iyy": 0.4, "izz": 0.5, "ixy": 0.01, "ixz": -0.02, "iyz": 0.03}
-    assert links["full"]["inertial"] == {"mass": 2, "xyz": [0.1, 0.2, 0.3], "inertia": written}
-    assert links["turned"]["inertial"]["inertia"] == {"ixx": 0.1, "iyy": 0.2, "izz": 0.25}
-    assert links["balanced"]["inertial"]["inertia"]["izz"] == pytest.approx(0.7 / 3)  # bounded by MuJoCo
-    assert links["tiny"]["inertial"]["mass"] == 0.01
-    assert links["geoms"]["inertial"]["source"] == {"status": "calculated", "note": "by MuJoCo from the geoms"}
-
-
-def test_comments_stay_with_what_they_are_about() -> None:
-    made = read_mjcf(CORNERS["defaults"], ReadOptions())
-    assert [(comment.text.strip(), comment.path, comment.where) for comment in made.comments] == [
-        (
-            "Classes: nested defaults, childclass, a class of its own, and what an element says itself.",
-            ("robot",),
-            "before",
-        ),
-        ("the foot of it all", ("links", "base"), "before"),
-        ("bends one way", ("joints", "elbow"), "beside"),
-        ("nothing more", ("links", "hand"), "inside"),
-        ("the end", (), "end"),
-    ]
-    leg = read_mjcf(CORNERS["included"], ReadOptions())
-    assert [(comment.text.strip(), comment.path) for comment in leg.comments] == [("the only leg", ("links", "leg"))]
-    assert [file.name for file in leg.files] == ["included.xml", "classes.xml", "leg.xml"]
 
 
 def test_the_files_that_were_read_include_meshes_height_fields_and_textures(tmp_path: Path) -> None:
@@ -291,28 +148,6 @@ def test_a_position_keeps_its_side(tmp_path: Path) -> None:
     made = read_mjcf(path, ReadOptions()).tree
     assert made is not None
     assert made["poses"] == {"back": {"positions": {"arm": -math.pi}}}
-
-
-def test_planar_and_floating_joints_come_back_from_our_mjcf(tmp_path: Path) -> None:
-    body = Inertial(1.0, Pose(), 0.1, 0.1, 0.1)
-    links = tuple(Link(name, body) for name in ("base", "tray", "drone", "tilted"))
-    joints = (
-        Joint("plane", "planar", "base", "tray", Pose((1.0, 2.0, 3.0), (0.0, 0.0, 0.5)), (0.0, 0.0, 1.0)),
-        Joint("fly", "floating", "tray", "drone", Pose((0.0, 0.0, 1.0), (0.25, 0.0, 0.0))),
-        Joint("slope", "planar", "base", "tilted", Pose(), (0.6, 0.0, 0.8)),
-    )
-    file = tmp_path / "robot.xml"
-    file.write_text(emit(Robot("free_things", links, joints)), "utf-8")
-    made = imported(file).robot
-    assert [(j.name, j.type, j.parent, j.child) for j in made.joints] == [
-        (j.name, j.type, j.parent, j.child) for j in (joints[0], joints[1], joints[2])
-    ]
-    for joint in joints:
-        again = made.joint[joint.name]
-        assert again.origin.xyz == pytest.approx(joint.origin.xyz, abs=1e-12)
-        assert again.origin.rpy == pytest.approx(joint.origin.rpy, abs=1e-12)
-        if joint.type == "planar":
-            assert again.axis == pytest.approx(joint.axis, abs=1e-12)
 
 
 @pytest.mark.parametrize("name", ["anchors", "balls", "hopper", "masses"])

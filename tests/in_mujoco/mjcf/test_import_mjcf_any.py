@@ -3,7 +3,6 @@
 import math
 import warnings
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,8 +14,8 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.model.geometry import rotation_of_rpy  # noqa: E402
 from rosorin_compile.mujoco.mjcf import engine, robot  # noqa: E402
+from rosorin_compile.mujoco.mjcf.convert import full_inertia, rotation, rpy_of, tidy  # noqa: E402
 from rosorin_compile.mujoco.mjcf.process import Answer  # noqa: E402
-from rosorin_compile.mujoco.mjcf.reading import full_inertia, rotation, rpy_of, tidy, tidy_angle  # noqa: E402
 from support.mjcf_oracle import frames_differ, imported, inertias_differ, limits_differ  # noqa: E402
 
 pytestmark = pytest.mark.slow
@@ -32,27 +31,6 @@ QUICK = settings(max_examples=300, deadline=None)
 def test_a_number_is_hardly_moved(value: float) -> None:
     assert abs(tidy(value) - value) <= max(1e-15, 1e-15 * abs(value))
     assert tidy(tidy(value)) == tidy(value)
-
-
-@QUICK
-@given(st.floats(-10, 10))
-def test_an_angle_is_hardly_moved(value: float) -> None:
-    off = abs(tidy_angle(value) - value)
-    assert min(off, abs(off - 2 * math.pi)) <= 1e-12
-
-
-@QUICK
-@given(st.integers(-360, 360), st.floats(-1e-13, 1e-13))
-def test_a_whole_number_of_degrees_is_found(degrees: int, noise: float) -> None:
-    assume(degrees % 360 != 180 or degrees > 0)
-    assert tidy_angle(degrees * (math.pi / 180) + noise) == degrees * (math.pi / 180)
-
-
-@QUICK
-@given(st.decimals(-1000, 1000, places=4), st.sampled_from([0, 1, -1]))
-def test_a_short_decimal_is_found(decimal: Any, ulps: int) -> None:
-    value = float(decimal)
-    assert tidy(value + ulps * math.ulp(value)) == value or abs(value) < 1e-12
 
 
 @QUICK

@@ -93,8 +93,8 @@ def test_actuators_are_called_by_what_they_are() -> None:
     }
     assert tree["joints"]["j"]["actuator"]["name"] == "a"
     assert tree["joints"]["k"]["actuator"]["mjcf"]["gaintype"] == "muscle"
-    assert tree["constraints"]["arm_connect"] == {"type": "connect", "links": ["arm", "base"], "at": [0, 0.1, 0.2]}
     kept = "".join(tree["mjcf"])
+    assert 'name="arm_connect"' in kept
     assert '<pulley divisor="2"/>' in kept
     assert 'objtype="xbody" objname="arm"' in kept
     assert tree["links"]["base"]["gravity_compensation"] == 0.5

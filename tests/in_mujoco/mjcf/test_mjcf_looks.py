@@ -10,12 +10,10 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.formats.imported import ReadOptions  # noqa: E402
 from rosorin_compile.model import Shape  # noqa: E402
 from rosorin_compile.model.shape import Material  # noqa: E402
-from rosorin_compile.mujoco.mjcf.robot import read_mjcf  # noqa: E402
 from support.machines import machine, overlapping  # noqa: E402
-from support.paths import OUTPUTS, data_text  # noqa: E402
+from support.paths import data_text  # noqa: E402
 from support.robots import compiled_text, sound  # noqa: E402
 from support.simulator import emit, load  # noqa: E402
 
@@ -117,30 +115,6 @@ def test_home_is_the_first_key_and_within_limits(tmp_path: Path) -> None:
     model, _ = load(pair(tmp_path, said + OUTPUT))
     assert [model.key(at).name for at in range(model.nkey)] == ["home", "up"]
     assert model.key("home").qpos.tolist() == [0, 2, 0, 0, 0, 0, 0, 0]
-
-
-def test_what_is_made_for_people_does_not_come_back(tmp_path: Path) -> None:
-    """The key home that no description has, visuals that show what collides, and the name of the robot in materials."""
-    file = tmp_path / "pair.xml"
-    file.write_text(pair(tmp_path / "pair"), "utf-8")
-    tree = read_mjcf(file, ReadOptions()).tree
-    assert tree is not None
-    assert "poses" not in tree
-    assert "materials" not in tree
-    assert not any("visual" in link for link in tree["links"].values())
-    assert "visuals" not in tree["outputs"]["mjcf"]  # it is seen as before
-    file.write_text(pair(tmp_path / "pair", "poses: {home: {positions: {left_hip_joint: 1}}}\n" + OUTPUT), "utf-8")
-    tree = read_mjcf(file, ReadOptions()).tree
-    assert tree is not None
-    assert tree["poses"]["home"]["positions"]["left_hip_joint"] == 1
-
-
-def test_collision_shapes_that_are_seen_come_back_as_that() -> None:
-    tree = read_mjcf(OUTPUTS / "rosorin.xml", ReadOptions()).tree
-    assert tree is not None
-    assert tree["outputs"]["mjcf"]["visuals"] == "from_collision"  # its wheels have visuals of their own
-    assert "visual" not in tree["links"]["link1"]
-    assert "materials" not in tree
 
 
 def floor_gap(text: str, key: str) -> float:

@@ -9,7 +9,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 from rosorin_compile.formats.templating import Templates  # noqa: E402
 from rosorin_compile.model import Joint, Limit, Link, Mesh, Output, Pose, Robot, Shape, Sphere  # noqa: E402
 from rosorin_compile.mujoco.mjcf import write as mjcf  # noqa: E402
-from support.machines import BODY, chain, machine  # noqa: E402
+from support.machines import BODY, chain  # noqa: E402
 from support.reading import leaves_of  # noqa: E402
 from support.simulator import BASES, load  # noqa: E402
 
@@ -47,17 +47,6 @@ def test_what_mujoco_does_not_load_is_an_error_and_nothing_else_is(robot, base):
     assert loads == (not any(line.startswith("error") for line in said))
 
 
-def test_an_error_names_link_and_joint_and_a_way_out():
-    _, said = mjcf.write(chain(child=None, tip=None), Output("mjcf", "mjcf", "x", {}), Templates())
-    message = (
-        'joint "turn" moves link "child", but neither it nor a link fixed to it has a mass: MuJoCo does not load that'
-    )
-    assert (said[0].message, said[0].help) == (message, 'give "child" an inertial, or make the joint fixed')
-    nothing = chain(child=None, root=None, tip=None)
-    _, said = mjcf.write(nothing, Output("mjcf", "mjcf", "x", {"base": "free"}), Templates())
-    assert said[0].message.startswith('"base: free" lets link "root" move')
-
-
 @pytest.mark.parametrize(
     ("limit", "warnings"), [(Limit(0.5, 0.5, 1.0), 1), (Limit(-1, 1, 0.0), 1), (Limit(-1, 1, 1.0), 0)]
 )
@@ -67,11 +56,6 @@ def test_a_limit_that_mujoco_would_take_for_none_is_a_warning(limit, warnings):
     assert said.count("warning mjcf-cannot-say") == warnings
     model, _ = load(text)
     assert int(model.jnt_limited[0]) + int(model.jnt_actfrclimited[0]) == 2 - warnings
-
-
-def test_velocity_limits_are_left_out_without_a_word():
-    _, said = emitted(machine())
-    assert said == []
 
 
 TETRAHEDRON = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"

@@ -1,15 +1,8 @@
-"""Words for simulation: MuJoCo has what they say, parts rename them, and what MuJoCo would refuse is refused before."""
-
-from pathlib import Path
+"""Words for simulation: MuJoCo has what they describe, and parts rename them."""
 
 import mujoco
 import pytest
-import yaml
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
-from rosorin_compile.language.schema import resolve, schema
-from rosorin_compile.source.diagnostics import ERROR
 from rosorin_compile.source.diagnostics import text as report
 from support.paths import DATA, data_text
 from support.robots import compiled_text
@@ -98,83 +91,6 @@ def test_keys_count_the_controls_of_every_actuator(tmp_path):
     model = mujoco.MjModel.from_xml_string(mjcf(tmp_path, text))
     assert model.nu == 6
     assert model.key("home").ctrl == pytest.approx([0.2, 0.2, 0, 0, 0.1, 0])
-
-
-KNOWN = {
-    "joint": ["hip", "knee"],
-    "tendon": ["rope", "pair"],
-    "site": ["foot", "mark", "base"],
-    "link": ["base", "thigh"],
-    "shape": ["base_collision_1", "ball"],
-    "camera": ["eye"],
-    "actuator": ["push"],
-}
-KNOWN |= {"body": KNOWN["link"], "target": KNOWN["link"], "inertial": KNOWN["link"], "side_site": KNOWN["site"]}
-KNOWN |= {f"{kind}_site": KNOWN["site"] for kind in ("reference", "slider", "crank")}
-KNOWN |= {
-    f"{kind}{number}": KNOWN.get(kind, KNOWN["link"]) for kind in ("link", "shape", "subtree") for number in (1, 2)
-}
-KNOWN |= {"links": KNOWN["link"], "joints": KNOWN["joint"], "sites": KNOWN["site"], "tendons": KNOWN["tendon"]}
-KNOWN |= {"shapes": KNOWN["shape"], "joint_in_parent": KNOWN["joint"]}
-NUMBERS = st.sampled_from([0.01, 0.1, 0.5, 1.0, 2.0, 0.0, -1.0])
-
-
-def values(key: str, form: dict) -> st.SearchStrategy:
-    form = dict(resolve(form)) | form
-    if "enum" in form:
-        return st.sampled_from(form["enum"])
-    kinds = form.get("type", "string")
-    kind = kinds if isinstance(kinds, str) else kinds[0]
-    if kind == "array":
-        items = st.sampled_from(KNOWN[key]) if key in KNOWN else values("", form["items"])
-        return st.lists(items, min_size=form.get("minItems", 1), max_size=form.get("maxItems", 3))
-    if kind == "object":
-        factors = st.dictionaries(st.sampled_from(KNOWN["joint"]), NUMBERS, min_size=1)
-        return entries(form) if "properties" in form else factors
-    if kind == "number":
-        return NUMBERS
-    if kind == "integer":
-        return st.sampled_from([1, 3, 2])
-    return st.booleans() if kind == "boolean" else st.sampled_from(KNOWN.get(key, ["pos", "nothing"]))
-
-
-def entries(form: dict) -> st.SearchStrategy:
-    form = resolve(form)
-    needed = {key: values(key, form["properties"][key]) for key in form.get("required", ())}
-    others = {key: values(key, one) for key, one in form["properties"].items() if key not in (*needed, "source")}
-    few = st.lists(st.sampled_from(sorted(others)), max_size=4, unique=True)
-    return few.flatmap(lambda keys: st.fixed_dictionaries({**needed, **{key: others[key] for key in keys}}))
-
-
-def robot(section: str, entry: object) -> str:
-    text = data_text("robots/simulation_words.yaml")
-    tree = yaml.safe_load(text)
-    tree["actuators"] = {"push": {"joint": "hip", "type": "motor"}}
-    tendons = '<spatial name="rope"><site site="mark"/><site site="foot"/></spatial>'
-    tendons += '<fixed name="pair"><joint joint="hip" coef="1"/></fixed>'
-    tree["mjcf"] = [f"<tendon>{tendons}</tendon>"]
-    tree.setdefault(section, {})["new"] = entry
-    return yaml.safe_dump(tree, sort_keys=False)
-
-
-SECTIONS = {"actuators": "other_actuator", "constraints": "constraint"}
-ANY = st.sampled_from(sorted(SECTIONS)).flatmap(
-    lambda section: st.tuples(st.just(section), entries(schema()["$defs"][SECTIONS[section]]))
-)
-
-
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(ANY)
-def test_what_is_not_refused_is_loaded(tmp_path: Path, made: tuple[str, object]):
-    section, entry = made
-    if isinstance(entry, dict) and entry.get("type") in ("muscle", "general"):
-        return  # of which MuJoCo computes lengths, or which has kinds in parts
-    compiled = compiled_text(tmp_path, robot(section, entry))
-    if any(one.severity == ERROR for one in compiled.diagnostics):
-        assert all(one.span is not None for one in compiled.diagnostics if one.severity == ERROR)
-        return
-    (text,) = [artifact.text for artifact in compiled.artifacts if artifact.backend == "mjcf"]
-    mujoco.MjModel.from_xml_string(text)
 
 
 REFERRED = data_text("robots/simulation_words_referred.yaml")

@@ -26,7 +26,7 @@ CASES = sorted((DATA / "simulation").glob("*.yaml"))
 
 
 def simulated(path: Path) -> list[Diagnostic]:
-    return list(simulation.simulate_robot(Request(Description("bad", path, Path("outputs")))).diagnostics)
+    return list(simulation.simulate(Request(Description("bad", path, Path("outputs")))).diagnostics)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)

@@ -12,17 +12,14 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Joint, Limit, Link, Output, Robot
 from rosorin_compile.model.drive import Drive
-from rosorin_compile.model.robot import JointPose
 from rosorin_compile.mujoco.rest_pose import home_of
 from rosorin_compile.mujoco.simulate.scenarios import (
-    FIXED,
     FORCE,
     FREE,
     POSITION,
     VELOCITY,
     World,
     hold,
-    poses_of,
     quiet,
     swept_joints,
 )
@@ -114,23 +111,6 @@ def test_an_actuator_brings_its_joint_where_it_is_told(mujoco: Any) -> None:
     assert world.position("unlimited") == pytest.approx(6, rel=0.1)
 
 
-def test_a_wheel_without_an_actuator_gets_a_servo(mujoco: Any) -> None:
-    names = ("position", "velocity")
-    wheel = '<geom type="cylinder" size="0.1 0.02"/>'
-    drive = Drive("differential", {"left": ("velocity",), "right": ("bare",)}, radius=0.1)
-    text = mjcf((*names, "bare"), '<velocity joint="velocity" kv="1"/>').replace('<geom size="0.1"/>', wheel)
-    made = robot((*names, "bare"), drive)
-    places = {"velocity": 0.1, "bare": -0.1}
-    joints = [
-        Joint(j.name, "continuous", "base", j.child, j.origin.__class__((0, places.get(j.name, 0), 0)), (0, 1, 0))
-        for j in made.joints
-    ]
-    world = World(mujoco, Robot("r", made.links, tuple(joints), drive=drive), text, FREE, Path())
-    assert world.own == ("bare",)
-    assert [one.kind for one in world.actuators] == [VELOCITY, VELOCITY]
-    assert World(mujoco, made, text, FIXED, Path()).own == ()  # nothing drives what is held
-
-
 GEOMS = {
     "sphere": 'type="sphere" size="0.1"',
     "capsule": 'type="capsule" size="0.05 0.2"',
@@ -173,23 +153,6 @@ def test_numbers_that_end_are_told(mujoco: Any) -> None:
     assert list(world.run(0.1)) == []
     assert world.broken.startswith("after 0 s: MuJoCo warns: Nan, Inf or huge value in QVEL")
     assert hold(world, "home", {}, 0.5).broken == ""  # a trial begins anew
-
-
-def test_what_mujoco_does_not_take_is_refused(mujoco: Any) -> None:
-    with pytest.raises(ValueError, match="XML"):
-        World(mujoco, robot(), "<mujoco>", FIXED, Path())
-
-
-def test_home_is_a_pose_of_that_name_or_as_near_to_zero_as_can_be() -> None:
-    limits = {"velocity": Limit(0.5, 1), "motor": Limit(-1, -0.25), "position": None}
-    joints = tuple(
-        Joint(name, "revolute", "base", f"{name}_link", axis=(0, 0, 1), limit=limit) for name, limit in limits.items()
-    )
-    links = (Link("base"), *(Link(f"{name}_link") for name in limits))
-    plain = Robot("r", links, joints, poses=(JointPose("tuck", {"motor": -0.5}),))
-    assert poses_of(plain) == [("home", {"velocity": 0.5, "motor": -0.25}), ("tuck", {"motor": -0.5})]
-    named = Robot("r", links, joints, poses=(JointPose("a", {}), JointPose("home", {"velocity": 1.0})))
-    assert [name for name, _ in poses_of(named)] == ["home", "a"]
 
 
 SLOPE = math.radians(10.0)

@@ -43,7 +43,11 @@ DESCRIPTIONS = [
 ]
 IMPORTED = [
     *(f"{DATA}/mjcf/kept/{name}.xml" for name in ("balls", "everything", "hovering", "references")),
-    *(f"{DATA}/mjcf/{name}.xml" for name in ("compared/everything", "corners/angles", "corners/bricks")),
+    f"{DATA}/mjcf/compared/everything.xml",
+    *(
+        f"{DATA}/mjcf/corners/{name}.xml"
+        for name in ("anchors", "angles", "balls", "bricks", "defaults", "followers", "free", "masses", "several")
+    ),
     *(f"{DATA}/sdf/corners/{name}.sdf" for name in ("classic", "kept", "shapes")),
 ]
 CHAINS = {"chain that turns": "revolute", "chain that slides": "prismatic"}

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.api import check_parameters
+from rosorin_compile import check_parameters
 from rosorin_compile.cli.command import Options
 from rosorin_compile.cli.main import main
 from rosorin_compile.request import Request

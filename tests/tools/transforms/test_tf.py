@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.joint_values import position
 from rosorin_compile.model.kinematics import Graph
-from rosorin_compile.queries import lookup, position
 from rosorin_compile.source.diagnostics import RequestError
+from rosorin_compile.transforms import lookup
 from support.commands import HANDY, Shown, ask
 from support.robots import RECORDED, compiled
 

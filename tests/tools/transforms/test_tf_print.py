@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from rosorin_compile.cli.tf import _echo
 from rosorin_compile.model import Joint, Link, Pose, Robot
 from rosorin_compile.model.kinematics import Graph
-from rosorin_compile.queries import FrameTransform, lookup
+from rosorin_compile.transforms import FrameTransform, lookup
 from support.paths import DATA
 from support.robots import compiled
 

@@ -6,8 +6,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.model.frame_tree import Row, lines
@@ -104,13 +102,3 @@ def test_a_narrow_terminal_gets_fewer_columns(
         "topic",
         "joint",
     ]
-
-
-@given(st.lists(st.text("abc漢", min_size=1, max_size=20), min_size=1, max_size=6, unique=True), st.integers(1, 120))
-def test_no_line_is_wider_than_a_terminal_that_has_room_for_the_rest(names: list[str], width: int) -> None:
-    rows = [Row("base", name, "node", "", "/tf", "", "base", f"joint of {name}", "fixed") for name in names]
-    whole = tree(lines(rows, []), Look())
-    said = tree(lines(rows, []), Look(width=width))
-    assert (said == whole) == (max(map(text_width, whole)) <= width)
-    if "topic" in said[0] and said != whole:
-        assert max(map(text_width, said[:-1])) <= width

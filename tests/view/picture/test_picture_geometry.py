@@ -13,10 +13,9 @@ import pytest
 from rosorin_compile.model import Box as BoxShape
 from rosorin_compile.model import Robot, Shape, Transform
 from rosorin_compile.viewer.page.data import robot_data
-from rosorin_compile.viewer.picture.draw import VIEWS, png
-from rosorin_compile.viewer.picture.render import FIELD_OF_VIEW, MARGIN, THEMES, Camera, Grid, Scene, render
+from rosorin_compile.viewer.picture.draw import VIEWS
+from rosorin_compile.viewer.picture.render import FIELD_OF_VIEW, MARGIN, THEMES, Camera, Scene, render
 from rosorin_compile.viewer.picture.triangles import pieces
-from support import drawings
 from support.drawings import HUES, first_hit, hue_name, rgba
 from support.paths import ROOT
 from support.robots import compiled, compiled_text
@@ -108,54 +107,6 @@ def test_a_pixel_has_the_colour_of_the_link_that_its_ray_meets_first(tmp_path, s
             assert hue_name(shown[y, x]) == link, (x, y, shown[y, x])
 
 
-def test_the_silhouette_of_a_ball_is_that_of_its_cone(tmp_path):
-    robot = robot_of(tmp_path, {"ball": "{sphere: {radius: 0.3}}"})
-    _, scene, camera = scene_of(robot, VIEWS["iso"], (300, 300))
-    shown = drawn(scene, camera, True)[..., 3] > 128
-    # A ball of radius r whose middle is d away fills a cone of the angle asin(r / d).
-    distance = math.dist(camera.eye, scene.bounds.mean(axis=0))
-    assert distance == pytest.approx(MARGIN * 0.3 * math.sqrt(3) / math.sin(FIELD_OF_VIEW / 2))
-    radius = camera.focal * math.tan(math.asin(0.3 / distance))
-    assert shown.sum() == pytest.approx(math.pi * radius**2, rel=0.015)
-    rows, columns = np.nonzero(shown)
-    assert (columns.mean(), rows.mean()) == pytest.approx((149.5, 149.5), abs=0.3)
-    assert np.hypot(columns - 149.5, rows - 149.5).max() <= radius + 0.5
-
-
-def test_the_silhouette_of_a_box_is_the_hull_of_its_corners(tmp_path):
-    robot = robot_of(tmp_path, {"body": "{box: {size: [0.4, 0.2, 0.1]}}"})
-    _, scene, camera = scene_of(robot, (1.0, 0.7, 0.9))
-    x, y, depth = camera.project(scene.corners)
-    triangles = np.arange(len(scene.corners))
-    keys = Grid(x, y, 1 / depth).visible(triangles, camera.width, 0, camera.height)
-    seen = keys.reshape(camera.height, camera.width) >= 0
-    corners = np.array([[x, y, z] for x in (0.2, -0.2) for y in (0.1, -0.1) for z in (0.05, -0.05)])
-    x, y, _ = camera.project(corners)
-    spatial = pytest.importorskip("scipy.spatial")
-    hull = spatial.ConvexHull(np.column_stack([x, y]))
-    assert seen.sum() == pytest.approx(hull.volume, rel=0.01)
-    rows, columns = np.nonzero(seen)
-    off = hull.equations[:, :2] @ np.array([columns + 0.5, rows + 0.5]) + hull.equations[:, 2:]
-    assert off.max() < 0.1  # corners are rounded to a sixteenth of a pixel
-
-
-def test_triangles_with_common_edges_share_no_sample_and_leave_none_out():
-    chance = np.random.default_rng(7)
-    count = 14
-    y, x = np.mgrid[0 : count + 1, 0 : count + 1] * 5.0
-    x[1:-1, 1:-1] += chance.uniform(-1, 1, (count - 1, count - 1))
-    y[1:-1, 1:-1] += chance.uniform(-1, 1, (count - 1, count - 1))
-    corners = []
-    for i in range(count):
-        for j in range(count):
-            a, b, c, d = ((x[p], y[p]) for p in ((i, j), (i, j + 1), (i + 1, j + 1), (i + 1, j)))
-            corners += [(a, b, c), (a, c, d) if (i + j) % 2 else (d, c, a)]
-    made = np.array(corners)
-    grid = Grid(made[..., 0], made[..., 1], np.zeros((len(made), 3)))
-    place = np.concatenate([place for place, _ in grid.samples(np.arange(len(made)), 5 * count, 0, 5 * count)])
-    assert (np.bincount(place, minlength=(5 * count) ** 2) == 1).all()
-
-
 @pytest.mark.parametrize("view", ["top", "iso"])
 def test_of_shapes_in_one_plane_the_first_is_seen(tmp_path, view):
     flat = "{{box: {{size: [{0}, {0}, 0.1]}}, rgba: {1}}}"
@@ -181,15 +132,6 @@ def test_translucent_shapes_show_what_is_behind_them(tmp_path):
     assert hue_name(beside) == "blue"
     assert middle[0] > beside[0] + 40  # red is added
     assert middle[2] > 60  # and the blue is seen through it
-
-
-@pytest.mark.parametrize("channels", [3, 4])
-def test_a_png_is_read_back_as_it_was(channels):
-    chance = np.random.default_rng(1)
-    smooth = np.add.outer(np.arange(300), np.arange(30))[..., None] + np.arange(channels)
-    for values in (chance.integers(0, 256, (300, 30, channels)), smooth, np.full((1, 1, channels), 255)):
-        given = values.astype(np.uint8)
-        assert (drawings.pixels(png(given)) == given).all()
 
 
 # The page and the pictures show the same.

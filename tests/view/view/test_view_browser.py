@@ -11,9 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.model import Box, Joint, Link, Pose, Robot, Shape
-from rosorin_compile.viewer.page import html
-from rosorin_compile.viewer.page.data import robot_data
+from rosorin_compile.model import Robot
 from support.browsing import Browser, apart, is_near, lacking
 from support.commands import Shown, ask, edit
 from support.paths import DATA, ROOT, ROSORIN, data_text
@@ -86,20 +84,6 @@ def test_both_forms_look_as_they_did(browser: Browser, home: Path, capsys: Shown
         assert is_near(cells, browser.cells(picture)), apart(cells, browser.cells(picture))
 
 
-@pytest.mark.tier("outside")
-def test_a_robot_that_is_not_there_is_seen(browser: Browser, sent: Path, tmp_path: Path) -> None:
-    """The judge of pictures: another pose, another robot and an empty floor are told apart."""
-    meant = browser.cells(PICTURES / "rosorin.png")
-    url = f"file://{sent}#from=iso&panels=off&theme=light"
-    for asked in ("", "&pose=tuck"):
-        browser.open(url + asked, **PICTURED)
-        if asked:
-            browser.evaluate("app.show({visual: false, collision: false})")
-        assert not is_near(meant, browser.cells(browser.picture(tmp_path / "other.png"))), asked
-    for name in ROBOTS:
-        assert is_near(meant, browser.cells(PICTURES / f"{name}.png")) == (name == "rosorin")
-
-
 def near_model(browser: Browser, robot: Robot, state: dict[str, float]) -> None:
     for link, meant in robot.poses_in_root(state).items():
         place, rotation = browser.place(link)
@@ -130,33 +114,6 @@ def test_a_slider_moves_the_robot_as_tf_says(browser: Browser, sent: Path, capsy
     kept_to_itself(browser)
 
 
-def on_screen(browser: Browser, xyz: tuple[float, float, float]) -> list[float]:
-    at = browser.evaluate(f"app.stage.pixel({list(xyz)})")
-    return [float(at[0]), float(at[1])]
-
-
-@pytest.mark.tier("outside")
-def test_a_click_takes_the_link_that_a_ray_meets(browser: Browser, home: Path) -> None:
-    """Two boxes, one behind the other: a click on the point of the front one takes that, a click beside takes none."""
-
-    box = Shape(Box((-0.1, -0.1, -0.1), (0.1, 0.1, 0.1)))
-    robot = Robot(
-        "two",
-        (Link("base"), Link("front", collision=(box,)), Link("back", collision=(box,))),
-        (
-            Joint("f", "fixed", "base", "front", Pose((1.0, 0.0, 0.0))),
-            Joint("b", "fixed", "base", "back", Pose((-1.0, 0.5, 0.0))),
-        ),
-    )
-    (home / "two.html").write_text(html({"robot": robot_data(robot)}), "utf-8")
-    browser.open(f"file://{home}/two.html#from=front")
-    for point, link in {(1.1, 0.0, 0.0): "front", (-0.9, 0.5, 0.0): "back", (0.0, 0.25, 0.6): ""}.items():
-        browser.ask("click", at=on_screen(browser, point))
-        assert browser.evaluate("app.selected") == link
-    browser.ask("press", key="Escape")
-    assert browser.evaluate("document.querySelector('.card').hidden") is True
-
-
 def test_a_save_moves_the_robot_and_leaves_the_rest(browser: Browser, live: Viewing) -> None:
     browser.open(f"http://localhost:{live.port}/#pose=tuck")
     browser.evaluate("(app.lookFrom('side'), app.show({masses: true, frames: 'chosen'}), app.select('laser'))")
@@ -180,22 +137,6 @@ def test_parts_that_touch_are_red(browser: Browser, live: Viewing) -> None:
     browser.wait("document.getElementById('touching').textContent.endsWith('parts touch others, and are red')")
     assert browser.evaluate("app.touching.size") >= 2
     assert browser.evaluate("document.querySelectorAll('.row.touching').length") >= 2
-    kept_to_itself(browser, live.port)
-
-
-@pytest.mark.tier("outside")
-def test_an_error_is_shown_over_the_last_good_robot(browser: Browser, live: Viewing) -> None:
-    browser.open(f"http://localhost:{live.port}/#pose=tuck")
-    edit(Path("descriptions/rosorin/lidar_and_imu.yaml"), "0.106748", "0.106748 apples")
-    browser.wait("!document.querySelector('.problem').hidden")
-    said = browser.evaluate("document.querySelector('.problem').innerText")
-    assert "descriptions/rosorin/lidar_and_imu.yaml:25:" in said
-    assert "apples" in said
-    assert browser.evaluate("document.querySelector('#app').classList.contains('dimmed')") is True
-    assert browser.evaluate("app.robot.name") == "rosorin"
-    edit(Path("descriptions/rosorin/lidar_and_imu.yaml"), "0.106748 apples", "0.106748")
-    browser.wait("document.querySelector('.problem').hidden")
-    assert browser.evaluate("document.querySelector('#app').classList.contains('dimmed')") is False
     kept_to_itself(browser, live.port)
 
 
@@ -265,26 +206,6 @@ def test_images_are_on_the_parts(browser: Browser, home: Path, capsys: Shown) ->
         kept_to_itself(browser, viewing.port)
 
 
-SHARP = [
-    "</script><script>document.title='out'</script>",
-    "<img src=x onerror=\"document.title='out'\">",
-    "'\"`\u2028${1}",
-]
-
-
-@pytest.mark.parametrize("name", SHARP)
-def test_a_name_is_text_and_nothing_else(browser: Browser, home: Path, name: str) -> None:
-    joint = Joint(name, "revolute", "base", name, Pose((0.1, 0.0, 0.0)))
-    robot = Robot(name, (Link("base"), Link(name)), (joint,), modes=(name,))
-    (home / "robot.html").write_text(html({"robot": robot_data(robot)}), "utf-8")
-    browser.open(f"file://{home}/robot.html#frames=all")
-    browser.evaluate(f"app.select({json.dumps(name)})")
-    assert browser.evaluate("document.querySelector('h1').textContent") == name
-    assert browser.evaluate("document.querySelector('.card b').textContent") == name
-    assert browser.evaluate("document.querySelectorAll('#app script, #app img').length") == 0
-    kept_to_itself(browser)
-
-
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (844, 390)])
 def test_a_phone_shows_the_robot_first(browser: Browser, sent: Path, width: int, height: int) -> None:
     browser.open(f"file://{sent}", width=width, height=height, touch=True)
@@ -309,25 +230,3 @@ def test_a_phone_shows_the_robot_first(browser: Browser, sent: Path, width: int,
     browser.evaluate("app.select('laser')")
     card = browser.evaluate("document.querySelector('.card').getBoundingClientRect().height")
     assert card <= 0.45 * height, "the card leaves the robot in sight"
-
-
-@pytest.mark.tier("outside")
-def test_every_control_has_a_name_and_is_reached_by_keys(browser: Browser, sent: Path) -> None:
-    browser.open(f"file://{sent}")
-    nameless = """[...document.querySelectorAll('button, input, select, summary, [role=treeitem]')].filter((one) =>
-        !(one.getAttribute('aria-label') || one.textContent.trim() || one.labels?.length || one.placeholder)).length"""
-    assert browser.evaluate(nameless) == 0
-    browser.ask("press", key="/")
-    assert browser.evaluate("document.activeElement.type") == "search"
-    browser.ask("press", key="Tab")
-    assert browser.evaluate("document.activeElement.getAttribute('role')") == "treeitem"
-    browser.ask("press", key="ArrowDown")
-    browser.ask("press", key="Enter")
-    assert browser.evaluate("app.selected") == "base_link"
-    browser.ask("press", key="Escape")
-    assert browser.evaluate("app.selected") == ""
-    for key, layer in {"s": "sensors", "m": "masses", "c": "collision", "v": "visual"}.items():
-        before = browser.evaluate(f"app.shown.{layer}")
-        browser.ask("press", key=key)
-        assert browser.evaluate(f"app.shown.{layer}") is not before
-    kept_to_itself(browser)

@@ -2,7 +2,6 @@
 
 import signal
 import socket
-import struct
 import subprocess
 import sys
 import time
@@ -13,7 +12,7 @@ import jsonschema
 import pytest
 
 from rosorin_compile.viewer.page import data_of
-from support.commands import Shown, ask, edit, write_files
+from support.commands import Shown, ask, write_files
 from support.paths import ROOT
 from support.robots import copy_of_rosorin
 from support.schemas import schema
@@ -212,19 +211,3 @@ def is_reached(host: str, port: int) -> bool:
     except OSError:
         return False
     return True
-
-
-def test_a_browser_that_goes_away_says_nothing_here(project: Path) -> None:
-    with Viewing(project, "--port", "0") as view:
-        for path in ("/", "/events", "/robot.json"):
-            for _ in range(5):
-                connection = socket.create_connection(("127.0.0.1", view.port))
-                connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-                connection.sendall(f"GET {path} HTTP/1.1\r\nHost: localhost:{view.port}\r\n\r\n".encode())
-                connection.close()
-        edit(ROBOT, "[1, 0, 0]", "[2, 0, 0]")
-        while x_of_arm(view) != 2:
-            time.sleep(0.05)
-        assert view.end(signal.SIGINT) == 0
-        view.reader.join()
-        assert [line for line in view.lines if line and "http://" not in line] == []

@@ -1,75 +1,36 @@
-"""Extract numbers from meshes: shapes around parts, height maps, and the numbers of a ROS description package."""
+"""Extract numbers from meshes: shapes around parts, height maps, and the numbers of a ROS description package.
+
+numpy, scipy and trimesh are imported after a check that they are installed.
+"""
 
 from __future__ import annotations
 
-import math
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.model import HeightMap, Pose
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
 from rosorin_compile.output import OutputError, write_set
+from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError
 from rosorin_compile.source.files import resolve
 from rosorin_compile.source.messages import arrange
-from rosorin_compile.source.packages import Packages
+from rosorin_compile.source.packages import Packages as PackageFinder
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.wording import masked
 
-from . import factory, results
-from .height_map import GridRequest, make_height_map, summary
-from .shapes import FitGauge, fit_shapes
-from .sources import AUTO, MeshSource, RobotSource, SourceProblem
+from . import replace_map, results
+from .sources import GridOptions as GridOptions
+from .sources import MeshSource, RobotSource, SourceProblem, check_digits
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
-
-DEFAULT_CELL = 0.01
-MAX_DIGITS = 9
-
-
-@dataclass(frozen=True)
-class GridOptions:
-    """The options of a height map, lengths in metres; ``size`` is another way to give ``cells``."""
-
-    cell: float | None = None
-    origin: tuple[float, float] | None = None
-    cells: tuple[int, int] | None = None
-    size: tuple[float, float] | None = None
-    below: float | None = None
-    digits: int = 4
-    step: float | None = None
-    bottom: bool = False
-
-    def request(self, existing: results.MapEntry | None = None) -> GridRequest:
-        """Return the requested grid, by default that of an ``existing`` map. Raises RequestError, ExtractProblem."""
-        for name, value in (("cell", self.cell), ("step", self.step)):
-            if value is not None and not value > 0:
-                raise RequestError(f'--{name} takes a length above zero, not "{value:g}"')
-        if self.cells is not None and self.size is not None:
-            raise RequestError("--cells and --size exclude each other; give one")
-        if self.size is not None and not min(self.size) > 0:
-            raise RequestError(f'--size takes lengths above zero, not "{self.size[0]:g},{self.size[1]:g}"')
-        check_digits(self.digits, "--map-digits")
-        cell, origin, size, step = self.cell or DEFAULT_CELL, self.origin, self.size, self.step
-        if existing is not None:
-            if None in (self.cell, origin) or (self.cells is None and size is None):
-                old_cell, old_origin, (nx, ny) = existing.grid()
-                cell, origin = self.cell or old_cell, origin or old_origin
-                size = size or (nx * old_cell, ny * old_cell)
-            old_step = existing.height_map.get("step")
-            step = float(old_step) if step is None and isinstance(old_step, int | float) and old_step > 0 else step
-        cells = self.cells
-        if cells is None and size is not None:
-            cells = math.ceil(size[0] / cell - 1e-6), math.ceil(size[1] / cell - 1e-6)
-        return GridRequest(cell, origin, cells, self.below, self.digits, step, self.bottom)
 
 
 @dataclass(frozen=True)
@@ -117,38 +78,64 @@ class ExtractedFactory:
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
 
-def check_digits(count: int, option: str) -> None:
-    """Raise RequestError for a number of decimals out of range."""
-    if not 0 <= count <= MAX_DIGITS:
-        raise RequestError(f"{option} takes 0 to {MAX_DIGITS} decimals")
+def _three(numbers: Sequence[float]) -> tuple[float, float, float]:
+    x, y, z = numbers
+    return x, y, z
 
 
 def extract_boxes(
-    source: MeshSource,
+    sources: Sequence[str],
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    links: Sequence[str] = (),
+    section: str = "auto",
+    scale: Sequence[float] = (1.0, 1.0, 1.0),
     shape: str = "box",
     stack: int = 4,
     axis: str = "auto",
     digits: int = 5,
-    output: Path | None = None,
+    output: FilePath | None = None,
     force: bool = False,
+    trust: bool = False,
+    warn: Warn = None,
 ) -> ExtractedBoxes:
-    """Fit shapes of every kind to each mesh file, or to the meshes of each link. Raises RequestError."""
+    """Fit boxes, cylinders, capsules and stacks of boxes to meshes.
+
+    ``parts`` of the result has for each part the shapes of every kind with their fit (metres, cubic metres, radians),
+    ``text`` the section ``links`` of a description with one of them, and ``report`` a table.
+
+    Args:
+        sources: Mesh files, or one robot: a description, URDF, xacro, SDF or MJCF.
+        links: The links of the robot to use; by default all that have meshes.
+        section: Use the meshes of ``"collision"`` or ``"visual"`` shapes; ``"auto"``: collision, else visual.
+        scale: The factors of mesh files along x, y and z, such as 0.001 for millimetres.
+        shape: The shape in ``text``: box, oriented_box, cylinder, capsule, stack or smallest.
+        stack: The number of boxes in a stack, 1 to 100.
+        axis: The axis of the stack: x, y, z or auto.
+        digits: Decimals of lengths in metres, 0 to 9.
+    """
+    reading, wrong = read_options(arguments, packages, trust, warn)
+    if wrong:
+        return ExtractedBoxes(diagnostics=tuple(wrong))
+    source = MeshSource(sources, reading, links, section, _three(scale))
     diagnostics: list[Diagnostic] = []
     if not 1 <= stack <= 100:
         raise RequestError("--stack takes 1 to 100 boxes")
     check_digits(digits, "--digits")
     try:
         TriangleMesh.needed()
+        from .shapes import fit_shapes, measure_fits
+
         parts = source.file_parts(diagnostics) if source.are_files else source.link_parts(diagnostics)
         fitted = []
         for index, part in enumerate(parts):
             Progress.step("fitting", index, len(parts))
             fits = fit_shapes(part.triangles, digits, stack, axis)
-            gauge = FitGauge(part.triangles)
-            fitted.append(results.FittedPart(part, fits, {kind: gauge.measure(fit) for kind, fit in fits.items()}))
+            fitted.append(results.FittedPart(part, fits, measure_fits(part.triangles, fits)))
         text = _first_line(source, "boxes") + results.boxes_yaml(fitted, shape)
         if output is not None:
-            results.save(output, text, force)
+            results.save(Path(output), text, force)
     except ExtractProblem as problem:
         return ExtractedBoxes(diagnostics=(*diagnostics, *_diagnostics(problem)))
     table = tuple(results.boxes_table(fitted))
@@ -156,47 +143,93 @@ def extract_boxes(
 
 
 def extract_height_map(
-    source: MeshSource,
-    grid: GridOptions,
+    sources: Sequence[str],
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    link: str | None = None,
+    section: str = "auto",
+    scale: Sequence[float] = (1.0, 1.0, 1.0),
     frame: str | None = None,
-    pose: Pose | None = None,
-    into_file: Path | None = None,
+    xyz: Sequence[float] = (0.0, 0.0, 0.0),
+    rpy: Sequence[float] = (0.0, 0.0, 0.0),
+    cell: float | None = None,
+    origin: tuple[float, float] | None = None,
+    cells: tuple[int, int] | None = None,
+    size: tuple[float, float] | None = None,
+    below: float | None = None,
+    map_digits: int = 4,
+    step: float | None = None,
+    bottom: bool = False,
+    into: FilePath | None = None,
     status: str = "calculated",
     note: str | None = None,
-    output: Path | None = None,
+    output: FilePath | None = None,
     force: bool = False,
+    trust: bool = False,
+    warn: Warn = None,
 ) -> ExtractedHeightMap:
-    """Compute the top surface of meshes as heights on a grid. Raises RequestError.
+    """Compute the top surface of meshes as heights on a grid.
 
-    ``pose`` is that of the mesh in the frame. With ``into_file``, the height map of a description is replaced.
+    ``height_map`` of the result is None with errors in ``diagnostics``; ``text`` is the section ``links`` of a
+    description with the map.
+
+    Args:
+        sources: Mesh files, or one robot with ``link``.
+        link: The link of the robot whose meshes are used.
+        section: As in ``extract_boxes``.
+        scale: As in ``extract_boxes``.
+        frame: The link whose frame the height map uses; by default ``link``.
+        xyz: The position of the mesh in the frame, in metres.
+        rpy: The orientation of the mesh in the frame: roll, pitch, yaw in radians.
+        cell: The edge length of a cell in metres; by default 0.01.
+        origin: The corner of the first cell (x, y) in metres; by default the corner of the mesh.
+        cells: The number of cells along x and y; by default those that cover the mesh.
+        size: The size of the grid (x, y) in metres, instead of ``cells``.
+        below: Ignore surfaces above this height, in metres.
+        map_digits: Decimals of heights in metres, 0 to 9.
+        step: Round heights of boxes to multiples of this length in metres; by default a cell.
+        bottom: Also compute the lowest point of the mesh.
+        into: A file of a description whose height map is replaced, on the same grid.
+        status: The status of the source in the description: calculated, measured or factory.
+        note: The note of the source in the description; by default the names of the meshes.
     """
+    reading, wrong = read_options(arguments, packages, trust, warn)
+    if wrong:
+        return ExtractedHeightMap(diagnostics=tuple(wrong))
+    source = MeshSource(sources, reading, [link] if link is not None else (), section, _three(scale))
+    grid = GridOptions(cell, origin, cells, size, below, map_digits, step, bottom)
+    pose, into_file = Pose(_three(xyz), _three(rpy)), Path(into) if into is not None else None
     diagnostics: list[Diagnostic] = []
     if into_file is not None and output is not None:
         raise RequestError("--into edits a file; it excludes -o and JSON")
     if into_file is not None and grid.bottom:
         raise RequestError("--bottom excludes --into and JSON; write a file with -o, and paste it")
+    grid.check()
     try:
         TriangleMesh.needed()
-        existing = None if into_file is None else results.find_map(into_file, frame)
-        request = grid.request(existing)
-        frame = existing.link if existing else frame
-        triangles, meshes, frame = _surface(source, frame, pose or Pose(), diagnostics)
-        height_map, messages = make_height_map(triangles, request, frame)
+        from .height_map import make_height_map, summary
+
+        existing = None if into_file is None else replace_map.find_map(into_file, frame)
+        if existing is not None:
+            grid, frame = existing.completed(grid), existing.link
+        triangles, meshes, frame = _surface(source, frame, pose, diagnostics)
+        height_map, messages = make_height_map(triangles, grid, frame)
         diagnostics += messages
         note = note or f"top of {', '.join(meshes)}"
         if existing is not None and into_file is not None:
-            text = results.replaced(existing, height_map, status, note)
+            text = replace_map.replaced(existing, height_map, status, note)
             place = f"{into_file}:{existing.line}: height map of {existing.link}"
             report = [f"{place} unchanged"]
             if text != existing.source.text:
                 results.replace(into_file, text)
-                changes = results.changes(existing, height_map, status)
-                report = [f"{place} replaced", *(f"  {line}" for line in changes)]
+                lines = replace_map.changes(existing, height_map, status)
+                report = [f"{place} replaced", *(f"  {line}" for line in lines)]
         else:
             text = _first_line(source, "heightmap") + results.height_map_yaml(frame, height_map, status, note)
             report = [summary(height_map)]
             if output is not None:
-                results.save(output, text, force)
+                results.save(Path(output), text, force)
     except ExtractProblem as problem:
         return ExtractedHeightMap(diagnostics=(*diagnostics, *_diagnostics(problem)))
     return ExtractedHeightMap(frame, height_map, text, tuple(report), tuple(diagnostics))
@@ -229,35 +262,63 @@ def _surface(
 
 
 def extract_factory(
-    package: Path,
-    output: Path,
-    reading: ReadOptions,
-    grid: GridOptions,
+    package: FilePath,
+    output: FilePath,
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
     robot: str | None = None,
-    map_link: str | None = None,
+    height_map_link: str | None = None,
     frame: str | None = None,
-    section: str = AUTO,
+    section: str = "auto",
+    cell: float | None = None,
+    origin: tuple[float, float] | None = None,
+    cells: tuple[int, int] | None = None,
+    size: tuple[float, float] | None = None,
+    below: float | None = None,
+    map_digits: int = 4,
+    step: float | None = None,
+    lenient: bool = False,
+    trust: bool = False,
+    warn: Warn = None,
 ) -> ExtractedFactory:
-    """Write the joints, boxes and a height map of a ROS description package to a folder. Raises RequestError."""
-    if frame and not map_link:
+    """Write the joints, a box for each link and a height map of a ROS description package to a folder.
+
+    The options that are not listed here are those of ``extract_height_map``.
+
+    Args:
+        package: The folder of the package.
+        robot: The robot file in the package; by default the only one.
+        height_map_link: The link whose meshes are used for a height map. Default: no height map.
+        frame: The link whose frame the height map uses; by default ``height_map_link``.
+        lenient: Accept violations of the specification where possible.
+    """
+    reading, wrong = read_options(arguments, packages, trust, warn, lenient)
+    if wrong:
+        return ExtractedFactory(diagnostics=tuple(wrong))
+    folder, target, grid = Path(package), Path(output), GridOptions(cell, origin, cells, size, below, map_digits, step)
+    if frame and not height_map_link:
         raise RequestError("--frame is that of the height map; name its link: --heightmap-link LINK")
+    grid.check()
     path = None
     try:
         TriangleMesh.needed()
-        path = factory.find_robot_file(package, robot)
-        name = Packages.name_of(package) or resolve(package).name
-        reading = replace(reading, packages={name: package, **reading.packages})
-        request = factory.FactoryRequest(map_link, frame, grid.request(), section)
-        taken = factory.take_numbers(RobotSource.read(str(path), reading), name, request)
+        from . import factory
+        from .height_map import summary
+
+        path = factory.find_robot_file(folder, robot)
+        name = PackageFinder.name_of(folder) or resolve(folder).name
+        reading = replace(reading, packages={name: folder, **reading.packages})
+        taken = factory.take_numbers(RobotSource.read(str(path), reading), name, height_map_link, frame, grid, section)
     except ExtractProblem as problem:
         choice = [] if path is None else factory.choice_of(path)
         return ExtractedFactory(diagnostics=(*_diagnostics(problem), *choice))
     diagnostics = arrange(taken.diagnostics)
     try:
-        write_set(output, taken.files, judge=lambda _, old, __: "replace" if results.is_made(old) else "refuse")
+        write_set(target, taken.files, judge=lambda _, old, __: "replace" if results.is_made(old) else "refuse")
     except OutputError as problem:
         return ExtractedFactory(diagnostics=(*diagnostics, problem.diagnostic))
-    written = tuple(str(Path(output, file)) for file in sorted(taken.files))
+    written = tuple(str(target / file) for file in sorted(taken.files))
     names = (("joints", taken.joints), ("boxes", list(taken.boxes)))
     report = [f"{what} ({len(found)}): {', '.join(found) or 'none'}" for what, found in names]
     if taken.height_map is not None:

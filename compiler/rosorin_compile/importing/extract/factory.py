@@ -19,24 +19,13 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Map, Seq
 
 from ..layout import layout, number
-from .height_map import GridRequest, make_height_map
+from .height_map import make_height_map
 from .results import MARK, height_map_yaml, numbers
 from .shapes import enclosing_box
-from .sources import AUTO, RobotSource
+from .sources import GridOptions, RobotSource
 
-_KEYS = (
-    "type",
-    "parent",
-    "child",
-    "xyz",
-    "rpy",
-    "axis",
-    "limit",
-    "mimic",
-    "dynamics",
-    "calibration",
-    "safety_controller",
-)
+_PLACE = ("type", "parent", "child", "xyz", "rpy", "axis")
+_KEYS = (*_PLACE, "limit", "mimic", "dynamics", "calibration", "safety_controller")
 _NOT_TAKEN = ("mass-", "inertia-", "shape-")  # rules about values that are not taken
 _DIGITS = 5
 _MAX_BYTES = 5_000_000  # of a robot file
@@ -47,18 +36,7 @@ _CONDITION = re.compile(
 )
 _PROPERTY = re.compile(r"<xacro:property\b[^>]*?\sname\s*=\s*[\"'](\w+)[\"'][^>]*?\svalue\s*=\s*[\"']([^\"']*)[\"']")
 _SOURCE = re.compile(r"\$\((env|optenv|arg)\s+(\w+)")
-_WORD = re.compile(r"\w+")
 _COMPARISON = re.compile(r"""(\$\([^()]*\)|\b\w+\b)\s*['"]?\s*[!=]=\s*['"]([^'"]*)['"]""")
-
-
-@dataclass(frozen=True)
-class FactoryRequest:
-    """What to take: no height map without ``map_link``; its ``frame`` is by default that of the link."""
-
-    map_link: str | None
-    frame: str | None
-    grid: GridRequest
-    section: str = AUTO
 
 
 @dataclass
@@ -110,22 +88,16 @@ def _candidates(package: Path) -> tuple[list[Path], dict[Path, str]]:
         for path in sorted(package.glob("**/*"))
         if path.suffix.lower() in endings and is_file(path)
     }
-    patterns: dict[Path, list[re.Pattern[str]]] = {}
+    included: set[Path] = set()
     for path, text in texts.items():
-        names = [address.rpartition("/")[2] for address in _INCLUDES.findall(text)]
-        # A name with an expression stands for every file that fits: ${model}.xacro, $(arg model).xacro
-        split = [re.split(r"\$\{[^}]*\}|\$\([^)]*\)", name) for name in names]
-        patterns[path] = [re.compile(".+".join(map(re.escape, pieces))) for pieces in split]
-    included = {
-        path
-        for path in texts
-        for other, those in patterns.items()
-        if other != path and any(one.fullmatch(path.name) for one in those)
-    }
+        for address in _INCLUDES.findall(text):
+            # A name with an expression stands for every file that fits: ${model}.xacro, $(arg model).xacro
+            pieces = re.split(r"\$\{[^}]*\}|\$\([^)]*\)", address.rpartition("/")[2])
+            pattern = re.compile(".+".join(map(re.escape, pieces)))
+            included |= {other for other in texts if other != path and pattern.fullmatch(other.name)}
     candidates = [path for path, text in texts.items() if _ROBOT.search(text) and path not in included]
     choices = {path: choice for path in texts if path not in included and (choice := _choice(texts[path]))}
-    entries = [path for path in choices if path not in candidates]
-    return (sorted({*candidates, *entries}) if len(candidates) != 1 else candidates), choices
+    return (sorted({*candidates, *choices}) if len(candidates) != 1 else candidates), choices
 
 
 def _choice(text: str) -> str:
@@ -134,21 +106,17 @@ def _choice(text: str) -> str:
     conditions = [value[1:-1] for _, value, content in _CONDITION.findall(text) if "<xacro:include" in content]
     conditions += [name for name in includes if "$" in name]
     origins = {name: source for name, value in _PROPERTY.findall(text) if (source := _SOURCE.search(value))}
-    values: dict[str, list[str]] = {}
+    values: dict[str, dict[str, None]] = {}
     for condition in conditions if includes else ():
-        sources = [
-            *_SOURCE.finditer(condition),
-            *(origins[word] for word in _WORD.findall(condition) if word in origins),
-        ]
-        for source in sources:
-            kind = "argument" if source[1] == "arg" else "environment variable"
-            values.setdefault(f"{kind} {source[2]}", [])
+        found = [(source, "") for source in _SOURCE.finditer(condition)]
+        found += [(origins[word], "") for word in re.findall(r"\w+", condition) if word in origins]
         for operand, value in _COMPARISON.findall(condition):
-            source = _SOURCE.search(operand) or origins.get(operand)
-            if source:
-                kind = "argument" if source[1] == "arg" else "environment variable"
-                values[f"{kind} {source[2]}"].append(value)
-    chosen = [f"the {name}" + (f" ({', '.join(dict.fromkeys(some))})" if some else "") for name, some in values.items()]
+            if source := _SOURCE.search(operand) or origins.get(operand):
+                found.append((source, value))
+        for source, value in found:
+            kind = "argument" if source[1] == "arg" else "environment variable"
+            values.setdefault(f"the {kind} {source[2]}", {}).update({value: None} if value else {})
+    chosen = [f"{name} ({', '.join(some)})" if some else name for name, some in values.items()]
     return f"chooses by {listed(chosen)}" if chosen else ""
 
 
@@ -159,20 +127,23 @@ def choice_of(path: Path) -> list[Diagnostic]:
     return [Diagnostic("factory-robot", NOTE, f"{path} {choice}", None, (), help)] if choice else []
 
 
-def take_numbers(source: RobotSource, package: str, request: FactoryRequest) -> FactoryNumbers:
-    """Take the numbers of a robot. Raises NotThere for a link or frame that it does not have."""
-    taken = FactoryNumbers(diagnostics=source.diagnostics)
-    for link in (request.map_link, request.frame):
-        if link is not None:
-            source.link(link)
+def take_numbers(
+    source: RobotSource, package: str, map_link: str | None, frame: str | None, grid: GridOptions, section: str
+) -> FactoryNumbers:
+    """Take the numbers of a robot, without a height map if ``map_link`` is None.
+
+    Raises NotThere for a link or frame that it does not have.
+    """
+    taken = FactoryNumbers(diagnostics=source.diagnostics, joints=list(source.robot.joint))
+    for link in filter(None, (map_link, frame)):
+        source.link(link)
     for index, link in enumerate(source.robot.link):
         Progress.step("measuring", index, len(source.robot.link))
-        part = None if link == request.map_link else source.part(link, request.section)
+        part = None if link == map_link else source.part(link, section)
         if part is not None:
             taken.boxes[link] = enclosing_box(part.triangles, _DIGITS)
-    if request.map_link is not None:
-        _add_height_map(source, package, request, taken)
-    taken.joints = list(source.robot.joint)
+    if map_link is not None:
+        _add_height_map(source, package, (map_link, frame or map_link), grid, section, taken)
     taken.files["joints.yaml"] = _joints_yaml(source, package)
     links = {
         link: {"collision": [{"box": {"min": numbers(box.lower), "max": numbers(box.upper)}}]} if box else {}
@@ -180,23 +151,23 @@ def take_numbers(source: RobotSource, package: str, request: FactoryRequest) -> 
         if (box := taken.boxes.get(link)) or link != taken.frame
     }
     note = f"boxes around the meshes of the package {package}"
-    taken.files["boxes.yaml"] = _head("boxes", package) + layout(
-        {"source": {"status": "calculated", "note": note}, "links": links}
-    )
+    boxes = {"source": {"status": "calculated", "note": note}, "links": links}
+    taken.files["boxes.yaml"] = _head("boxes", package) + layout(boxes)
     return taken
 
 
-def _add_height_map(source: RobotSource, package: str, request: FactoryRequest, taken: FactoryNumbers) -> None:
-    """Add the height map of a link, or a diagnostic if there is none."""
-    link = request.map_link or ""
-    frame = request.frame or link
-    part = source.part(link, request.section)
+def _add_height_map(
+    source: RobotSource, package: str, frames: tuple[str, str], grid: GridOptions, section: str, taken: FactoryNumbers
+) -> None:
+    """Add the height map of a link in a frame, or a diagnostic if there is none."""
+    link, frame = frames
+    part = source.part(link, section)
     try:
         if part is None:
             raise ExtractProblem.of("height-map-empty", f"{link} has no mesh that can be read: no height map")
         transform = source.robot.transform(frame, link, {})
         triangles = TriangleMesh.placed(part.triangles, transform.rows, transform.xyz)
-        taken.height_map, messages = make_height_map(triangles, request.grid, frame)
+        taken.height_map, messages = make_height_map(triangles, grid, frame)
     except ExtractProblem as problem:
         taken.diagnostics.append(problem.diagnostic)
         return
@@ -215,14 +186,12 @@ def _joints_yaml(source: RobotSource, package: str) -> str:
     joints, accepted = source.tree.get("joints") or {}, source.tree.get("accept")
     document: dict[str, Any] = {
         "source": {"status": "factory", "note": f"description package {package}"},
-        "joints": {name: {key: _plain(joint, key) for key in _KEYS if key in joint} for name, joint in joints.items()},
+        "joints": {name: {key: _plain(joint, key) for key in joint if key in _KEYS} for name, joint in joints.items()},
     }
-    entries = [
-        {key: _plain(entry, key) for key in entry}
-        for entry in accepted or ()
-        if not entry["rule"].startswith(_NOT_TAKEN)
-    ]
-    return _head("joints", package) + layout({**document, **({"accept": entries} if entries else {})})
+    entries = [entry for entry in accepted or () if not entry["rule"].startswith(_NOT_TAKEN)]
+    if entries:
+        document["accept"] = [{key: _plain(entry, key) for key in entry} for entry in entries]
+    return _head("joints", package) + layout(document)
 
 
 def _plain(holder: Map | Seq, key: Any) -> Any:

@@ -9,9 +9,12 @@ cells, and no wall is lost.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from trimesh.intersections import slice_faces_plane
 
 from rosorin_compile.model import HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem
@@ -20,42 +23,17 @@ from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.progress import Progress
 
 from .shapes import round_down
+from .sources import GridOptions
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
-    Floats = NDArray[np.float64]
-    Ints = NDArray[np.int64]
-
-
+DEFAULT_CELL = 0.01  # m
 MAX_CELLS = 1_000_000
 CHUNK = 50_000  # triangles processed at once
 _MOST_PAIRS = 100_000  # pairs of a triangle and a cell processed at once
 _LINE = 1e-5  # half the width of a grid line, in cells: STL coordinates have 24 bits
 _NOISE = 1e-6  # m: the mesh may reach this far beyond the grid, or below z = 0, without a message
-
-
-@dataclass(frozen=True)
-class GridRequest:
-    """The requested height map, lengths in metres. None: ``origin`` and ``cells`` cover the mesh, ``step`` is a cell.
-
-    ``below`` removes the surface above a height. ``bottom``: also compute the lowest point in each cell.
-    """
-
-    cell: float
-    origin: tuple[float, float] | None = None
-    cells: tuple[int, int] | None = None
-    below: float | None = None
-    digits: int = 4
-    step: float | None = None
-    bottom: bool = False
-
-    @property
-    def method(self) -> str:
-        """How the heights are computed, for readers of the map."""
-        method = "highest point of each triangle in each cell"
-        return method if self.below is None else f"{method}; nothing above {exact(self.below)} m"
 
 
 @dataclass(frozen=True)
@@ -68,17 +46,17 @@ class Grid:
 
     def __post_init__(self) -> None:
         """Raise ExtractProblem for an impossible grid."""
-        if not (self.cell > 0 and math.isfinite(self.cell)):
-            raise ExtractProblem.of("height-map-grid", f"a cell cannot be {self.cell:g} m", "such as --cell 10mm")
         if min(self.cells) < 1 or self.cells[0] * self.cells[1] > MAX_CELLS:
             message = f"a grid of {self.cells[0]:,} x {self.cells[1]:,} cells is empty, or has more than {MAX_CELLS:,}"
             raise ExtractProblem.of("height-map-grid", message, "use a larger --cell, or a smaller grid: --cells 30x23")
 
 
-def make_height_map(triangles: Floats, request: GridRequest, frame: str) -> tuple[HeightMap, list[Diagnostic]]:
+def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tuple[HeightMap, list[Diagnostic]]:
     """Compute the height map of triangles (n, 3, 3) in metres in a frame. Raises ExtractProblem."""
+    method = "highest point of each triangle in each cell"
     if request.below is not None:
         triangles = cut_above(triangles, request.below)
+        method += f"; nothing above {exact(request.below)} m"
         if not len(triangles):
             message = f"nothing of the mesh is below {request.below:g} m in {frame}"
             raise ExtractProblem.of("height-map-empty", message, "correct --below, --xyz or --scale")
@@ -87,17 +65,19 @@ def make_height_map(triangles: Floats, request: GridRequest, frame: str) -> tupl
     if not heights.any():
         message = f"the mesh has no surface above z = 0 of {frame} over the grid"
         raise ExtractProblem.of("height-map-empty", message, "correct --xyz, --rpy, --scale or --origin")
-    rows = tuple(map(tuple, rounded_up(heights, request.digits).tolist()))
-    height_map = HeightMap(grid.origin, grid.cell, rows, request.step or grid.cell, request.method)
-    if request.bottom:
-        height_map = replace(height_map, bottom=_bottoms(triangles, grid, request, height_map.heights))
+    # Rounded up; a height above zero does not become zero. The tolerance is that of ``shapes.round_up``.
+    scale = 10.0**request.digits
+    rounded = np.ceil(heights * scale - min(1e-7 * scale, 0.05)).clip(1) / scale
+    rows = tuple(map(tuple, np.where(heights > 0, rounded, 0.0).tolist()))
+    bottom = max(0.0, round_down(float(triangles[:, :, 2].min()), request.digits)) if request.bottom else 0.0
+    if bottom >= min(height for row in rows for height in row if height > 0):
+        bottom = 0.0
+    height_map = HeightMap(grid.origin, grid.cell, rows, request.step or grid.cell, method, bottom=bottom)
     return height_map, _messages(triangles, grid, frame)
 
 
 def surface_heights(triangles: Floats, grid: Grid) -> Floats:
     """Return the height in metres of the highest point over each cell, (nx, ny); 0 for none above z = 0."""
-    import numpy as np
-
     heights = np.zeros(grid.cells[0] * grid.cells[1])
     for start in range(0, len(triangles), CHUNK):
         chunk = triangles[start : start + CHUNK]
@@ -108,8 +88,6 @@ def surface_heights(triangles: Floats, grid: Grid) -> Floats:
 
 def _raise_cells(heights: Floats, grid: Grid, triangles: Floats) -> None:
     """Raise cells to the highest points of triangles over them."""
-    import numpy as np
-
     scaled = triangles.copy()
     scaled[:, :, :2] = (triangles[:, :, :2] - np.array(grid.origin)) / grid.cell
     normals = np.cross(scaled[:, 1] - scaled[:, 0], scaled[:, 2] - scaled[:, 0])
@@ -134,8 +112,6 @@ def _highest(triangles: Floats, cells: Ints) -> Floats:
     It is a corner of the triangle, a point where an edge crosses a side of the cell, or above a corner of the cell. The
     lines between cells do not belong to their inside.
     """
-    import numpy as np
-
     middle, half = cells + 0.5, 0.5 - _LINE
     inside = (np.abs(triangles[:, :, :2] - middle[:, None, :]) <= half).all(axis=2)
     highest: Floats = np.where(inside, triangles[:, :, 2], -np.inf).max(axis=1)
@@ -159,8 +135,6 @@ def _height_above(triangles: Floats, places: Floats) -> tuple[NDArray[np.bool_],
 
     An upright triangle has none.
     """
-    import numpy as np
-
     corner, edges = triangles[:, 0], triangles[:, 1:] - triangles[:, :1]
     (p, q), (r, s) = edges[:, 0, :2].T, edges[:, 1, :2].T
     x, y = (places - corner[:, :2]).T
@@ -175,8 +149,6 @@ def _height_above(triangles: Floats, places: Floats) -> tuple[NDArray[np.bool_],
 
 def _ranges(counts: Ints) -> Iterator[tuple[Ints, Ints]]:
     """Yield for counts (n,) all pairs of an index and a number below its count, in arrays of bounded length."""
-    import numpy as np
-
     (some,) = counts.nonzero()
     ends = np.cumsum(counts[some])
     for start in range(0, int(ends[-1]) if len(ends) else 0, _MOST_PAIRS):
@@ -187,9 +159,6 @@ def _ranges(counts: Ints) -> Iterator[tuple[Ints, Ints]]:
 
 def cut_above(triangles: Floats, limit: float) -> Floats:
     """Return the part of triangles (n, 3, 3) that is not above z = ``limit``, as triangles."""
-    import numpy as np
-    from trimesh.intersections import slice_faces_plane
-
     faces = np.arange(3 * len(triangles)).reshape(-1, 3)
     points, faces, _ = slice_faces_plane(triangles.reshape(-1, 3), faces, [0, 0, -1], [0, 0, limit])
     pieces: Floats = points[faces].reshape(-1, 3, 3)
@@ -197,45 +166,16 @@ def cut_above(triangles: Floats, limit: float) -> Floats:
     return pieces
 
 
-def rounded_up(heights: Floats, digits: int) -> Floats:
-    """Round heights up; a height above zero does not become zero. The tolerance is that of ``shapes.round_up``."""
-    import numpy as np
-
-    scale = 10.0**digits
-    rounded = np.ceil(heights * scale - min(1e-7 * scale, 0.05)).clip(1) / scale
-    return np.where(heights > 0, rounded, 0.0)
-
-
-def _bottoms(
-    triangles: Floats, grid: Grid, request: GridRequest, heights: Sequence[Sequence[float]]
-) -> float | tuple[tuple[float, ...], ...]:
-    """Return the lowest point of the mesh in each cell, or in all cells (m): the heights of the flipped mesh."""
-    ceiling = float(triangles[:, :, 2].max()) + 1.0  # so that no surface is at zero
-    flipped = triangles * (1, 1, -1) + (0, 0, ceiling)
-    flipped = flipped[:, ::-1]  # the outside stays outside
-    depths = surface_heights(flipped, grid).tolist()
-    thinnest = 10.0**-request.digits
-    rows = tuple(
-        tuple(
-            max(0.0, round_down(min(ceiling - depth, height - thinnest), request.digits)) if height > 0 else 0.0
-            for depth, height in zip(depth_row, row, strict=True)
-        )
-        for depth_row, row in zip(depths, heights, strict=True)
-    )
-    used = {low for lows, row in zip(rows, heights, strict=True) for low, top in zip(lows, row, strict=True) if top > 0}
-    return used.pop() if len(used) == 1 else rows
-
-
-def _grid(triangles: Floats, request: GridRequest) -> Grid:
+def _grid(triangles: Floats, request: GridOptions) -> Grid:
     """Return the requested grid; by default the smallest one around the mesh with a rounded corner."""
     corners = triangles.reshape(-1, 3)
+    cell = request.cell or DEFAULT_CELL
     x, y = request.origin or (round_down(float(value), 5) for value in corners.min(axis=0)[:2])
-    cells = request.cells
-    if cells is None and request.cell > 0 and math.isfinite(request.cell):
-        reach = [float(high) - low for high, low in zip(corners.max(axis=0)[:2], (x, y), strict=True)]
-        nx, ny = (max(1, math.ceil(length / request.cell - 0.001)) for length in reach)
-        cells = nx, ny
-    return Grid((x, y), request.cell, cells or (1, 1))
+    reach = [float(high) - low for high, low in zip(corners.max(axis=0)[:2], (x, y), strict=True)]
+    nx, ny = (max(1, math.ceil(length / cell - 0.001)) for length in reach)
+    if request.size is not None:
+        nx, ny = (math.ceil(length / cell - 1e-6) for length in request.size)
+    return Grid((x, y), cell, request.cells or (nx, ny))
 
 
 def _messages(triangles: Floats, grid: Grid, frame: str) -> list[Diagnostic]:

@@ -1,24 +1,30 @@
 """Fit shapes around a mesh: box, oriented box, cylinder, capsule and a stack of boxes; measure how well they fit.
 
 Each shape encloses the mesh, with its numbers rounded. A rotated shape has to be more than one percent smaller than one
-that is rotated less.
+that is rotated less. This module needs numpy, scipy and trimesh.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError  # type: ignore[import-untyped,unused-ignore]
+from scipy.spatial.distance import pdist, squareform  # type: ignore[import-untyped,unused-ignore]
+from trimesh import Trimesh
+from trimesh.bounds import oriented_bounds
+from trimesh.intersections import slice_faces_plane
+from trimesh.nsphere import minimum_nsphere
+from trimesh.remesh import subdivide_to_size
 
 from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape, Transform
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
-
+Floats = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Point = tuple[float, float]
 
@@ -27,9 +33,7 @@ AXES = ("x", "y", "z")
 _WORTH = 0.99  # a rotated shape has to be smaller than this fraction of one that is rotated less
 _STL_NOISE = 1e-7  # m: STL corners have 24 bits
 _FINENESS = 50  # samples of the mesh surface along the diagonal of the mesh
-_NEIGHBOURS = 12  # nearest samples whose triangles are tried for the distance of a point
 _TOLERANCE = 2e-7  # m: a point this far outside a shape is on its surface
-_SURFACE_STEPS = 50  # samples of the shape surface along its diagonal
 _AXIS_ANGLES: dict[str, Vector] = {"x": (0, math.pi / 2, 0), "y": (math.pi / 2, 0, 0), "z": (0, 0, 0)}
 
 
@@ -56,8 +60,6 @@ def fit_shapes(triangles: Floats, digits: int, stack: int, axis: str = "auto") -
         axis: The axis of the stack: x, y, z, or auto for the axis with the least volume.
 
     """
-    import numpy as np
-
     triangles = np.round(triangles, 10)  # differences below 0.1 nm would become divisors
     hull = _hull(triangles.reshape(-1, 3))
     oriented = _oriented_box(hull, digits)
@@ -97,15 +99,11 @@ def round_down(value: float, digits: int) -> float:
 
 def in_frame(points: Floats, pose: Pose) -> Floats:
     """Transform points (n, 3) into the frame at a pose."""
-    import numpy as np
-
     local: Floats = (points - np.array(pose.xyz)) @ _rotation(pose.rpy)
     return local
 
 
 def _rotation(rpy: Vector) -> Floats:
-    import numpy as np
-
     return np.array(Pose((0, 0, 0), rpy).transform().rows)
 
 
@@ -132,9 +130,6 @@ def _rounded_pose(xyz: Floats, rpy: Vector, digits: int) -> Pose:
 
 def _hull(points: Floats) -> Floats:
     """Return the corners of the convex hull of points (n, d); a flat mesh has none, and keeps all its points."""
-    import numpy as np
-    from scipy.spatial import ConvexHull, QhullError  # type: ignore[import-untyped,unused-ignore]
-
     try:
         return np.asarray(points[np.sort(ConvexHull(points).vertices)])
     except (QhullError, ValueError):
@@ -142,31 +137,25 @@ def _hull(points: Floats) -> Floats:
 
 
 def _oriented_box(hull: Floats, digits: int) -> Shape:
-    """Return the smallest box: axis-aligned, rotated about one axis, or aligned with a face of the hull."""
-    import numpy as np
-    from scipy.spatial import QhullError  # type: ignore[import-untyped,unused-ignore]
-    from trimesh.bounds import oriented_bounds, oriented_bounds_2D
-
-    best = _rotated_box(hull, (0.0, 0.0, 0.0), digits)
-    for axis in (2, 0, 1, None):
-        axes, others = np.eye(3), [index for index in range(3) if index != axis]
-        try:
-            with np.errstate(all="ignore"):
-                if axis is None:
-                    axes = oriented_bounds(hull)[0][:3, :3]
-                else:
-                    axes[np.ix_(others, others)] = oriented_bounds_2D(hull[:, others])[0][:2, :2]
-        except (QhullError, LookupError, TypeError, ValueError):  # a flat mesh has no such box
-            continue
-        box = _rotated_box(hull, _least_rotation(axes), digits)
-        best = box if _volume(box) < _WORTH * _volume(best) else best
-    return best
+    """Return the smaller one of the axis-aligned box and the smallest box that is aligned with a face of the hull."""
+    aligned = Shape(enclosing_box(hull, digits))
+    try:
+        with np.errstate(all="ignore"):
+            axes = oriented_bounds(hull)[0][:3, :3]
+    except (QhullError, LookupError, TypeError, ValueError):  # a flat mesh has no such box
+        return aligned
+    rpy = _least_rotation(axes)
+    if rpy == (0, 0, 0):
+        return aligned
+    local = hull @ _rotation(rpy)
+    pose = _rounded_pose(_rotation(rpy) @ ((local.min(axis=0) + local.max(axis=0)) / 2), rpy, digits)
+    half = np.abs(in_frame(hull, pose)).max(axis=0)
+    x, y, z = (_positive(2 * float(value), digits) / 2 for value in half)
+    return _smallest([aligned, Shape(Box((-x, -y, -z), (x, y, z)), pose)])
 
 
 def _least_rotation(axes: Floats) -> Vector:
     """Return roll, pitch and yaw of a box with these axes (rows), ordered and directed for the least rotation."""
-    import numpy as np
-
     best, trace = axes, -math.inf
     for order in itertools.permutations(range(3)):
         for signs in itertools.product((1, -1), repeat=3):
@@ -177,18 +166,6 @@ def _least_rotation(axes: Floats) -> Vector:
     return _rounded_angles(Transform((tuple(rows[0]), tuple(rows[1]), tuple(rows[2]))).rpy())
 
 
-def _rotated_box(points: Floats, rpy: Vector, digits: int) -> Shape:
-    import numpy as np
-
-    if rpy == (0, 0, 0):
-        return Shape(enclosing_box(points, digits))
-    local = points @ _rotation(rpy)
-    pose = _rounded_pose(_rotation(rpy) @ ((local.min(axis=0) + local.max(axis=0)) / 2), rpy, digits)
-    half = np.abs(in_frame(points, pose)).max(axis=0)
-    x, y, z = (_positive(2 * float(value), digits) / 2 for value in half)
-    return Shape(Box((-x, -y, -z), (x, y, z)), pose)
-
-
 def _positive(value: float, digits: int) -> float:
     """Round a length up, at least to the smallest one with this number of decimals."""
     return max(round_up(value, digits), 10.0**-digits)
@@ -196,8 +173,6 @@ def _positive(value: float, digits: int) -> float:
 
 def _cylinder_axis(points: Floats, rpy: Vector, digits: int) -> tuple[Pose, Floats, Floats]:
     """Return the pose of the smallest cylinder, and the distances of points from its axis and along it."""
-    import numpy as np
-
     local = points @ _rotation(rpy)
     (x, y), _ = smallest_circle(local[:, :2])
     z = (float(local[:, 2].min()) + float(local[:, 2].max())) / 2
@@ -213,8 +188,6 @@ def _cylinder(points: Floats, rpy: Vector, digits: int) -> Shape:
 
 def _capsule(points: Floats, rpy: Vector, digits: int) -> Shape:
     """Return the best of 32 capsules on the axis of the smallest cylinder, with 1 to 1.5 times its radius."""
-    import numpy as np
-
     axis, radial, axial = _cylinder_axis(points, rpy, digits)
     capsules: list[Shape] = []
     for factor in np.linspace(1.0, 1.5, 32).tolist():
@@ -232,9 +205,6 @@ def _capsule(points: Floats, rpy: Vector, digits: int) -> Shape:
 
 def _stack(triangles: Floats, count: int, axis: str, digits: int) -> tuple[Shape, ...]:
     """Return boxes of equal thickness along an axis, each around the slice of the mesh between its ends."""
-    import numpy as np
-    from trimesh.intersections import slice_faces_plane
-
     if axis == "auto":
         stacks = [_stack(triangles, count, name, digits) for name in AXES]
         return min(stacks, key=lambda shapes: round(sum(map(_volume, shapes)), 15))
@@ -283,10 +253,6 @@ def smallest_circle(points: Floats) -> tuple[Point, float]:
     If two points define it, they are the farthest pair; else its centre is a corner of the farthest-point Voronoi
     diagram, which trimesh searches.
     """
-    import numpy as np
-    from scipy.spatial.distance import pdist, squareform  # type: ignore[import-untyped,unused-ignore]
-    from trimesh.nsphere import minimum_nsphere
-
     hull = _hull(points)
     distances = squareform(pdist(hull))
     first, second = divmod(int(distances.argmax()), len(hull))
@@ -297,83 +263,37 @@ def smallest_circle(points: Floats) -> tuple[Point, float]:
 
 
 class FitQuality(NamedTuple):
-    """How well a shape fits. Volumes in m^3, distances in metres, fractions from 0 to 1.
+    """How well a shape fits. Volumes in m^3, fractions from 0 to 1.
 
-    ``overhang`` is the volume of the shape outside the mesh, None for an open mesh. ``sticks_out`` is the largest
-    distance of a point of the shape from the mesh. ``overlap`` is the fraction of the mesh that the shape encloses.
+    ``overhang`` is the volume of the shape outside the mesh, None for an open mesh. ``overlap`` is the fraction of the
+    mesh that the shape encloses.
     """
 
     volume: float
     overhang: float | None
-    sticks_out: float
     overlap: float
 
 
-class FitGauge:
-    """Measures shapes around one mesh of triangles (n, 3, 3)."""
-
-    def __init__(self, triangles: Floats) -> None:
-        import numpy as np
-        from scipy.spatial import cKDTree  # type: ignore[import-untyped,unused-ignore]
-        from trimesh.remesh import subdivide_to_size
-
-        self.volume = _closed_volume(triangles)
-        # Tiny edges become exactly zero: trimesh divides by the square of any other.
-        self.triangles = np.round(triangles, 9)
-        points = self.triangles.reshape(-1, 3)
-        spacing = float(np.linalg.norm(np.ptp(points, axis=0))) / _FINENESS or 1.0
-        faces = np.arange(len(points)).reshape(-1, 3)
-        corners, pieces, self.owner = subdivide_to_size(points, faces, spacing, max_iter=30, return_index=True)
-        pieces = corners[pieces]
-        self.samples = pieces.mean(axis=1)
-        self.areas = np.linalg.norm(np.cross(pieces[:, 1] - pieces[:, 0], pieces[:, 2] - pieces[:, 0]), axis=1)
-        self.tree = cKDTree(self.samples)
-
-    def measure(self, fit: Fit) -> FitQuality:
-        """Measure how well a shape fits the mesh."""
-        import numpy as np
-
-        inside = np.any([_contains(piece, self.samples) for piece in fit.pieces], axis=0)
-        total = float(self.areas.sum())
-        overlap = float(self.areas[inside].sum()) / total if total > 0 and not inside.all() else 1.0
-        overhang = None if self.volume is None else max(0.0, fit.volume - self.volume)
-        return FitQuality(fit.volume, overhang, self._sticks_out(fit), overlap)
-
-    def _sticks_out(self, fit: Fit) -> float:
-        """Return the largest distance from the shape's surface to the mesh, among the triangles nearby."""
-        import numpy as np
-        from trimesh.triangles import closest_point
-
-        points = _visible_surface(fit)
-        _, near = self.tree.query(points, k=min(_NEIGHBOURS, len(self.samples)))
-        distances = [
-            np.linalg.norm(closest_point(self.triangles[self.owner[column]], points) - points, axis=1)
-            for column in near.reshape(len(points), -1).T
-        ]
-        return float(np.min(distances, axis=0).max())
-
-
-def _closed_volume(triangles: Floats) -> float | None:
-    """Return the volume in m^3 of a closed mesh, or None. Where its bodies overlap, the overlap counts twice.
-
-    A mesh is closed if each edge is used equally often in both directions. Unlike ``Trimesh.is_watertight``, this
-    accepts bodies that touch and share edges.
-    """
-    import numpy as np
-    import trimesh
-
-    mesh = trimesh.Trimesh(triangles.reshape(-1, 3), np.arange(len(triangles) * 3).reshape(-1, 3), process=True)
-    start, end = mesh.faces.ravel(), np.roll(mesh.faces, -1, axis=1).ravel()
-    _, edge = np.unique(np.minimum(start, end) * (3 * len(triangles)) + np.maximum(start, end), return_inverse=True)
-    is_closed = not np.bincount(edge.ravel(), np.sign(end - start)).any()
-    a, b, c = (triangles - triangles.mean(axis=(0, 1))).transpose(1, 0, 2)
-    return abs(float(np.einsum("ij,ij->", a, np.cross(b, c)))) / 6 or None if is_closed else None
+def measure_fits(triangles: Floats, fits: Mapping[str, Fit]) -> dict[str, FitQuality]:
+    """Measure how well shapes fit a mesh of triangles (n, 3, 3), by samples of its surface."""
+    corners = triangles.reshape(-1, 3)
+    faces = np.arange(len(corners)).reshape(-1, 3)
+    mesh = Trimesh(corners, faces, process=True)
+    volume = abs(float(mesh.volume)) if mesh.is_watertight else 0.0
+    spacing = float(np.linalg.norm(np.ptp(corners, axis=0))) / _FINENESS or 1.0
+    points, pieces = subdivide_to_size(corners, faces, spacing, max_iter=30)
+    a, b, c = points[pieces].transpose(1, 0, 2)
+    areas, centres = np.linalg.norm(np.cross(b - a, c - a), axis=1), (a + b + c) / 3
+    total, measured = float(areas.sum()), {}
+    for kind, fit in fits.items():
+        inside = np.any([_contains(piece, centres) for piece in fit.pieces], axis=0)
+        overlap = float(areas[inside].sum()) / total if total > 0 and not inside.all() else 1.0
+        measured[kind] = FitQuality(fit.volume, max(0.0, fit.volume - volume) if volume else None, overlap)
+    return measured
 
 
 def _contains(shape: Shape, points: Floats) -> NDArray[np.bool_]:
     """Return which points (m, 3) are inside a shape or on its surface."""
-    import numpy as np
-
     local, geometry = in_frame(points, shape.pose), shape.geometry
     if isinstance(geometry, Box):
         beyond = np.maximum(np.array(geometry.lower) - local, local - np.array(geometry.upper)).max(axis=1)
@@ -386,41 +306,3 @@ def _contains(shape: Shape, points: Floats) -> NDArray[np.bool_]:
             beyond = np.hypot(radial, axial.clip(0)) - geometry.radius
     contained: NDArray[np.bool_] = beyond <= _TOLERANCE
     return contained
-
-
-def _visible_surface(fit: Fit) -> Floats:
-    """Return points (m, 3) on the surface of a shape, without those where its pieces touch."""
-    import numpy as np
-
-    visible = []
-    for piece in fit.pieces:
-        local = _surface_points(piece)
-        middle = local.mean(axis=0)
-        outside = middle + (local - middle) * (1 + 1e-6 / np.abs(local - middle).max(axis=1, keepdims=True))
-        points, beyond = (
-            some @ np.array(piece.pose.transform().rows).T + np.array(piece.pose.xyz) for some in (local, outside)
-        )
-        hidden = np.zeros(len(points), dtype=bool)
-        for other in fit.pieces:
-            if other is not piece:
-                hidden |= _contains(other, beyond)
-        visible.append(points[~hidden])
-    return np.concatenate(visible)
-
-
-def _surface_points(shape: Shape) -> Floats:
-    """Return points (m, 3) on the surface of a shape, corners and edges included, in the shape's frame."""
-    from trimesh import creation
-    from trimesh.remesh import subdivide_to_size
-
-    geometry = shape.geometry
-    if isinstance(geometry, Box):
-        mesh = creation.box(bounds=(geometry.lower, geometry.upper))
-    elif isinstance(geometry, Cylinder):
-        mesh = creation.cylinder(geometry.radius, geometry.length, sections=72)
-    else:
-        assert isinstance(geometry, Capsule)  # noqa: S101 - fits have no other shape
-        mesh = creation.capsule(geometry.length, geometry.radius, count=(72, 25))
-    points, _ = subdivide_to_size(mesh.vertices, mesh.faces, mesh.scale / _SURFACE_STEPS, max_iter=30)
-    surface: Floats = points
-    return surface

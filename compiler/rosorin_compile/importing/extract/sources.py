@@ -1,4 +1,4 @@
-"""Read the meshes to measure: mesh files, or the links of a robot in their own frames."""
+"""The inputs of extract: the grid of a height map, and meshes in files or of the links of a robot in their frames."""
 
 from __future__ import annotations
 
@@ -27,7 +27,42 @@ if TYPE_CHECKING:
 
 
 AUTO = "auto"
+_MAX_DIGITS = 9
 _LONGEST_PART = 20.0  # m; a longer mesh was drawn in millimetres
+
+
+def check_digits(count: int, option: str) -> None:
+    """Raise RequestError for a number of decimals out of range."""
+    if not 0 <= count <= _MAX_DIGITS:
+        raise RequestError(f"{option} takes 0 to {_MAX_DIGITS} decimals")
+
+
+@dataclass(frozen=True)
+class GridOptions:
+    """The options of a height map, lengths in metres; ``size`` is another way to give ``cells``.
+
+    By default, cells are 10 mm and cover the mesh, and ``step`` is a cell. ``below`` removes the surface above a
+    height. ``bottom``: also compute the lowest point of the mesh.
+    """
+
+    cell: float | None = None
+    origin: tuple[float, float] | None = None
+    cells: tuple[int, int] | None = None
+    size: tuple[float, float] | None = None
+    below: float | None = None
+    digits: int = 4
+    step: float | None = None
+    bottom: bool = False
+
+    def check(self) -> None:
+        """Raise RequestError for options that are out of range or exclude each other."""
+        lengths = {"cell": (self.cell,), "step": (self.step,), "size": self.size or ()}
+        for name, values in lengths.items():
+            if any(value is not None and not value > 0 for value in values):
+                raise RequestError(f'--{name} takes lengths above zero, not "{",".join(map(str, values))}"')
+        if self.cells is not None and self.size is not None:
+            raise RequestError("--cells and --size exclude each other; give one")
+        check_digits(self.digits, "--map-digits")
 
 
 @dataclass(frozen=True)

@@ -1,57 +1,50 @@
-"""Define limits, dynamics, contacts, inertias and colours that several links or joints share under ``let``."""
+"""Define limits, dynamics, inertias and colours that several links or joints share under ``let``."""
 
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
-from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.tree import Map, Path, Seq
 from rosorin_compile.source.units import Quantity
 
-from ..description import free_name, identifier
+from ..description import free_name, identifier, is_default
 from ..layout import ROTATING, Expression, in_degrees, joint_unit
 from .nodes import flattened, table
-from .parameters import RESERVED
 from .part_names import part_name
-from .parts import has_default
 
+_RESERVED = ("name", "mirrored", "prefix", "first", "meshes")
 _MIN_PLACES = 3
 _MIN_SAVED = 50  # characters that a name has to save
 _KEYS = (("limit", "dynamics", "contact", "inertial", "rgba"), ("inertia",))  # the outer ones first
 
-
-class _Place(NamedTuple):
-    """Where a value is: in an entry, under a key, of a link or joint, which rotates or not."""
-
-    entry: Map
-    key: str
-    owner: str
-    is_rotating: bool
-
-    @property
-    def value(self) -> Any:
-        return self.entry[self.key]
+Place = tuple[str, Map]  # the name of a link or joint, and the entry in it that has the value
 
 
 def with_named_values(tree: Map) -> Map:
     """Return a tree in which repeated values have names; values of the given tree are replaced."""
     parts = (tree.get("parts") or {}).values()
-    taken = {name for part in parts for key in ("params", "let") for name in part.get(key) or ()} | {*RESERVED}
+    taken = {name for part in parts for key in ("params", "let") for name in part.get(key) or ()} | {*_RESERVED}
     named: dict[str, Any] = {}
     for keys in _KEYS:
-        groups: dict[Any, list[_Place]] = defaultdict(list)
-        for place in _places(tree, keys):
-            text = repr(sorted(map(repr, flattened(place.value))))
-            groups[place.key, text, place.is_rotating].append(place)
-        worth = [places for places in groups.values() if _is_worth(places)]
-        for places in worth:
-            is_only = sum(other[0].key == places[0].key for other in worth) == 1
-            name = free_name(_name(places, is_only), taken)
+        groups: dict[tuple[Path, str, bool], list[Place]] = defaultdict(list)
+        for name, entry, path, is_rotating in _entries(tree):
+            for key in keys:
+                value = entry.get(key)
+                items = [item for _, item in flattened(value)] if isinstance(value, (Map, Seq)) else []
+                if any(items) and not any(isinstance(item, Expression) for item in items):
+                    text = repr(sorted(map(repr, flattened(value))))
+                    groups[(*path, key), text, is_rotating].append((name, entry))
+        worth = {group: places for group, places in groups.items() if _is_worth(str(group[0][-1]), places)}
+        for (path, _, is_rotating), places in worth.items():
+            key = str(path[-1])
+            is_only = sum(other[0][-1] == key for other in worth) == 1
+            name = free_name(_name(key, places, is_only), taken)
             taken.add(name)
-            named[name] = _shown(places[0].value, places[0].key, places[0].is_rotating)
-            for place in places:
-                place.entry[place.key] = Expression(f"${{{name}}}")
+            named[name] = _shown(places[0][1][key], path, is_rotating)
+            for _, entry in places:
+                entry[key] = Expression(f"${{{name}}}")
     if not named:
         return tree
     made = tree.copied()
@@ -59,51 +52,45 @@ def with_named_values(tree: Map) -> Map:
     return made
 
 
-def _places(tree: Map, keys: tuple[str, ...]) -> Iterator[_Place]:
+def _entries(tree: Map) -> Iterator[tuple[str, Map, Path, bool]]:
+    """Yield the entries that may have values with names: its owner, its path in the schema, and if it rotates."""
     for body in (*(tree.get("parts") or {}).values(), tree):
-        owners = [(name, joint, joint["type"] in ROTATING) for name, joint in (body.get("joints") or {}).items()]
+        for name, joint in (body.get("joints") or {}).items():
+            yield name, joint, ("joints", "*"), joint["type"] in ROTATING
         for name, link in (body.get("links") or {}).items():
-            shapes = [one for key in ("visual", "collision") for one in link.get(key) or ()]
-            owners += [(name, entry, False) for entry in (link, *shapes, link.get("inertial"))]
-        for name, entry, is_rotating in owners:
-            if isinstance(entry, Map):
-                yield from (_Place(entry, key, name, is_rotating) for key in keys if _is_plain(entry.get(key)))
+            inner: list[tuple[Path, Any]] = [((), link), (("inertial",), link.get("inertial"))]
+            inner += [(("visual", 0), one) for key in ("visual", "collision") for one in link.get(key) or ()]
+            yield from ((name, one, ("links", "*", *at), False) for at, one in inner if isinstance(one, Map))
 
 
-def _is_plain(value: Any) -> bool:
-    """Return True if a value can be named: a table or a list without expressions."""
-    items = [item for _, item in flattened(value)] if isinstance(value, (Map, Seq)) else []
-    return any(items) and not any(isinstance(item, Expression) for item in items)
-
-
-def _is_worth(places: list[_Place]) -> bool:
-    key, text = places[0].key, str(places[0].value)
+def _is_worth(key: str, places: list[Place]) -> bool:
+    text = str(places[0][1][key])
     saved = (len(text) - len(key) - 6) * len(places) - len(text)
     return len(places) >= _MIN_PLACES and (key == "rgba" or saved >= _MIN_SAVED)
 
 
-def _name(places: list[_Place], is_only: bool) -> str:
+def _name(key: str, places: list[Place], is_only: bool) -> str:
     """Return a name for a value: the colour's, or what it is, with whose it is if there are several of the kind."""
-    word = "colour" if places[0].key == "rgba" else places[0].key
-    materials = {str(place.entry.get("material") or "") for place in places} if word == "colour" else {""}
-    material = materials.pop() if len(materials) == 1 else ""
+    materials = {str(entry.get("material") or "") for _, entry in places}
+    material = materials.pop() if key == "rgba" and len(materials) == 1 else ""
     if material.isascii() and material[:1].isalpha():
         return identifier(material)
-    owners = sorted({place.owner for place in places})
-    owner = part_name(owners, owners[:1])
+    owners = sorted({name for name, _ in places})
+    owner, word = part_name(owners, owners[:1]), "colour" if key == "rgba" else key
     return identifier(word if is_only or owner == "piece" else f"{owner}_{word}")
 
 
-def _shown(value: Any, key: str, is_rotating: bool) -> Any:
+def _shown(value: Any, path: Path, is_rotating: bool) -> Any:
     """Return a table without default values, angles of a rotating joint in degrees where those are short."""
     if not isinstance(value, Map):
         return value
     made = Map(value.span)
-    for inner, item in value.items():
-        if has_default(inner, item):
+    for key, item in value.items():
+        here = (*path, key)
+        if is_default(here, item):
             continue
-        unit = joint_unit(key, inner) if is_rotating else ""
+        unit = joint_unit(*map(str, here[2:])) if is_rotating else ""
         text = in_degrees(item, unit) if unit and isinstance(item, float) and item else ""
-        shown = Quantity.parse(text) if text else _shown(item, inner, is_rotating)
-        made.put(inner, shown, value.key_spans[inner], value.value_spans[inner])
+        shown = Quantity.parse(text) if text else _shown(item, here, is_rotating)
+        made.put(key, shown, value.key_spans[key], value.value_spans[key])
     return made

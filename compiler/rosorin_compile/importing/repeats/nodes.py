@@ -22,9 +22,9 @@ Values = dict[Path, Any]
 MOUNT = "mount"  # in a part: the link that a use hangs on
 # Values of a joint that name a joint or an actuator.
 REFERENCES: tuple[Path, ...] = (("joint", "mimic", "joint"), ("joint", "mimic", "name"), ("joint", "actuator", "name"))
-MARKS = ("sites", "cameras", "lights")  # entries of a link by name; the names differ between instances
 _MAX_NODES = 200  # links of one part
-_UNFIT = frozenset(("publisher", "target", "urdf_elements", "mjcf_elements"))  # XML, and names of the robot
+# XML, names of the robot, and entries by name whose names differ between instances
+_UNFIT = frozenset(("publisher", "target", "urdf_elements", "mjcf_elements", "sites", "cameras", "lights"))
 _WITH_AXIS = ("revolute", "continuous", "prismatic", "planar")
 _PRODUCTS = ("ixy", "ixz", "iyz")
 
@@ -54,9 +54,7 @@ class Node:
     @property
     def names(self) -> list[str]:
         """The names that the node defines."""
-        marks = [name for key in MARKS for name in self.entries["link"].get(key) or ()]
-        references = [self.values[path] for path in REFERENCES[1:] if path in self.values]
-        return [self.link, self.joint, *marks, *references]
+        return [self.link, self.joint, *(self.values[path] for path in REFERENCES[1:] if path in self.values)]
 
     @property
     def signature(self) -> frozenset[Any]:
@@ -69,11 +67,8 @@ class Node:
     @property
     def fits_in_part(self) -> bool:
         """Whether a part can have this node."""
-        link = self.entries["link"]
-        held = [self.entries["joint"], link, *(link.get("visual") or ()), *(link.get("collision") or ())]
-        held += [mark for key in MARKS for mark in (link.get(key) or {}).values()]
         has_expression = any(isinstance(value, Expression) for value in self.values.values())
-        return self.up >= 0 and not has_expression and all(_UNFIT.isdisjoint(entry) for entry in held)
+        return self.up >= 0 and not has_expression and all(_UNFIT.isdisjoint(path) for path in self.values)
 
 
 def nodes_of(body: Map) -> list[Node]:
@@ -94,11 +89,7 @@ def nodes_of(body: Map) -> list[Node]:
         moves = deep_copy(joints[joint]) if joint else Map(body.span)
         for key in ("parent", "child"):
             moves.pop(key, None)
-        if joint:
-            _put_defaults(moves, xyz=(0, 0, 0), rpy=(0, 0, 0))
-        if joint and moves["type"] in _WITH_AXIS:
-            _put_defaults(moves, axis=(1, 0, 0))
-        entries = table(body.span, {"link": _with_defaults(deep_copy(links[link])), "joint": moves})
+        entries = _with_defaults(table(body.span, {"link": deep_copy(links[link]), "joint": moves}))
         rank = link_rank[link], joint_rank.get(joint, -1)
         carrier = nodes[up].link if up >= 0 else MOUNT
         nodes.append(Node(link, joint, carrier, up, rank, entries, dict(flattened(entries))))
@@ -150,43 +141,28 @@ def deep_copy(value: Any) -> Any:
     return value
 
 
-def _put_defaults(entry: Map, **defaults: tuple[int, int, int]) -> None:
-    """Write out vectors that an entry leaves out."""
-    for key, values in defaults.items():
-        if entry.get(key) is None:
-            numbers = Seq(entry.span)
-            for value in values:
-                numbers.put(float(value), entry.span)
-            entry.put(key, numbers, entry.span, entry.span)
-
-
-def _with_defaults(link: Map) -> Map:
-    """Write out defaults of a link that is compared: poses, scales, products of inertia."""
-    for shape in (*(link.get("visual") or ()), *(link.get("collision") or ())):
-        _put_defaults(shape, xyz=(0, 0, 0), rpy=(0, 0, 0))
-        if isinstance(shape.get("mesh"), Map):
-            _put_defaults(shape["mesh"], scale=(1, 1, 1))
-    inertial = link.get("inertial")
-    if isinstance(inertial, Map):
-        _put_defaults(inertial, xyz=(0, 0, 0), rpy=(0, 0, 0))
-        for key in _PRODUCTS if isinstance(inertial.get("inertia"), Map) else ():
-            inertial["inertia"].setdefault_at(key, 0.0, inertial.span)
-    return link
+def _with_defaults(entries: Map) -> Map:
+    """Write out the pose and the axis of a joint, and the scales of meshes, which instances may leave out."""
+    link, joint = entries["link"], entries["joint"]
+    vectors = [(joint, "xyz", (0, 0, 0)), (joint, "rpy", (0, 0, 0)), (joint, "axis", (1, 0, 0))]
+    shapes = [*(link.get("visual") or ()), *(link.get("collision") or ())]
+    vectors += [(shape.get("mesh"), "scale", (1, 1, 1)) for shape in shapes]
+    for holder, key, numbers in vectors:
+        if holder and isinstance(holder, Map) and (key != "axis" or joint["type"] in _WITH_AXIS):
+            default = Seq(holder.span)
+            for number in numbers:
+                default.put(float(number), holder.span)
+            holder.setdefault_at(key, default, holder.span)
+    return entries
 
 
 def flattened(value: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
     """Yield the path and value of each scalar."""
     if isinstance(value, (Mapping, list)) and value:
-        for step, _, item in steps(value, path):
+        for step, item in value.items() if isinstance(value, Mapping) else enumerate(value):
             yield from flattened(item, (*path, step))
     else:
         yield path, value
-
-
-def steps(value: Any, path: Path) -> Iterator[tuple[Any, Any, Any]]:
-    """Yield the step in a path, the key and the value of each item; marks have a number instead of their name."""
-    for number, (key, item) in enumerate(value.items() if isinstance(value, Mapping) else enumerate(value)):
-        yield number if len(path) == 2 and path[-1] in MARKS else key, key, item
 
 
 def negative(value: float) -> float:
@@ -202,11 +178,10 @@ def mirrored(node: Node, mirror: str, is_root: bool) -> Values:
     The pose of a root is that of the use, which is not reflected.
     """
     values = dict(node.values)
-    if not mirror:
-        return values
-    axis = "xyz".index(mirror)
-    for path, number in node.values.items():
+    axis = "xyz".index(mirror) if mirror else -1
+    for path, number in node.values.items() if mirror else ():
         key, index = (path[-2], path[-1]) if len(path) > 1 else ("", "")
+        is_axis_of_joint = path[:2] == ("joint", "axis") and node.kind in _WITH_AXIS
         if is_root and is_pose(path):
             continue
         if key in ("min", "max") and index == axis and path[-3] == "box":
@@ -216,11 +191,7 @@ def mirrored(node: Node, mirror: str, is_root: bool) -> Values:
             (key in ("xyz", "scale") and index == axis)
             or (key == "rpy" and index != axis)
             or (index in _PRODUCTS and mirror in str(index)[1:])
-            or (
-                path[:2] == ("joint", "axis")
-                and (index == axis) == (node.kind == "prismatic")
-                and node.kind in _WITH_AXIS
-            )
+            or (is_axis_of_joint and (index == axis) == (node.kind == "prismatic"))
         ):
             values[path] = negative(number)
     return values
@@ -229,3 +200,8 @@ def mirrored(node: Node, mirror: str, is_root: bool) -> Values:
 def is_pose(path: Path) -> bool:
     """Return True for a value of the pose of a joint."""
     return path[:2] in (("joint", "xyz"), ("joint", "rpy"))
+
+
+def is_number(value: Any) -> bool:
+    """Return True for an int or float, and False for a boolean."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool)

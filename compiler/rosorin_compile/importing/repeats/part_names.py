@@ -69,28 +69,20 @@ def split(names: Sequence[Sequence[str]]) -> Split | None:
             return None
     if any(row != rows[0] for row in rows):
         return _by_count(rows, ends)
-    uses, head = rows[0], ends[0][0]
-    word = _WORD.findall(head)[-1:]  # equal words before it belong to the use: leg1, leg2
-    while word and all(one.endswith("".join(word)) for one, _ in ends):
+    uses, word = rows[0], _WORD.findall(ends[0][0])[-1:]
+    while word and all(head.endswith(word[0]) for head, _ in ends):  # leg1, leg2: equal words belong to the use
         uses = [f"{word[0]}{use}" for use in uses]
-        ends = [(one.removesuffix(word[0]), tail) for one, tail in ends]
+        ends = [(head.removesuffix(word[0]), tail) for head, tail in ends]
         word = _WORD.findall(ends[0][0])[-1:]
     separators = uses[0][: len(uses[0]) - len(uses[0].lstrip(_SEPARATORS))]
     if not any(head for head, _ in ends) and not separators:
-        mark = _common_mark([tail for _, tail in ends])
+        marks = {tail[:1] for _, tail in ends}
+        mark = min(marks) if len(marks) == 1 and marks <= set(_SEPARATORS) else ""
         rests = [tail.removeprefix(mark) for _, tail in ends]
         if all(rests) and MOUNT not in rests:
             return Split(uses, [use + mark for use in uses], rests)
-    shown = [use.removeprefix(separators) for use in uses]
     composed: list[str] = [Expression(f"{head}{separators}${{name}}{tail}") for head, tail in ends]
-    return Split(shown, [""] * len(uses), composed)
-
-
-def _common_mark(tails: Sequence[str]) -> str:
-    """Return the separator that all texts begin with, or nothing."""
-    marks = {tail[:1] for tail in tails}
-    mark = marks.pop() if len(marks) == 1 else ""
-    return mark if mark and mark in _SEPARATORS else ""
+    return Split([use.removeprefix(separators) for use in uses], [""] * len(uses), composed)
 
 
 def _by_count(rows: list[list[str]], ends: list[tuple[str, str]]) -> Split | None:
@@ -100,15 +92,14 @@ def _by_count(rows: list[list[str]], ends: list[tuple[str, str]]) -> Split | Non
     first = [min(map(int, column)) for column in zip(*rows, strict=True)]
     composed: list[str] = []
     for row, (head, tail) in zip(rows, ends, strict=True):
-        steps = {int(number) - lowest for number, lowest in zip(row, first, strict=True)}
-        if len(steps) > 1:
+        step, *others = {int(number) - lowest for number, lowest in zip(row, first, strict=True)}
+        if others:
             return None
-        step = steps.pop()
         composed.append(Expression(f"{head}${{first{f' + {step}' if step else ''}}}{tail}"))
     return Split([""] * len(first), [""] * len(first), composed, first)
 
 
-def words(name: str) -> list[str]:
+def _words(name: str) -> list[str]:
     """Return the words of a name in lower case, without expressions."""
     return [word.lower() for word in _WORD.findall(re.sub(r"\$\{[^}]*\}", "_", name)) if word.isalnum()]
 
@@ -121,20 +112,20 @@ def part_name(uses: Sequence[str], rests: Sequence[str]) -> str:
     """
     is_large = len(rests) > 2
     for group in (uses, rests):
-        common = [word for word in _telling(group[0]) if len(word) > 2 and all(word in words(name) for name in group)]
+        common = [word for word in _specific(group[0]) if len(word) > 2 and all(word in _words(name) for name in group)]
         if common:
             return _PART_OF.get(common[-1], common[-1]) if is_large else common[-1]
-    votes = Counter(_PART_OF[word] for name in rests for word in set(words(name)) if word in _PART_OF)
+    votes = Counter(_PART_OF[word] for name in rests for word in set(_words(name)) if word in _PART_OF)
     if votes and is_large:
         return votes.most_common(1)[0][0]
-    telling = [word for word in _telling(rests[0]) if len(word) > 1]
-    return telling[-1] if telling else "limb" if is_large else "piece"
+    specific = [word for word in _specific(rests[0]) if len(word) > 1]
+    return specific[-1] if specific else "limb" if is_large else "piece"
 
 
-def _telling(name: str) -> list[str]:
-    return [word for word in words(name) if not _SIDE.fullmatch(word) and word not in _GENERIC]
+def _specific(name: str) -> list[str]:
+    return [word for word in _words(name) if not _SIDE.fullmatch(word) and word not in _GENERIC]
 
 
 def is_left(name: str) -> bool:
     """Return True if a name is one of a left side."""
-    return any(_LEFT.fullmatch(word) for word in words(name))
+    return any(_LEFT.fullmatch(word) for word in _words(name))

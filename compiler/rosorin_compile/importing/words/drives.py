@@ -7,7 +7,7 @@ publishes becomes an edge with a publisher.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -38,21 +38,16 @@ class Plugin(NamedTuple):
 
     kind: str = ""
     roles: Mapping[str, tuple[str, ...]] = {}
-    separation: str = "wheel_separation"
+    separation: str = "wheel_separation wheelSeparation"
     radius: str = "wheel_radius"
-    diameter: str = ""
+    diameter: str = "wheel_diameter wheelDiameter"
     odom: tuple[str, str] = ("frame_id", "")
     base: tuple[str, str] = ("child_frame_id", "")
     publishes: tuple[str, bool] = ("tf_topic", False)
     bridged: bool = True
 
 
-_CORNERS = {
-    "front_left": "front_left",
-    "front_right": "front_right",
-    "rear_left": "back_left",
-    "rear_right": "back_right",
-}
+_CORNERS = [(end, side) for end in ("front", "back") for side in ("left", "right")]
 _CLASSIC = Plugin(
     odom=("odometry_frame odometryFrame", "odom"),
     base=("robot_base_frame robotBaseFrame", "base_footprint"),
@@ -63,7 +58,10 @@ _CLASSIC = Plugin(
 # gazebo_ros_pkgs@{melodic-devel,ros2}:gazebo_plugins/src.
 _KNOWN: Mapping[str, Plugin] = {
     "diff-drive-system": Plugin(Drive.DIFFERENTIAL, {"left": ("left_joint",), "right": ("right_joint",)}),
-    "mecanum-drive-system": Plugin(Drive.MECANUM, {role: (f"{name}_joint",) for role, name in _CORNERS.items()}),
+    "mecanum-drive-system": Plugin(
+        Drive.MECANUM,
+        {f"{'rear' if end == 'back' else end}_{side}": (f"{end}_{side}_joint",) for end, side in _CORNERS},
+    ),
     "ackermann-steering-system": Plugin(
         Drive.ACKERMANN,
         {"driven": ("left_joint", "right_joint"), "steering": ("left_steering_joint", "right_steering_joint")},
@@ -72,9 +70,6 @@ _KNOWN: Mapping[str, Plugin] = {
     "libgazebo_ros_diff_drive": _CLASSIC._replace(
         kind=Drive.DIFFERENTIAL,
         roles={"left": ("left_joint leftJoint",), "right": ("right_joint rightJoint",)},
-        separation="wheel_separation wheelSeparation",
-        radius="",
-        diameter="wheel_diameter wheelDiameter",
         publishes=("publish_odom_tf publishOdomTF publishTf", False),
     ),
     "libgazebo_ros_planar_move": _CLASSIC,
@@ -99,11 +94,8 @@ def driven(elements: Iterable[tuple[int, Element]], robot: Robot) -> Driven:
 
 def _texts(plugin: Element, names: str) -> list[str]:
     """Return the texts of the first of several elements that exists."""
-    for name in names.split():
-        found = [(child.text or "").strip() for child in plugin if child.tag == name]
-        if found:
-            return found
-    return []
+    found = ([(child.text or "").strip() for child in plugin if child.tag == name] for name in names.split())
+    return next(filter(None, found), [])
 
 
 def _text(plugin: Element, names: str, default: str = "") -> str:
@@ -128,28 +120,27 @@ def _add_drive(plugin: Element, known: Plugin, name: str, robot: Robot, found: D
     is_mecanum = known.kind == Drive.MECANUM
     if not all(roles.values()) or (is_mecanum and any(len(joints) != 1 for joints in roles.values())):
         return "it does not name its wheels"
-    base = _text(plugin, *known.base).lstrip("/")
-    drive = Drive(known.kind, roles, base if base in robot.link else "")
-    diameter = _number(plugin, known.diameter)
+    base, diameter = _text(plugin, *known.base).lstrip("/"), _number(plugin, known.diameter)
     radius = _number(plugin, known.radius) if diameter is None else diameter / 2
+    drive = Drive(known.kind, roles, base if base in robot.link else "")
     entry: dict[str, Any] = {
         known.kind: {role: joints[0] if is_mecanum else list(joints) for role, joints in roles.items()}
     }
     if drive.frame and drive.frame != robot.root:
         entry["frame"] = drive.frame
-    try:
-        driving = replace(robot, drive=drive).driving
-    except (ValueError, KeyError, ArithmeticError):
-        if radius is None:
-            return "the size of its wheels is unknown"
-        entry["radius"] = radius
+    driving, reason = None, ""
+    for radius_of_entry in (None, radius):  # that of the plug-in if the shapes of the wheels have none
         try:
-            driving = replace(robot, drive=replace(drive, radius=radius)).driving
+            driving = replace(robot, drive=replace(drive, radius=radius_of_entry)).driving
         except (ValueError, KeyError, ArithmeticError) as problem:
-            return str(problem) or "the joints do not place its wheels"
+            reason = str(problem) or "the joints do not place its wheels"
+            continue
+        entry |= {} if radius_of_entry is None else {"radius": radius_of_entry}
+        break
+    if driving is None:
+        return "the size of its wheels is unknown" if radius is None else reason
     sizes = [("separation of its wheels", _number(plugin, known.separation), driving.track)]
-    if "radius" not in entry:
-        sizes.append(("radius of its wheels", radius, driving.wheels[0].radius))
+    sizes += [] if "radius" in entry else [("radius of its wheels", radius, driving.wheels[0].radius)]
     for what, given, actual in sizes:
         off = abs(given - actual) / actual if given is not None and actual else 0.0
         if off > _FAR:
@@ -164,7 +155,7 @@ def _add_drive(plugin: Element, known: Plugin, name: str, robot: Robot, found: D
 def _add_edge(plugin: Element, known: Plugin, name: str, robot: Robot, found: Driven) -> str:
     """Add the published transform to the sections; return the reason if it is kept, else ""."""
     word, default = known.publishes
-    texts: Sequence[str] = _texts(plugin, word)
+    texts = _texts(plugin, word)
     is_ros_1 = plugin.find("leftJoint") is not None or plugin.find("commandTopic") is not None  # which publishes
     publishes = (known.bridged or texts[0].lower() in ("true", "1")) if texts else default or is_ros_1
     if not publishes:

@@ -1,4 +1,4 @@
-"""Replace elements of a URDF by sections of the language where both mean the same.
+"""Replace elements of a URDF or SDF by sections of the language where both mean the same.
 
 Each entry is written as an element again and compared with the element that it came from. What a rule refuses, what
 comes out differently and what the language cannot express is kept as it was, with the reason.
@@ -7,7 +7,7 @@ comes out differently and what the language cannot express is kept as it was, wi
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
@@ -20,21 +20,20 @@ from rosorin_compile.language.expand.parts import apply_types
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.validate import validate
-from rosorin_compile.model import Output, Robot, Sensor
+from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, and_more, first_of, has_errors
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.elements import tree_of
 
-from .blocks import Unsayable, block
+from .blocks import block
 from .drives import Driven, driven
-from .sensors import Seen, entry, gazebo_of, overlay, seen, without_collisions
+from .sensors import Seen, Unsayable, entry, gazebo_of, overlay, seen, without_collisions
 from .taking import CONTROL, SENSORS, Candidate, candidates, moved, put, trees, without
 
 _FORMATS = ("urdf", "sdf")
 _UNROUNDED = {"number_format": "exact"}
 _FEW, _MOST = 3, 12  # names, and lines, of a report
-_MANY = 40  # so many are tried one by one, when a rule refuses them together
 
 
 class Worded(NamedTuple):
@@ -48,15 +47,6 @@ class Worded(NamedTuple):
     said: Mapping[str, Sequence[str]] = {}
     kept: Mapping[str, str] = {}
     remarks: Sequence[str] = ()
-
-
-def _with_types(tree: Map) -> tuple[Map, list[Diagnostic]]:
-    """Return a tree with the defaults of the types of its sensors, and diagnostics about these."""
-    made, expansion = tree.copied(), Expansion()
-    if isinstance(made.get(SENSORS), Map):
-        made[SENSORS] = made[SENSORS].copied()
-        apply_types(made, None, Scope(expansion), data_folder("parts_library") / "sensors.yaml")
-    return made, expansion.diagnostics
 
 
 def worded(imported: Imported) -> Worded:
@@ -87,45 +77,35 @@ class _Conversion:
                 self.kept[one.called] = "two have this name" if one.name else "it has no name"
         found = [one for one in found if one.name and count[one.section, one.name] == 1]
         control, distribution = self.control([one for one in found if one.section == CONTROL])
-        sensors, asked = self.sensors([one for one in found if one.section == SENSORS])
+        sensors, gazebo = self.sensors([one for one in found if one.section == SENSORS])
         taken = [one for one in found if one.name in (control if one.section == CONTROL else sensors)]
-        options = ({"control": distribution} if control else {}) | ({"gazebo": asked} if sensors else {})
-        drive = self.driven(driven(trees(self.texts), self.robot))
+        drives = self.drives()
         self.kept |= _never_written(self.texts)
-        if not taken and not drive.sections:
-            return Worded(self.imported, None, {}, self.kept, drive.remarks)
+        if not taken and not drives.sections:
+            return Worded(self.imported, None, {}, self.kept, drives.remarks)
         rest = without(self.texts, taken)
-        sections = {CONTROL: control, SENSORS: sensors, **drive.sections, "urdf_elements": rest.texts}
+        sections = {CONTROL: control, SENSORS: sensors, **drives.sections, "urdf_elements": rest.texts}
+        options = ({"control": distribution} if control else {}) | ({"gazebo": gazebo} if sensors else {})
         if options:
             outputs: dict[str, Any] = {**(self.tree.get("outputs") or {}), "urdf": dict(options)}
             if self.imported.format == "sdf" and "gazebo" in options:
-                outputs["sdf"] = {**(outputs.get("sdf") or {}), "gazebo": asked}
+                outputs["sdf"] = {**(outputs.get("sdf") or {}), "gazebo": gazebo}
             sections["outputs"] = outputs
         comments = [*moved(self.imported.comments, rest.paths), *rest.comments]
         imported = self.imported._replace(tree=put(self.tree, sections), comments=comments)
-        names = {"hardware block": list(control), "sensor": list(sensors), **drive.said}
+        names = {"hardware block": list(control), "sensor": list(sensors), **drives.said}
         said = {key: value for key, value in names.items() if value}
-        return Worded(imported, self.tree, said, self.kept, drive.remarks)
+        return Worded(imported, self.tree, said, self.kept, drives.remarks)
 
     def control(self, found: list[Candidate]) -> tuple[dict[str, Any], str]:
         """Return the entries of hardware blocks that mean the same, and the distribution that most of them are for."""
         best: tuple[dict[str, Any], str, dict[str, str]] = ({}, "jazzy", {})
         for distribution in ("jazzy", "humble") if found else ():
-            humble, entries, reasons = distribution == "humble", dict[str, Any](), dict[str, str]()
-            for one in found:
-                try:
-                    entries[one.name] = block(one.element, self.robot, humble)
-                except Unsayable as problem:
-                    reasons[one.called] = f"there is no word for it: {problem}"
-            options = {"control": distribution}
-            reasons |= self._refused(found, entries, CONTROL, options)
-            written = self._written({CONTROL: entries}, options) if entries else {}
-            for one in [one for one in found if one.name in entries]:
-                reason = _difference(one, written.get(one.called, []), followers_of(self.robot, humble))
-                if reason:
-                    del entries[one.name]
-                    reasons[one.called] = reason
-            if len(entries) > len(best[0]) or distribution == "jazzy":
+            humble = distribution == "humble"
+            entries = {one.name: block(one.element, self.robot, humble) for one in found}
+            followers = followers_of(self.robot, humble)
+            reasons = self.reject(found, entries, CONTROL, {"control": distribution}, followers)
+            if len(entries) > len(best[0]) or not humble:
                 best = entries, distribution, reasons
         self.kept |= best[2]
         return best[0], best[1]
@@ -139,86 +119,70 @@ class _Conversion:
                 parsed[one.name] = seen(one.element, one.reference)
             except Unsayable as problem:
                 self.kept[one.called] = f"there is no word for it: {problem}"
-        asked = gazebo_of(list(parsed.values())) if parsed else ""
+        gazebo = gazebo_of(list(parsed.values())) if parsed else ""
         for one in [one for one in found if one.name in parsed]:
             try:
-                entries[one.name] = entry(parsed[one.name], self.robot, asked)
+                entries[one.name] = entry(parsed[one.name], self.robot, gazebo)
             except Unsayable as problem:
                 self.kept[one.called] = f"there is no word for it: {problem}"
-        typed = self._typed(entries)
-        for one in [one for one in found if one.name in entries]:
-            if one.name not in typed:
-                del entries[one.name]
-                self.kept[one.called] = "there is no word for it: its type does not take what it says"
-            elif changes := overlay(parsed[one.name], typed[one.name], asked):
-                entries[one.name]["gazebo"] = changes
-        options = {"gazebo": asked}
-        self.kept |= self._refused(found, entries, SENSORS, options)
-        while entries:  # what keeps one sensor from being merged changes another one
-            written = self._written({SENSORS: entries}, options)
-            of_model = self._written_sdf(entries, options) if self.imported.format == "sdf" else None
-            wrong = {}
-            for one in [one for one in found if one.name in entries]:
-                reason = _difference(one, written.get(one.called, []), frozenset())
-                if not reason and of_model is not None:
-                    reason = _difference(one, of_model.get(one.called, []), frozenset())
-                if reason:
-                    wrong[one.name] = self.kept[one.called] = reason
+        self.kept |= self.refused(found, entries, SENSORS, {"gazebo": gazebo})
+        robot = self.with_sections({SENSORS: entries}) if entries else None
+        for sensor in robot.sensors if robot is not None else ():
+            if sensor.name in entries and (changes := overlay(parsed[sensor.name], sensor, gazebo)):
+                entries[sensor.name]["gazebo"] = changes
+        self.kept |= self.reject(found, entries, SENSORS, {"gazebo": gazebo})
+        return entries, gazebo
+
+    def drives(self) -> Driven:
+        """Return what plug-ins specify about the drive and transforms, as far as no rule refuses it."""
+        found = driven(trees(self.texts), self.robot)
+        for word, keys in (("drive", ("drive",)), ("transform", ("publishers", "edges"))):
+            some = {key: found.sections[key] for key in keys if key in found.sections}
+            if some and (reason := self.new_error(some)):
+                for key in some:
+                    del found.sections[key]
+                self.kept[f"the {word} of {', '.join(found.said.pop(word, ['a plug-in']))}"] = reason
+        self.kept |= found.kept
+        return found
+
+    def reject(
+        self,
+        found: list[Candidate],
+        entries: dict[str, Any],
+        section: str,
+        options: Mapping[str, Any],
+        followers: Set[str] = frozenset(),
+    ) -> dict[str, str]:
+        """Remove the entries that a rule refuses or that are not written as they were, and return the reasons."""
+        reasons = self.refused(found, entries, section, options)
+        while entries:  # the reason why one entry comes out differently may be another one
+            wrong: dict[str, str] = {}
+            for texts in self.written(section, entries, options):
+                for one in [one for one in found if one.name in entries.keys() - wrong.keys()]:
+                    if reason := _difference(one, texts.get(one.called, []), followers):
+                        wrong[one.name] = reasons[one.called] = reason
             if not wrong:
                 break
             for name in wrong:
                 del entries[name]
-        return entries, asked
-
-    def _typed(self, entries: dict[str, Any]) -> dict[str, Sensor]:
-        """Return the sensors whose type has one in Gazebo; if there is an error, entries are tried one by one."""
-
-        def of(some: dict[str, Any]) -> dict[str, Sensor]:
-            frames = put(Map(self.tree.span, self.tree.via), {"robot": self.tree["robot"], "links": links})
-            if "joints" in self.tree:
-                frames.put("joints", self.tree["joints"], self.tree.span, self.tree.span)
-            tree, diagnostics = _with_types(put(frames, {SENSORS: some}))
-            robot = None if diagnostics else lower(tree).robot
-            return {one.name: one for one in robot.sensors if len(one.gazebo) == 1} if robot else {}
-
-        links: dict[str, Any] = {name: {} for name in self.tree.get("links") or ()}
-        found = of(entries) if entries else {}
-        return found or {name: one for key, value in entries.items() for name, one in of({key: value}).items()}
-
-    def driven(self, wanted: Driven) -> Driven:
-        """Return what plug-ins specify about the drive and transforms, as far as no rule refuses it."""
-        sections, said = dict(wanted.sections), dict(wanted.said)
-        for word, keys in (("drive", ("drive",)), ("transform", ("publishers", "edges"))):
-            some = {key: sections[key] for key in keys if key in sections}
-            reason = self._new_error(some) if some else ""
-            if reason:
-                sections = {key: value for key, value in sections.items() if key not in some}
-                self.kept[f"the {word} of {', '.join(said.pop(word, ['a plug-in']))}"] = reason
-        self.kept |= wanted.kept
-        return wanted._replace(sections=sections, said=said)
-
-    def _refused(
-        self, found: list[Candidate], entries: dict[str, Any], section: str, options: Mapping[str, Any]
-    ) -> dict[str, str]:
-        """Remove the entries that a rule refuses, and return the reasons."""
-        reasons: dict[str, str] = {}
-        if not entries or not self._new_error({section: entries}, options):
-            return reasons
-        for one in [one for one in found if one.name in entries]:
-            alone = {section: {one.name: entries[one.name]}}
-            reason = self._new_error(alone, options) if len(entries) <= _MANY else "a rule refuses one of many"
-            if reason:
-                reasons[one.called] = reason
-        for one in found:
-            if one.called in reasons:
-                entries.pop(one.name, None)
-        together = self._new_error({section: entries}, options) if entries else ""
-        if together:
-            reasons |= {one.called: together for one in found if one.name in entries}
-            entries.clear()
         return reasons
 
-    def _new_error(self, sections: dict[str, Any], options: Mapping[str, Any] | None = None) -> str:
+    def refused(
+        self, found: list[Candidate], entries: dict[str, Any], section: str, options: Mapping[str, Any]
+    ) -> dict[str, str]:
+        """Remove the entries that a rule refuses, alone or together, and return the reasons."""
+        reasons: dict[str, str] = {}
+        if entries and self.new_error({section: entries}, options):
+            for one in [one for one in found if one.name in entries]:
+                if reason := self.new_error({section: {one.name: entries[one.name]}}, options):
+                    reasons[one.called] = reason
+                    del entries[one.name]
+            if together := self.new_error({section: entries}, options) if entries else "":
+                reasons |= {one.called: together for one in found if one.name in entries}
+                entries.clear()
+        return reasons
+
+    def new_error(self, sections: dict[str, Any], options: Mapping[str, Any] | None = None) -> str:
         """Return the first error that the robot has only with these sections, or ""."""
         found = self.errors(sections, options)
         return next((one.message for one in found if one.message not in self.known_errors), "")
@@ -232,38 +196,53 @@ class _Conversion:
             found = [one for one in violations(tree) if one.severity == ERROR]
         return [*diagnostics, *found]
 
-    def _robot(self, sections: dict[str, Any]) -> Robot | None:
+    def with_sections(self, sections: dict[str, Any]) -> Robot | None:
+        """Return the robot with more sections, or None if it has errors."""
         tree, diagnostics = _with_types(put(self.tree, sections))
         return None if diagnostics or has_errors(validate(tree, FORMATS)) else lower(tree).robot
 
-    def _written(self, sections: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
-        """Return the elements of the URDF that the robot becomes: those of hardware blocks and sensors."""
-        robot, brings = self._robot(sections), FORMATS["urdf"].brings
-        found: dict[str, list[str]] = {}
+    def written(self, section: str, entries: dict[str, Any], options: Mapping[str, Any]) -> list[dict[str, list[str]]]:
+        """Return the elements that entries become, by name: in the URDF, and in the SDF of a robot from an SDF."""
+        robot, brings = self.with_sections({section: entries}), FORMATS["urdf"].brings
+        in_urdf: dict[str, list[str]] = {}
         if robot is not None and brings is not None:
             for text in brings(robot, Output("urdf", "urdf", "robot.urdf", {**options, **_UNROUNDED})):
                 texts = Seq(self.texts.span)
                 texts.put(text, self.texts.span)
                 for one in candidates(texts):
-                    found.setdefault(one.called, []).append(text)
-        return found
-
-    def _written_sdf(self, entries: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
-        """Return the sensors of the SDF that the robot becomes, as if each was in a <gazebo> of its link."""
-        robot = self._robot({SENSORS: entries, "urdf_elements": ()})
-        found: dict[str, list[str]] = {}
+                    in_urdf.setdefault(one.called, []).append(text)
+        if self.imported.format != "sdf" or section != SENSORS:
+            return [in_urdf]
+        in_sdf: dict[str, list[str]] = {}
+        robot = self.with_sections({section: entries, "urdf_elements": ()})
         if robot is not None:
             output = Output("sdf", "sdf", "robot.sdf", {**options, **_UNROUNDED})
             text, _ = FORMATS["sdf"].written(robot, output, Templates())
-            for place in (place for place in tree_of(text).iter() if place.tag in ("link", "joint")):
-                for sensor in (child for child in place if child.tag == "sensor"):
-                    pose = sensor.find("pose")
-                    frame = "" if pose is None else pose.attrib.pop("relative_to", "")
-                    if pose is not None and not pose.text:
-                        sensor.remove(pose)
-                    one = Candidate(SENSORS, sensor.get("name", ""), 0, 0, sensor, frame or place.get("name", ""))
-                    found.setdefault(one.called, []).append(one.alone)
-        return found
+            for one in _sensors_of_sdf(text):
+                in_sdf.setdefault(one.called, []).append(one.alone)
+        return [in_urdf, in_sdf]
+
+
+def _with_types(tree: Map) -> tuple[Map, list[Diagnostic]]:
+    """Return a tree with the defaults of the types of its sensors, and diagnostics about these."""
+    made, expansion = tree.copied(), Expansion()
+    if isinstance(made.get(SENSORS), Map):
+        made[SENSORS] = made[SENSORS].copied()
+        apply_types(made, None, Scope(expansion), data_folder("parts_library") / "sensors.yaml")
+    return made, expansion.diagnostics
+
+
+def _sensors_of_sdf(text: str) -> list[Candidate]:
+    """Return the sensors of an SDF, as if each was in a <gazebo> of its link."""
+    found = []
+    for place in (place for place in tree_of(text).iter() if place.tag in ("link", "joint")):
+        for sensor in (child for child in place if child.tag == "sensor"):
+            pose = sensor.find("pose")
+            frame = "" if pose is None else pose.attrib.pop("relative_to", "")
+            if pose is not None and not pose.text:
+                sensor.remove(pose)
+            found.append(Candidate(SENSORS, sensor.get("name", ""), 0, 0, sensor, frame or place.get("name", "")))
+    return found
 
 
 def _never_written(texts: Seq) -> dict[str, str]:
@@ -278,7 +257,7 @@ def _never_written(texts: Seq) -> dict[str, str]:
     return found
 
 
-def _difference(one: Candidate, texts: Sequence[str], followers: frozenset[str]) -> str:
+def _difference(one: Candidate, texts: Sequence[str], followers: Set[str]) -> str:
     """Return why an element that is written again differs from its source, or ""."""
     alone, *written = without_collisions([one.alone, *texts])
     wrong = element_differences([alone], written, followers)

@@ -1,7 +1,8 @@
 """Convert a ``<sensor>`` in a ``<gazebo>`` to an entry of ``sensors`` on the link that it is in.
 
 The library's type that measures the same is used, with arguments as far as the element has them. What Gazebo has
-differently or additionally becomes ``gazebo``: ``overlay`` compares the element with the one of the type.
+differently or additionally becomes ``gazebo``: ``overlay`` compares the element with the one of the type. The proof
+keeps an element with content that the entry does not have.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from rosorin_compile.compare.precision import NOISE, same_number
 from rosorin_compile.formats.gazebo_elements import SDF_DEFAULTS, SDF_FLAGS, SDF_TRUTH
 from rosorin_compile.model import Robot, Sensor
 
-from .blocks import Unsayable, plain
+from .blocks import plain
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -40,16 +41,28 @@ LIDAR_TYPES = ("lidar_2d", "lidar_3d", "range_finder")
 MAX_RAYS = 2000  # more are a burden in MuJoCo: the lidar is left out of it
 _CLASSIC = ("ray", "gpu_ray", "depth", "gps", "multicamera")
 _MODERN = ("gpu_lidar", "rgbd_camera", "navsat")
-_NAME = re.compile(r"""[^\s<>&"'/]+""")
 _FRAMES = ("gz_frame_id", "ignition_frame_id")
 _FRAME_NAMES = ("frame_name", "frameName", "frame_id")
-_SMALLEST = 1e-4  # m: what the library takes as the least distance that is seen
-_WIDEST = math.radians(170)
 _NEAR = 5e-3  # rad: how precisely a circle is written
+# Arguments of types in the library: the section and the key of the number.
+_RANGES = {"max_range": ("range", "max"), "min_range": ("range", "min")}
+_LENSES = {
+    "hfov": ("camera", "horizontal_fov"),
+    "width": ("image", "width"),
+    "height": ("image", "height"),
+    "near": ("clip", "near"),
+    "far": ("clip", "far"),
+}
+_WIDEST = {"hfov": math.radians(170), "fov": math.tau, "vertical_fov": math.radians(179)}
+_SMALLEST = 1e-4  # of a distance in the library (m)
+
+
+class Unsayable(Exception):
+    """Something that the language cannot express; the message names it."""
 
 
 class Seen(NamedTuple):
-    """A sensor of a source: what it is called, its type there, the link or joint that it is in, its elements."""
+    """A sensor of a source: its name, its type there, the link or joint that it is in, its elements and pose."""
 
     name: str
     type: str
@@ -57,34 +70,31 @@ class Seen(NamedTuple):
     elements: dict[str, Any]
     pose: tuple[float, ...]
 
+    def inner(self, *path: str) -> Mapping[str, Any]:
+        """Return the elements in an element; those of a lidar are in <ray> or <lidar>."""
+        values: Mapping[str, Any] = self.elements
+        for key in path:
+            found = values.get(key) or (values.get("ray") if key == "lidar" else None)
+            values = found if isinstance(found, dict) else {}
+        return values
+
 
 def seen(element: Element, reference: str) -> Seen:
-    """Return a <sensor> taken apart. Raises Unsayable."""
-    extra = sorted(set(element.attrib) - {"name", "type"})
-    if extra:
-        raise Unsayable(f'the attribute "{extra[0]}"')
-    name, kind = element.get("name", "").strip(), element.get("type", "").strip()
-    if not _NAME.fullmatch(name):
-        raise Unsayable(f'the name "{name}"' if name else "it has no name")
+    """Return the parts of a <sensor>. Raises Unsayable for a pose that is not six numbers."""
     made = _elements(element, exact=False)
-    pose = made.pop("pose", None)
-    if isinstance(pose, (dict, list)):
-        raise Unsayable("a <pose> with attributes, or two")
-    return Seen(name, kind, reference, made, _pose(pose))
-
-
-def _pose(text: Any) -> tuple[float, ...]:
+    text = made.pop("pose", None) or "0 0 0 0 0 0"
     try:
-        numbers = tuple(map(float, str(text or "0 0 0 0 0 0").split()))
+        numbers = tuple(map(float, str(text).split()))
     except ValueError:
-        raise Unsayable(f'its <pose> is "{text}"') from None
+        numbers = ()
     if len(numbers) != 6 or not all(map(math.isfinite, numbers)):
-        raise Unsayable(f'its <pose> is "{text}"')
-    return tuple(0.0 if abs(number) <= NOISE else number for number in numbers)
+        raise Unsayable("its <pose> is not six numbers")
+    pose = tuple(0.0 if abs(number) <= NOISE else number for number in numbers)
+    return Seen(element.get("name", "").strip(), element.get("type", "").strip(), reference, made, pose)
 
 
 def _elements(element: Element, exact: bool) -> dict[str, Any]:
-    """Return what an element holds as the words of ``elements``; ``exact`` keeps texts as they are."""
+    """Return the children of an element as the values of ``elements``; ``exact`` keeps texts as they are."""
     made: dict[str, Any] = {}
     for child in element:
         value = _value(child, exact or child.tag == "plugin")
@@ -97,11 +107,7 @@ def _elements(element: Element, exact: bool) -> dict[str, Any]:
 
 
 def _value(element: Element, exact: bool) -> Any:
-    text = (element.text or "").strip() + "".join((child.tail or "").strip() for child in element)
-    if not re.fullmatch(r"[A-Za-z_][\w.-]*", element.tag) or element.tag == "attributes":
-        raise Unsayable(f"an element is called <{element.tag}>")
-    if (element.attrib or len(element)) and text:
-        raise Unsayable(f"<{element.tag}> has a text beside attributes or elements")
+    text = (element.text or "").strip()
     if element.tag in SDF_FLAGS and text in SDF_TRUTH and not exact:
         return SDF_TRUTH[text] == "true"
     if element.attrib or len(element) or not text:
@@ -125,9 +131,7 @@ def gazebo_of(found: Sequence[Seen]) -> str:
     """Return which Gazebo most of some sensors are for: harmonic, fortress or classic."""
     votes = {"harmonic": 0, "fortress": 0, "classic": 0}
     for one in found:
-        plugins = one.elements.get("plugin") or {}
-        listed = plugins if isinstance(plugins, list) else [plugins]
-        files = [str((item.get("attributes") or {}).get("filename", "")) for item in listed if isinstance(item, dict)]
+        files = [str((item.get("attributes") or {}).get("filename", "")) for item in _plugins(one)]
         if "ignition_frame_id" in one.elements:
             votes["fortress"] += 1
         elif "gz_frame_id" in one.elements or one.type in _MODERN:
@@ -137,35 +141,38 @@ def gazebo_of(found: Sequence[Seen]) -> str:
     return max(votes, key=lambda name: votes[name])
 
 
-def entry(one: Seen, robot: Robot, asked: str) -> dict[str, Any]:
+def _plugins(one: Seen) -> list[dict[str, Any]]:
+    plugins = one.elements.get("plugin") or []
+    return [item for item in (plugins if isinstance(plugins, list) else [plugins]) if isinstance(item, dict)]
+
+
+def entry(one: Seen, robot: Robot, gazebo: str) -> dict[str, Any]:
     """Return the entry of a sensor without what Gazebo has differently. Raises Unsayable."""
-    kind = _kind(one)
-    horizontal, vertical = (_inner(_lidar(one), "scan", axis) for axis in ("horizontal", "vertical"))
-    frame = _frame(one, robot, kind)
+    rays, layers = (one.inner("lidar", "scan", axis).get("samples", 1.0) for axis in ("horizontal", "vertical"))
+    if one.type in LIDARS:
+        if not (_is_count(rays) and _is_count(layers)):
+            raise Unsayable("the number of its rays is no whole number")
+        kind = "lidar_3d" if layers > 1 else "lidar_2d" if rays > 1 else "range_finder"
+    elif one.type in TYPES:
+        kind = TYPES[one.type]
+    else:
+        raise Unsayable(f'the library has no type of sensor for "{one.type}"')
+    frame = one.reference
+    if kind == "force_torque":
+        if one.reference not in robot.joint or any(one.pose):
+            raise Unsayable(f'"{one.reference}" is no joint of the URDF, or it has a <pose> there')
+        frame = robot.joint[one.reference].child
+    elif frame not in robot.link:
+        raise Unsayable(f'"{frame}" is no link of the URDF' if frame else "no reference defines its link")
     if kind == "contact":
-        own = {frame, *(shape.name for shape in robot.link[frame].collision)}
-        for name in collisions_of(one):
-            base = re.sub(r"_collision(_\d+)?$", "", name.rpartition("_fixed_joint_lump__")[2])
-            if base not in own and name not in own:
-                raise Unsayable(f'it responds to the collision "{name}", which is not one of link "{frame}"')
+        _check_collisions(one, robot, frame)
     made: dict[str, Any] = {"type": kind, "frame": frame}
-    rate, topic = one.elements.get("update_rate", 0.0), one.elements.get("topic")
-    words: dict[str, Any] = {"rate": rate} if isinstance(rate, float) and rate >= 0 else {}
-    words |= {"topic": topic} if isinstance(topic, str) and topic else {}
-    if kind in LIDAR_TYPES:
-        words |= _lidar_words(kind, _lidar(one), horizontal, vertical)
-    elif kind in IMAGES:
-        words |= _camera_words(_inner(one.elements, "camera"))
-    elif kind == "imu":
-        words |= _imu_words(_inner(one.elements, "imu"), asked)
-    elif kind == "contact" and isinstance(topic := _inner(one.elements, "contact").get("topic"), str):
-        words["topic"] = topic
-    if words:
+    if words := _words(one, kind, gazebo):
         made["with"] = words
     if kind in IMAGES:
         optical = _optical(one, robot, frame)
         made["optical"] = {"frame": optical} if optical else False
-    elif kind in LIDAR_TYPES and not _in_mujoco(words, horizontal, vertical):
+    elif kind in LIDAR_TYPES and not _in_mujoco(one, words):
         made["mjcf"] = []
     stamp = _stamp(one)
     if stamp in robot.link and stamp not in (frame, made["optical"]["frame"] if made.get("optical") else frame):
@@ -173,73 +180,66 @@ def entry(one: Seen, robot: Robot, asked: str) -> dict[str, Any]:
     return made
 
 
-def _kind(one: Seen) -> str:
-    if one.type in LIDARS:
-        samples, layers = (_inner(_lidar(one), "scan", axis).get("samples", 1) for axis in ("horizontal", "vertical"))
-        if not (_is_count(samples) and _is_count(layers)):
-            raise Unsayable("the number of its rays is no whole number")
-        return "lidar_3d" if layers > 1 else "lidar_2d" if samples > 1 else "range_finder"
-    if one.type not in TYPES:
-        raise Unsayable(f'the library has no type of sensor for "{one.type}"')
-    return TYPES[one.type]
-
-
-def _frame(one: Seen, robot: Robot, kind: str) -> str:
-    if kind == "force_torque":
-        if any(one.pose):
-            raise Unsayable("a sensor at a joint with a <pose>")
-        if one.reference not in robot.joint:
-            raise Unsayable(f'"{one.reference}" is no joint of the URDF')
-        return robot.joint[one.reference].child
-    if one.reference not in robot.link:
-        raise Unsayable(f'"{one.reference}" is no link of the URDF' if one.reference else "no reference says its link")
-    return one.reference
-
-
-def _lidar(one: Seen) -> Mapping[str, Any]:
-    return _inner(one.elements, "ray") or _inner(one.elements, "lidar")
-
-
-def _inner(values: Mapping[str, Any], *path: str) -> Mapping[str, Any]:
-    for key in path:
-        found = values.get(key)
-        values = found if isinstance(found, dict) else {}
-    return values
+def _check_collisions(one: Seen, robot: Robot, frame: str) -> None:
+    """Raise Unsayable if a contact sensor responds to collisions of other links."""
+    own = {frame, *(shape.name for shape in robot.link[frame].collision)}
+    names = one.inner("contact").get("collision", [])
+    for name in map(str, names if isinstance(names, list) else [names]):
+        base = re.sub(r"_collision(_\d+)?$", "", name.rpartition("_fixed_joint_lump__")[2])
+        if base not in own and name not in own:
+            raise Unsayable(f'it responds to the collision "{name}", which is not one of link "{frame}"')
 
 
 def _is_count(value: Any) -> bool:
-    return (isinstance(value, float) and value == int(value) and 1 <= value <= 100_000) or value == 1
+    return isinstance(value, float) and 1 <= value <= 100_000 and value == int(value)
 
 
-def _is_positive(value: Any) -> bool:
-    return isinstance(value, float) and value > 0
+def _words(one: Seen, kind: str, gazebo: str) -> dict[str, Any]:
+    """Return the arguments of a type in the library."""
+    rate, topic = one.elements.get("update_rate", 0.0), one.elements.get("topic")
+    topic = one.inner("contact").get("topic", topic) if kind == "contact" else topic
+    made: dict[str, Any] = {"rate": rate} if isinstance(rate, float) and rate >= 0 else {}
+    made |= {"topic": topic} if isinstance(topic, str) and topic else {}
+    if kind in LIDAR_TYPES:
+        horizontal, vertical = (one.inner("lidar", "scan", axis) for axis in ("horizontal", "vertical"))
+        if kind != "range_finder":
+            made["rays"] = int(horizontal["samples"])
+            made |= _field_of_view("fov", horizontal, made["rays"])
+        if kind == "lidar_3d":
+            made["layers"] = int(vertical["samples"])
+            made |= _field_of_view("vertical_fov", vertical, 0)
+        made |= _numbers(one, "lidar", _RANGES) | _noise("noise", one.inner("lidar", "noise"))
+    elif kind in IMAGES:
+        made |= _numbers(one, "camera", _LENSES) | _noise("noise", one.inner("camera", "noise"))
+    elif kind == "imu":
+        if one.inner("imu").get("enable_orientation", True if gazebo != "classic" else None) in (True, 1.0):
+            made["orientation"] = True
+        for word, what in (("gyro_noise", "angular_velocity"), ("accelerometer_noise", "linear_acceleration")):
+            x, y, z = (one.inner("imu", what, axis, "noise") for axis in "xyz")
+            made |= _noise(word, x) if x and x == y == z else {}
+    return made
+
+
+def _numbers(one: Seen, name: str, words: Mapping[str, tuple[str, str]]) -> dict[str, Any]:
+    """Return the arguments that are numbers the library accepts; a missing element has its default."""
+    made: dict[str, Any] = {}
+    for word, (section, key) in words.items():
+        holder = one.inner(name) if section == name else one.inner(name, section)
+        value = holder.get(key, _scalar(SDF_DEFAULTS.get(section, {}).get(key, "")))
+        if section == "image" and _is_count(value):
+            made[word] = int(value)
+        elif section != "image" and isinstance(value, float) and _SMALLEST <= value <= _WIDEST.get(word, math.inf):
+            made[word] = value
+    return made
 
 
 def _noise(word: str, noise: Mapping[str, Any]) -> dict[str, Any]:
-    kind, stddev = noise.get("type", _inner(noise, "attributes").get("type")), noise.get("stddev")
-    return {word: stddev} if kind == "gaussian" and _is_positive(stddev) and not noise.get("mean") else {}
+    kind, stddev = noise.get("type", (noise.get("attributes") or {}).get("type")), noise.get("stddev")
+    is_plain = kind == "gaussian" and isinstance(stddev, float) and stddev > 0 and not noise.get("mean")
+    return {word: stddev} if is_plain else {}
 
 
-def _lidar_words(
-    kind: str, lidar: Mapping[str, Any], horizontal: Mapping[str, Any], vertical: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Return rays, layers, fields of view and ranges."""
-    made: dict[str, Any] = {}
-    limits = _inner(lidar, "range")
-    if kind != "range_finder":
-        made["rays"] = int(horizontal["samples"])
-        made |= _field_of_view("fov", horizontal, math.tau, made["rays"])
-    if kind == "lidar_3d":
-        made["layers"] = int(vertical["samples"])
-        made |= _field_of_view("vertical_fov", vertical, math.radians(179), 0)
-    if _is_positive(limits.get("max")):
-        made["max_range"] = limits["max"]
-    if _is_positive(limits.get("min")) and limits["min"] >= _SMALLEST:
-        made["min_range"] = limits["min"]
-    return made | _noise("noise", _inner(lidar, "noise"))
-
-
-def _field_of_view(word: str, axis: Mapping[str, Any], widest: float, rays: int) -> dict[str, Any]:
+def _field_of_view(word: str, axis: Mapping[str, Any], rays: int) -> dict[str, Any]:
     """Return the field of view if it is symmetric; a full circle is the default of the library."""
     low, high = axis.get("min_angle"), axis.get("max_angle")
     if not isinstance(low, float) or not isinstance(high, float):
@@ -247,14 +247,13 @@ def _field_of_view(word: str, axis: Mapping[str, Any], widest: float, rays: int)
     span = high - low
     if (rays and abs(span + span / max(rays - 1, 1) - math.tau) < _NEAR) or span >= math.tau - _NEAR:
         return {}
-    return {word: 2 * high if abs(low + high) <= NOISE else span} if 0 < span <= widest else {}
+    return {word: 2 * high if abs(low + high) <= NOISE else span} if 0 < span <= _WIDEST[word] else {}
 
 
-def _in_mujoco(words: Mapping[str, Any], horizontal: Mapping[str, Any], vertical: Mapping[str, Any]) -> bool:
+def _in_mujoco(one: Seen, words: Mapping[str, Any]) -> bool:
     """Return True if MuJoCo can simulate a lidar: its rays are symmetric, and not too many."""
-    if int(words.get("rays", 1)) * int(words.get("layers", 1)) > MAX_RAYS:
-        return False
-    for axis, word in ((horizontal, "fov"), (vertical, "vertical_fov")):
+    for name, word in (("horizontal", "fov"), ("vertical", "vertical_fov")):
+        axis = one.inner("lidar", "scan", name)
         low, high = axis.get("min_angle", 0.0), axis.get("max_angle", 0.0)
         if not isinstance(low, float) or not isinstance(high, float):
             return False
@@ -262,37 +261,7 @@ def _in_mujoco(words: Mapping[str, Any], horizontal: Mapping[str, Any], vertical
         is_circle = word == "fov" and word not in words and high - low >= full
         if not is_circle and abs(low + high) > _NEAR:
             return False
-    return True
-
-
-def _camera_words(camera: Mapping[str, Any]) -> dict[str, Any]:
-    made: dict[str, Any] = {}
-    hfov = camera.get("horizontal_fov", 1.047)
-    if isinstance(hfov, float) and math.radians(1) <= hfov <= _WIDEST:
-        made["hfov"] = hfov
-    for section, key in (("image", "width"), ("image", "height"), ("clip", "near"), ("clip", "far")):
-        value = _inner(camera, section).get(key, float(SDF_DEFAULTS[section][key]))
-        if section == "image" and _is_count(value):
-            made[key] = int(value)
-        elif section == "clip" and _is_positive(value) and value >= _SMALLEST:
-            made[key] = value
-    return made | _noise("noise", _inner(camera, "noise"))
-
-
-def _imu_words(imu: Mapping[str, Any], asked: str) -> dict[str, Any]:
-    made: dict[str, Any] = {}
-    if imu.get("enable_orientation", True if asked != "classic" else None) in (True, 1.0):
-        made["orientation"] = True
-    for word, what in (("gyro_noise", "angular_velocity"), ("accelerometer_noise", "linear_acceleration")):
-        x, y, z = (_inner(imu, what, axis, "noise") for axis in "xyz")
-        made |= _noise(word, x) if x and x == y == z else {}
-    return made
-
-
-def collisions_of(one: Seen) -> list[str]:
-    """Return the names of the collisions that a contact sensor responds to."""
-    names = _inner(one.elements, "contact").get("collision", [])
-    return [str(name) for name in (names if isinstance(names, list) else [names])]
+    return int(words.get("rays", 1)) * int(words.get("layers", 1)) <= MAX_RAYS
 
 
 def without_collisions(texts: Sequence[str]) -> list[str]:
@@ -302,15 +271,9 @@ def without_collisions(texts: Sequence[str]) -> list[str]:
 
 def _stamp(one: Seen) -> str:
     """Return the frame that messages carry, as the element of Gazebo or a plug-in names it."""
-    for name in _FRAMES:
-        if isinstance(one.elements.get(name), str):
-            return str(one.elements[name])
-    plugins = one.elements.get("plugin") or []
-    for plugin in plugins if isinstance(plugins, list) else [plugins]:
-        for name in _FRAME_NAMES if isinstance(plugin, dict) else ():
-            if isinstance(plugin.get(name), str):
-                return str(plugin[name]).lstrip("/")
-    return ""
+    named = [one.elements.get(name) for name in _FRAMES]
+    named += [plugin.get(name) for plugin in _plugins(one) for name in _FRAME_NAMES]
+    return next((name.lstrip("/") for name in named if isinstance(name, str)), "")
 
 
 def _optical(one: Seen, robot: Robot, frame: str) -> str:
@@ -327,12 +290,14 @@ def _optical(one: Seen, robot: Robot, frame: str) -> str:
     return stamp if stamp in below else below[0] if below and not stamp else ""
 
 
-def overlay(one: Seen, sensor: Sensor, asked: str) -> dict[str, Any]:
+def overlay(one: Seen, sensor: Sensor, gazebo: str) -> dict[str, Any]:
     """Return what a sensor of the source has otherwise than the one of Gazebo that its type brings, or besides."""
     made: dict[str, Any] = {}
+    if len(sensor.gazebo) != 1:
+        return made
     brought = sensor.gazebo[0]
-    frame_id = brought.FRAME_ELEMENTS[asked]
-    if asked == "classic":  # elements keep the names that a description has
+    frame_id = brought.FRAME_ELEMENTS[gazebo]
+    if gazebo == "classic":  # elements keep the names that a description has
         brought = replace(brought, type=brought.in_classic().type)
     if one.type != brought.type:
         made["sensor"] = one.type
@@ -345,21 +310,17 @@ def overlay(one: Seen, sensor: Sensor, asked: str) -> dict[str, Any]:
         made |= {"rpy": list(one.pose[3:])} if image or any(one.pose[3:]) else {}
         stamp = "" if image else stamp
     elements = dict(one.elements)
-    lidar = "ray" if asked == "classic" or one.type in ("gpu_lidar", "lidar") else ""
+    lidar = "ray" if gazebo == "classic" or one.type in ("gpu_lidar", "lidar") else ""
     if lidar in elements and "lidar" not in elements:
         elements = {("lidar" if key == lidar else key): value for key, value in elements.items()}
     if brought.feels and "contact" in elements:  # its shapes are those of the link
-        contact = _inner(elements, "contact").items()
-        elements["contact"] = {key: value for key, value in contact if key != "collision"}
-    own = {item.name: item.words() for item in brought.elements}
+        elements["contact"] = {key: value for key, value in one.inner("contact").items() if key != "collision"}
     if frame_id and not any(name in elements for name in _FRAMES):
         elements[frame_id] = None
     elif frame_id and elements.get(frame_id) == stamp:
         del elements[frame_id]
-    changes = _changes(own, elements, ("sensor",))
-    if changes:
-        made["elements"] = changes
-    return made
+    changes = _changes({item.name: item.words() for item in brought.elements}, elements, ("sensor",))
+    return made | ({"elements": changes} if changes else {})
 
 
 def _changes(own: Mapping[str, Any], wanted: Mapping[str, Any], above: tuple[str, ...]) -> dict[str, Any]:
@@ -367,18 +328,14 @@ def _changes(own: Mapping[str, Any], wanted: Mapping[str, Any], above: tuple[str
     made: dict[str, Any] = {}
     for key, value in wanted.items():
         if key not in own:
-            if not _is_default((*above, key), value):
-                made[key] = value
+            made |= {} if _is_default((*above, key), value) else {key: value}
         elif isinstance(value, dict) and isinstance(own[key], dict):
             inner = _changes(own[key], value, (*above, key))
-            if inner:
-                made[key] = inner
+            made |= {key: inner} if inner else {}
         elif not _same(own[key], value):
             made[key] = value
-    for key, value in own.items():
-        if key not in wanted and not _is_default((*above, key), value):
-            made[key] = None
-    return made
+    gone = [key for key, value in own.items() if key not in wanted and not _is_default((*above, key), value)]
+    return made | dict.fromkeys(gone)
 
 
 def _same(one: Any, other: Any) -> bool:

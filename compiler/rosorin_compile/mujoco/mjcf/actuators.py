@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Element
 
-from .reading import SLIDE, Reading, floats, listing, numbers, put, put_number, put_words, tidy, tidy_position
+from . import convert
+from .reading import SLIDE, Reading
 
 _FIXED_GAIN, _NO_BIAS = 0, 0  # mjtGain, mjtBias
 _TARGETS = ("joint", "jointinparent", "tendon", "site", "refsite", "slidersite", "cranksite", "body")
@@ -65,14 +66,14 @@ def drives_of(reading: Reading) -> dict[int, Drive]:
             name = reading.name("actuator", fact["name"], joint)
             _fill(reading, entry, "actuator", fact, attributes, element, index)
             if name != joint:
-                put(entry, "name", name)
+                convert.put(entry, "name", name)
             in_joints.append(index)
         else:
             targets = {word: attributes[word] for word in _TARGETS if word in attributes}
             made_up = f"{next(iter(targets.values()), 'robot')}_{element.tag}"
             name = reading.name("actuator", fact["name"], made_up)
             targets = {word: reading.called(_KINDS.get(word, "site"), text) for word, text in targets.items()}
-            put_words(entry, targets, "other_actuator", element, _WORDS)
+            convert.put_words(entry, targets, "other_actuator", element, _WORDS)
             _fill(reading, entry, "other_actuator", fact, attributes, element, index)
             others.put(name, entry, element.span, element.span)
         reading.actuator_of[number] = name
@@ -86,7 +87,7 @@ def drives_of(reading: Reading) -> dict[int, Drive]:
             elif before is not None:
                 drives[index] = before._replace(effort=total)
     if others:
-        put(reading.tree, "actuators", others)
+        convert.put(reading.tree, "actuators", others)
     names = list(reading.actuator_of.values())
     reading.in_order = in_joints == sorted(in_joints) and names == [
         *(name for name in names if name not in others),
@@ -106,9 +107,9 @@ def _fill(
 ) -> None:
     kind, gains, more = _kind(attributes)
     if kind != "position":
-        put(entry, "type", kind)
+        convert.put(entry, "type", kind)
     for word, value in gains.items():
-        put_number(entry, word, tidy(value), element, word)
+        convert.put_number(entry, word, convert.tidy(value), element, word)
     rest = {key: text for key, text in more.items() if key not in _READ}
     joint = reading.facts["joints"][index] if index is not None else None
     inherits, is_position = (
@@ -120,20 +121,20 @@ def _fill(
         ends = [fact["gear"][0] * end for end in joint["range"]] if joint is not None and joint["limited"] else None
         if not is_position or not fact["ctrllimited"] or ends != fact["ctrlrange"]:
             slides = not is_position or joint is None or joint["type"] == SLIDE
-            values = [tidy_position(value, slides) for value in fact["ctrlrange"]]
-            put(entry, "range", numbers(values, element, "ctrlrange"))
+            values = [convert.tidy_position(value, slides) for value in fact["ctrlrange"]]
+            convert.put(entry, "range", convert.numbers(values, element, "ctrlrange"))
         rest |= {} if fact["ctrllimited"] else {"ctrllimited": "false"}
     elif not inherits and is_position and joint is not None and joint["limited"]:
-        put(entry, "unlimited", True)
+        convert.put(entry, "unlimited", True)
     if fact["forcelimited"] or "forcerange" in attributes:
-        put(entry, "force", listing([tidy(value) for value in fact["forcerange"]], element))
+        convert.put(entry, "force", convert.listing([convert.tidy(value) for value in fact["forcerange"]], element))
         rest |= {} if fact["forcelimited"] else {"forcelimited": "false"}
     reading.put_words(entry, rest, form, element, f"the actuator <{element.tag}>", _WORDS)
 
 
 def _kind(attributes: Mapping[str, str]) -> tuple[str, Mapping[str, float], Mapping[str, str]]:
     """Return the type of an actuator by its numbers, its gains, and the other attributes."""
-    gain, bias = floats(attributes, "gainprm", [1, 0, 0]), floats(attributes, "biasprm", [0, 0, 0])
+    gain, bias = convert.floats(attributes, "gainprm", [1, 0, 0]), convert.floats(attributes, "biasprm", [0, 0, 0])
     gains, dynamics = attributes.get("gaintype", "fixed"), attributes.get("dyntype", "none")
     attributes = {key: text for key, text in attributes.items() if key != "inheritrange" or float(text)}  # 0 is none
     plain = {key: text for key, text in attributes.items() if key not in _OF_KIND}
@@ -159,7 +160,7 @@ def _speed(fact: Mapping[str, Any], entry: Map) -> float | None:
     None for another servo or range.
     """
     (low, high), gear = fact["ctrlrange"], float(fact["gear"][0])
-    speed = tidy(high / gear) if gear > 0 else 0.0
+    speed = convert.tidy(high / gear) if gear > 0 else 0.0
     if entry.get("type") != "velocity" or not fact["ctrllimited"] or low != -high or speed <= 0 or gear * speed != high:
         return None
     entry.pop("range", None)

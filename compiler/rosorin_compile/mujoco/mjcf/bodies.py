@@ -18,22 +18,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosorin_compile.model import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Geometry,
-    HeightMap,
-    Joint,
-    Link,
-    Mesh,
-    Output,
-    Pose,
-    Robot,
-    Shape,
-    Sphere,
-)
+from rosorin_compile import model
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.shape import MERGED
 
@@ -65,7 +50,7 @@ FRAME = "frame"
 VISUAL_GROUP, COLLISION_GROUP, FRAME_GROUP = 2, 3, 4
 
 
-def body_name(robot: Robot, link: str) -> str:
+def body_name(robot: model.Robot, link: str) -> str:
     """Return the name of the body of a link: its own, but for that of the body that MuJoCo has already."""
     if link == robot.root and robot.root_in_world.world:
         return WORLD
@@ -76,7 +61,7 @@ def body_name(robot: Robot, link: str) -> str:
     return name
 
 
-def reference(joint: Joint) -> float:
+def reference(joint: model.Joint) -> float:
     """Return the position (rad or m) of a joint at which MuJoCo begins, and has its body (``ref``)."""
     value = joint.mjcf.get("ref", 0.0) if joint.moves else 0.0
     return value if isinstance(value, (int, float)) else 0.0
@@ -95,13 +80,13 @@ def shifted(coefficients: Sequence[float], by: float) -> list[float]:
     return made
 
 
-def is_free(robot: Robot, joint: Joint) -> bool:
+def is_free(robot: model.Robot, joint: model.Joint) -> bool:
     """Say whether a floating joint is one of MuJoCo's: those stand in the world alone."""
     return joint.type == "floating" and robot.root_in_world.world and joint.parent == robot.root
 
 
 @of_robot
-def weld_groups(robot: Robot) -> dict[str, list[str]]:
+def weld_groups(robot: model.Robot) -> dict[str, list[str]]:
     """Return the links that no joint moves against each other, in the order of the tree, by the topmost of them."""
     top: dict[str, str] = {}
     groups: dict[str, list[str]] = {}
@@ -141,7 +126,7 @@ class Masks:
     Without ``implied`` they are those that the description says.
     """
 
-    def __init__(self, robot: Robot, implied: bool) -> None:
+    def __init__(self, robot: model.Robot, implied: bool) -> None:
         self.rolling = rolling(robot) if implied else frozenset[str]()
         self.usual = BESIDE_WHEELS if self.rolling else USUAL
         shapes = [(link.name, shape) for link in robot.links for shape in link.collision]
@@ -149,7 +134,7 @@ class Masks:
         for name, shape in shapes:
             self._of_links[name].add(self.of(name, shape))
 
-    def of(self, link: str, shape: Shape) -> Mask:
+    def of(self, link: str, shape: model.Shape) -> Mask:
         if link in self.rolling:
             return ROLLS
         contact = shape.contact
@@ -168,7 +153,7 @@ class Masks:
 
 
 @of_robot
-def rolling(robot: Robot) -> frozenset[str]:
+def rolling(robot: model.Robot) -> frozenset[str]:
     """Return the links that meet the floor alone: the wheels of a drive with what turns on them, hubs and rollers.
 
     Behind a joint that steers it is what turns there. A description that sets bits sets those of all links.
@@ -199,45 +184,45 @@ class Field(NamedTuple):
     columns: int
     size: tuple[float, float, float, float]
     elevation: tuple[float, ...]
-    pose: Pose
+    pose: model.Pose
 
 
-def has_volume(geometry: Geometry) -> bool:
+def has_volume(geometry: model.Geometry) -> bool:
     """Say whether MuJoCo takes the sizes of a geometry: all above zero; a mesh may be mirrored."""
-    if isinstance(geometry, HeightMap):
+    if isinstance(geometry, model.HeightMap):
         return True
-    if isinstance(geometry, Mesh):
+    if isinstance(geometry, model.Mesh):
         return all(geometry.scale)
-    if isinstance(geometry, Box):
+    if isinstance(geometry, model.Box):
         return all(size > 0 for size in geometry.size)
-    if isinstance(geometry, Ellipsoid):
+    if isinstance(geometry, model.Ellipsoid):
         return all(radius > 0 for radius in geometry.radii)
-    return geometry.radius > 0 and (isinstance(geometry, Sphere) or geometry.length > 0)
+    return geometry.radius > 0 and (isinstance(geometry, model.Sphere) or geometry.length > 0)
 
 
-def half_sizes(geometry: Geometry) -> tuple[float, ...]:
+def half_sizes(geometry: model.Geometry) -> tuple[float, ...]:
     """Return the sizes of a primitive as MuJoCo counts: half extents, radii, radius and half length (m)."""
-    if isinstance(geometry, Box):
+    if isinstance(geometry, model.Box):
         x, y, z = geometry.size
         return (x / 2, y / 2, z / 2)
-    if isinstance(geometry, (Cylinder, Capsule)):
+    if isinstance(geometry, (model.Cylinder, model.Capsule)):
         return (geometry.radius, geometry.length / 2)
-    if isinstance(geometry, Ellipsoid):
+    if isinstance(geometry, model.Ellipsoid):
         return geometry.radii
-    return (geometry.radius,) if isinstance(geometry, Sphere) else ()
+    return (geometry.radius,) if isinstance(geometry, model.Sphere) else ()
 
 
-def form_of(output: Output) -> str:
+def form_of(output: model.Output) -> str:
     """Return as what an output has height maps: in a form of boxes, or ``hfield``."""
     return str(output.options.get("height_maps", MERGED))
 
 
-def solids(shape: Shape, form: str) -> Sequence[Shape]:
+def solids(shape: model.Shape, form: str) -> Sequence[model.Shape]:
     """Return the shapes that the geoms of a shape are: a height map as boxes in a form, or as it is."""
     return (shape,) if form == HFIELD else shape.solids(form)
 
 
-def colliding(link: Link, output: Output) -> Sequence[Shape] | None:
+def colliding(link: model.Link, output: model.Output) -> Sequence[model.Shape] | None:
     """Return the shapes of the geoms that a link collides with; None where one is a height field, no shape of ours."""
     form = form_of(output)
     if form == HFIELD and any(len(shape.solids()) > 1 for shape in link.collision):
@@ -245,7 +230,7 @@ def colliding(link: Link, output: Output) -> Sequence[Shape] | None:
     return [solid for shape in link.collision for solid in shape.solids(form) if has_volume(solid.geometry)]
 
 
-def field_of(shape: Shape, grid: HeightMap) -> Field:
+def field_of(shape: model.Shape, grid: model.HeightMap) -> Field:
     """Return the height field of a height map in the frame of its link."""
     tops: dict[tuple[int, int], float] = {}
     count, across = len(grid.heights), len(grid.heights[0])
@@ -262,9 +247,11 @@ def field_of(shape: Shape, grid: HeightMap) -> Field:
     size = (*half, max(high - low, _THIN), max(low - lowest, _THIN))
     middle = (grid.origin[0] + half[0], grid.origin[1] + half[1], low)
     elevation = tuple(round(point - low, 12) for point in points)
-    return Field(across + 1, count + 1, size, elevation, Pose(shape.pose.transform().apply(middle), shape.pose.rpy))
+    return Field(
+        across + 1, count + 1, size, elevation, model.Pose(shape.pose.transform().apply(middle), shape.pose.rpy)
+    )
 
 
-def _cell(grid: HeightMap, corner: tuple[float, float, float]) -> tuple[int, int]:
+def _cell(grid: model.HeightMap, corner: tuple[float, float, float]) -> tuple[int, int]:
     x, y = ((at - start) / grid.cell for at, start in zip(corner, grid.origin, strict=False))
     return round(x), round(y)

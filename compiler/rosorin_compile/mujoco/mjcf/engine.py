@@ -45,6 +45,7 @@ _HELD = {"joints": ("joint", "freejoint"), "geoms": ("geom",), "sites": ("site",
 _HELD["lights"] = ("light",)
 _LISTED = {"tendons": "tendon", "equalities": "equality", "actuators": "actuator", "sensors": "sensor"}
 _WHOLE = ("extension", "size", "visual", "statistic", "custom", "deformable")  # sections that are kept as they are
+_OF_SPATIAL = ("rgba", "width", "material")  # what a class of tendons has that a fixed one does not take
 _NO_NAME = "rosorin-compile without name "  # begins the names that nameless objects have while MuJoCo writes
 # Attributes of any number of values, which replace those of a class; of all others the first ones do.
 _OPEN = ("user", "data", "qpos", "qvel", "act", "ctrl", "mpos", "mquat", "vertex", "face")
@@ -116,7 +117,7 @@ def _proof(mujoco: Any, asked: dict[str, Any], here: Path) -> dict[str, Any]:
     ``asked`` has the ``path``, the ``text``, the files of its meshes by the names that it has for them (``files``), and
     the ``names`` that the import gave by kind and index.
     """
-    from .compare_models import Comparison
+    from .compare_models import STATES, TOLERANCE, Comparison
 
     theirs, ours = _spec(mujoco, Path(asked["path"]), here), mujoco.MjSpec.from_string(asked["text"])
     ours.modelfiledir = str(Path(asked["path"]).parent)
@@ -131,9 +132,14 @@ def _proof(mujoco: Any, asked: dict[str, Any], here: Path) -> dict[str, Any]:
     except Exception as problem:  # whatever MuJoCo has against it
         return {"refused": " ".join(str(problem).split())}
     comparison = Comparison(mujoco, source, made, given)
-    answer: dict[str, Any] = {"differences": comparison.run(theirs.stat)}
-    answer["counts"] = {kind: len(names) for kind, names in comparison.source.names.items()}
-    return {**answer, "motion": comparison.motion()} if comparison.moves_alike() else answer
+    differences: list[tuple[str, str, str]] = list(comparison.run())
+    if not comparison.moves_alike():
+        return {"differences": differences}
+    largest, where = comparison.motion()
+    if largest > TOLERANCE:
+        text = f"frames or accelerations differ by {largest:.2g} ({where})"
+        differences.insert(0, ("motion", "", text))
+    return {"differences": differences, "motion": f"in {STATES} random states: largest difference {largest:.2g}"}
 
 
 def _spec(mujoco: Any, path: Path, here: Path) -> Any:
@@ -310,7 +316,8 @@ def _elements(root: Any) -> dict[str, Any]:
 
 
 def _node(element: Any) -> dict[str, Any]:
-    attributes = {key: value for key, value in element.attrib.items() if key not in ("class", "childclass")}
+    without = ("class", "childclass", *(_OF_SPATIAL if element.tag == "fixed" else ()))
+    attributes = {key: value for key, value in element.attrib.items() if key not in without}
     if attributes.get("name", _NO_NAME).startswith(_NO_NAME) or not attributes["name"]:
         attributes.pop("name", None)
     return {"tag": element.tag, "attributes": attributes, "inner": [_node(child) for child in element]}

@@ -1,6 +1,6 @@
-"""Sections of an MJCF besides its bodies: equalities, contacts, sensors, and what is kept as it is, such as tendons.
+"""Sections of an MJCF besides its bodies: couplings of joints, contacts, sensors, and elements kept as XML.
 
-What an element names of the scene (a site or a geom of the world, if that is no link) is kept with it.
+What an element names of the scene (a site or a geom of the world, if the world is not a link) is kept with it.
 """
 
 from __future__ import annotations
@@ -9,29 +9,13 @@ import posixpath
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.language.schema import schema
 from rosorin_compile.source.diagnostics import Span, counted
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Element
 
-from .bodies import STIFF, TOUCHES, shifted
-from .contacts import Contacts, contacts
-from .reading import (
-    BALL,
-    Node,
-    Reading,
-    floats,
-    listing,
-    numbers,
-    plain,
-    put,
-    put_number,
-    put_pose,
-    put_words,
-    text_of,
-    tidy,
-    transform,
-)
+from . import convert
+from .bodies import STIFF
+from .reading import BALL, Reading
 from .shapes import ASSETS, is_scene, keep_asset, whole_geom
 
 # The kinds of objects that attributes name.
@@ -43,8 +27,6 @@ _KINDS = {
     **dict.fromkeys(("tendon", "tendon1", "tendon2"), "tendon"),
     **{kind: kind for kind in ("actuator", "camera", "material")},
 }
-_OF_CONSTRAINT = {"torquescale": "torque_scale", "polycoef": "polynomial", "anchor": "at"}
-_PAIRED = {"body": "links", "site": "sites", "joint": "joints"}
 # The types of sensors that other formats know, by the element of MuJoCo.
 _TYPES = {"gyro": "imu", "accelerometer": "imu", "force": "force_torque", "torque": "force_torque"}
 _TYPES |= {"touch": "contact", "rangefinder": "range_finder", "magnetometer": "magnetometer"}
@@ -59,7 +41,7 @@ class _Measured(NamedTuple):
 
     number: int
     name: str
-    node: Node
+    node: convert.Node
     element: Element
     site: Mapping[str, Any]
 
@@ -76,7 +58,7 @@ def keep_tendons(reading: Reading) -> None:
         _keep_named(reading, "tendon", index, node, element)
 
 
-def _keep_named(reading: Reading, section: str, index: int, node: Node, element: Element) -> None:
+def _keep_named(reading: Reading, section: str, index: int, node: convert.Node, element: Element) -> None:
     own = node["attributes"].get("name", "")
     name = {"name": reading.name(section, own, index=index)} if own else {}
     reading.keep_in_section(section, {**node, "attributes": node["attributes"] | name}, section, element.span)
@@ -110,22 +92,23 @@ def add_sensors(reading: Reading) -> None:
         at = "" if kind == "range_finder" else site["name"]  # the rays of a lidar have a site each
         group = groups.setdefault((reading.link_of[site["bodyid"]], kind, at), [])
         group.append(_Measured(index, name, node, element, site))
-    sensors, taken = Map(reading.markup.root.span), {one.name for some in groups.values() for one in some}
-    for (link, kind, _), some in groups.items():
-        first, last = (function([one.name for one in some]) for function in (min, max))
-        shared = posixpath.commonprefix([first, last]).rpartition("_")[0] if len(some) > 1 else first
-        is_one = len(some) == 1 or (shared and shared not in taken and shared not in sensors)
-        for name, members in [(shared, some)] if is_one else [(one.name, [one]) for one in some]:
-            entry = _sensor(reading, link, kind, name, members)
-            if members[0] is not some[0]:
-                put(entry, "gazebo", Seq(entry.span))  # the first of the group has its sensor of Gazebo
-            sensors.put(name, entry, entry.span, entry.span)
+    sensors, taken = Map(reading.markup.root.span), {one.name for group in groups.values() for one in group}
+    for (link, kind, _), group in groups.items():
+        shared = posixpath.commonprefix([one.name for one in group]).rpartition("_")[0]
+        if len(group) > 1 and shared and shared not in taken and shared not in sensors:
+            convert.put(sensors, shared, _sensor(reading, link, kind, shared, group))
+            continue
+        for one in group:
+            entry = _sensor(reading, link, kind, one.name, [one])
+            if one is not group[0]:
+                convert.put(entry, "gazebo", Seq(entry.span))  # the first of the group has its sensor of Gazebo
+            convert.put(sensors, one.name, entry)
     if sensors:
-        put(reading.tree, "sensors", sensors)
-    order = [one.number for some in groups.values() for one in some] + kept
-    named = reading.given.get("sensor", {})
-    if order != sorted(order) and all(at in named and not nodes[at]["inner"] for at in order):
-        reading.sensor_order = [named[at] for at in sorted(order)]
+        convert.put(reading.tree, "sensors", sensors)
+    order = [one.number for group in groups.values() for one in group] + kept
+    names = reading.given.get("sensor", {})
+    if order != sorted(order) and all(at in names and not nodes[at]["inner"] for at in order):
+        reading.sensor_order = [names[at] for at in sorted(order)]
     elif order != sorted(order):
         message = "the sensors that other formats know come first: sensor data is in another order"
         reading.changed(message, elements[order[0]].span)
@@ -135,64 +118,59 @@ def _sensor(reading: Reading, link: str, kind: str, name: str, members: Sequence
     """Return the entry of a sensor: its elements in MuJoCo, and one sensor in Gazebo at the site of the first."""
     first = members[0]
     entry, item, elements = Map(first.element.span), Map(first.element.span), []
-    put(entry, "type", kind)
-    put(entry, "frame", link)
+    convert.put(entry, "type", kind)
+    convert.put(entry, "frame", link)
     for one in members:
         made, attributes = Map(one.element.span), Map(one.element.span)
-        put(made, "sensor", one.node["tag"])
+        convert.put(made, "sensor", one.node["tag"])
         if one.name != name:
-            put(made, "name", one.name.removeprefix(f"{name}_"))
+            convert.put(made, "name", one.name.removeprefix(f"{name}_"))
         for word, text in one.node["attributes"].items():
             if word == "site" and reading.called("site", text) != link:
-                put(attributes, word, reading.called("site", text))
+                convert.put(attributes, word, reading.called("site", text))
             elif word not in ("name", "site"):
-                put(attributes, word, _number_or_text(text))
+                convert.put(attributes, word, _number_or_text(text))
         if attributes:
-            put(made, "attributes", attributes)
+            convert.put(made, "attributes", attributes)
         elements.append(made)
-    put(entry, "mjcf", listing(elements, first.element))
-    put(item, "sensor", kind)
+    convert.put(entry, "mjcf", convert.listing(elements, first.element))
+    convert.put(item, "sensor", kind)
     if kind == "contact":
-        put(item, "feels", "sensor")
+        convert.put(item, "feels", "sensor")
     elif kind == "force_torque":
-        put(item, "frame", "joint")
+        convert.put(item, "frame", "joint")
     else:
-        put_pose(item, transform(first.site["pos"], first.site["quat"]), first.element)
+        convert.put_pose(item, convert.transform(first.site["pos"], first.site["quat"]), first.element)
     # MuJoCo has single rays, from which no scan of Gazebo follows.
-    put(entry, "gazebo", listing([] if kind == "range_finder" else [item], first.element))
+    convert.put(entry, "gazebo", convert.listing([] if kind == "range_finder" else [item], first.element))
     return entry
 
 
 def _number_or_text(text: str) -> float | int | str:
     try:
-        return plain(float(text))
+        return convert.plain(float(text))
     except (ValueError, OverflowError):
         return text
 
 
 def add_equalities(reading: Reading) -> None:
-    """Let joints follow others where an equality couples them; add the other equalities as constraints."""
-    nodes, constraints = reading.facts["elements"]["equalities"], Map(reading.markup.root.span)
+    """Let joints follow others where an equality couples them in proportion; keep the other equalities."""
+    nodes = reading.facts["elements"]["equalities"]
     elements = reading.elements_of("equality", nodes)
     for index, (fact, node, element) in enumerate(zip(reading.facts["equalities"], nodes, elements, strict=True)):
-        zeros = (0.0, 0.0)  # MuJoCo counts from the positions at which the file has the joints
-        if fact["type"] == _EQ_JOINT:
-            joints, zero = reading.facts["joints"], reading.facts["qpos0"]
-            first, second = (zero[joints[at]["qposadr"]] if at >= 0 else 0.0 for at in (fact["obj1id"], fact["obj2id"]))
-            zeros = first, second
-        if _is_mimic(reading, fact):
-            follower = reading.joint_of[fact["obj1id"]]
-            name, mimic = (
-                reading.name("constraint", fact["name"], follower, index),
-                _mimic(reading, fact, element, *zeros),
-            )
-            if name != follower:
-                put(mimic, "name", name)
-            put(reading.joints[follower], "mimic", mimic)
-        else:
-            _add_constraint(reading, constraints, index, node, element, *zeros)
-    if constraints:
-        put(reading.tree, "constraints", constraints)
+        if not _is_mimic(reading, fact):
+            attributes = node["attributes"]
+            ends = (attributes.get(f"{kind}1", "") for kind in ("body", "site", "joint", "tendon"))
+            made_up = f"{next(filter(None, ends), 'robot')}_{node['tag']}"
+            own = reading.name("constraint", attributes.get("name", ""), made_up, index)
+            named = {**node, "attributes": {**attributes, "name": own}}
+            reading.keep_in_section("equality", named, "equality", element.span)
+            continue
+        follower = reading.joint_of[fact["obj1id"]]
+        name, mimic = reading.name("constraint", fact["name"], follower, index), _mimic(reading, fact, element)
+        if name != follower:
+            convert.put(mimic, "name", name)
+        convert.put(reading.joints[follower], "mimic", mimic)
 
 
 def _is_mimic(reading: Reading, fact: Mapping[str, Any]) -> bool:
@@ -208,91 +186,46 @@ def _is_mimic(reading: Reading, fact: Mapping[str, Any]) -> bool:
     return not here and "mimic" not in reading.joints[follower]
 
 
-def _mimic(reading: Reading, fact: Mapping[str, Any], element: Element, first: float, second: float) -> Map:
+def _mimic(reading: Reading, fact: Mapping[str, Any], element: Element) -> Map:
+    """Return the entry of a joint that follows another. MuJoCo counts both from the positions in the file."""
     mimic, leader = Map(element.span), element.attributes.get("joint2")
-    put(mimic, "joint", reading.joint_of[fact["obj2id"]], leader.span if leader else None)
-    factor = tidy(fact["data"][1])
-    offset = tidy(fact["data"][0] + first - factor * second)
+    joints, zero = reading.facts["joints"], reading.facts["qpos0"]
+    first, second = (zero[joints[fact[word]]["qposadr"]] for word in ("obj1id", "obj2id"))
+    convert.put(mimic, "joint", reading.joint_of[fact["obj2id"]], leader.span if leader else None)
+    factor = convert.tidy(fact["data"][1])
+    offset = convert.tidy(fact["data"][0] + first - factor * second)
     if factor != 1:
-        put_number(mimic, "multiplier", factor, element, "polycoef", 1)
+        convert.put_number(mimic, "multiplier", factor, element, "polycoef", 1)
     if offset:
-        put_number(mimic, "offset", offset, element, "polycoef", 0)
+        convert.put_number(mimic, "offset", offset, element, "polycoef", 0)
     for word, usual in STIFF.items():
-        values = [tidy(value) for value in fact[word]]
+        values = [convert.tidy(value) for value in fact[word]]
         if tuple(values[: len(usual)]) != usual or values[len(usual) :] != _DEFAULTS[word]:
-            put(mimic, word, numbers(values, element, word))
+            convert.put(mimic, word, convert.numbers(values, element, word))
     return mimic
 
 
-def _add_constraint(
-    reading: Reading, constraints: Map, index: int, node: Node, element: Element, first: float, second: float
-) -> None:
-    attributes, entry = node["attributes"], Map(element.span)
-    of = next((attributes[word] for word in ("body1", "site1", "joint1", "tendon1") if word in attributes), "robot")
-    name = reading.name("constraint", attributes.get("name", ""), f"{of}_{node['tag']}", index)
-    named = {**node, "attributes": attributes | {"name": name}}
-    if node["tag"] not in schema()["$defs"]["constraint"]["properties"]["type"]["enum"]:
-        reading.keep_in_section("equality", named, "equality", element.span)
-        return
-    put(entry, "type", node["tag"])
-    rest = dict(attributes)
-    for word, key in _PAIRED.items():
-        names = [rest.pop(end) for end in (f"{word}1", f"{word}2") if end in rest]
-        for one in names:
-            _keep_of_scene(reading, word, one)
-        if names:
-            put(entry, key, listing([reading.called(word, one) for one in names], element))
-    pose = floats({"relpose": rest.pop("relpose", "")}, "relpose", [0, 1, 0, 0, 0, 0, 0])
-    if any(pose[3:]):  # where one link of a weld is in the other; a quaternion of zeros is the first pose
-        put(entry, "xyz", numbers([tidy(value) for value in pose[:3]], element))
-        put_pose(entry, transform(pose[:3], pose[3:]), element)
-    if first or second:
-        offset, *others = shifted(floats(rest, "polycoef", [0, 1, 0, 0, 0]), -second)
-        rest["polycoef"] = " ".join(repr(tidy(value)) for value in (offset + first, *others))
-    if put_words(entry, rest, "constraint", element, _OF_CONSTRAINT):
-        reading.keep_in_section("equality", named, "equality", element.span)
-    else:
-        constraints.put(name, entry, element.span, element.span)
-
-
 def add_contacts(reading: Reading) -> None:
-    """Add the pairs of links that do not touch in the file, and the contact pairs that it has.
-
-    An MJCF of ours excludes and pairs by itself (``contacts``). If the file has these too, only the rest of it is in
-    the tree; if not, the tree has all that the file has, and no more is written: ``contacts: described``.
-    """
-    from rosorin_compile.language.lower import lower
-
+    """Add the pairs of links that do not touch in the file, and keep its contact pairs."""
     nodes = reading.facts["elements"]["pairs"]
     touching = {geom["bodyid"] for geom in reading.facts["geoms"] if geom["contype"] or geom["conaffinity"]}
-    robot = lower(reading.tree).robot if touching or reading.facts["exclude_signature"] else None
-    ours = contacts(robot) if robot else Contacts([], [], [])
     excludes = list(_excludes(reading))
     excluded = {frozenset(names) for names, _ in excludes}
-    implied = set(map(frozenset, ours.excluded))
-    named = {frozenset((one.solid.shape.name, other.solid.shape.name)) for one, other in ours.pairs}
-    paired = [frozenset(reading.called("geom", node["attributes"][f"geom{n}"]) for n in (1, 2)) for node in nodes]
-    reading.implied_contacts = implied <= excluded and named <= set(paired)
-    if not reading.implied_contacts:
-        implied, named = set(), set()
     pairs = Seq(reading.markup.root.span)
     found = [(sorted(n, key=lambda name: name != e.get("body1")), e, _EXCLUDED) for n, e in excludes]
-    found = [one for one in found if frozenset(one[0]) not in implied]
-    found += [(names, element, _FILTERED) for names, element in _filtered(reading, touching, excluded | implied)]
+    found += [(names, element, _FILTERED) for names, element in _filtered(reading, touching, excluded)]
     for names, element, reason in found:
         entry, links = Map(element.span), Seq(element.span)
         spans = {attribute.value: attribute.span for attribute in element.attributes.values()}
         for name in names:
             links.put(name, spans.get(name, element.span))
-        put(entry, "links", links)
-        put(entry, "reason", reason)
+        convert.put(entry, "links", links)
+        convert.put(entry, "reason", reason)
         pairs.put(entry, element.span)
     if pairs:
-        put(reading.tree, "disabled_contacts", pairs)
-    for node, element, both in zip(nodes, reading.elements_of("contact", nodes, "pair"), paired, strict=True):
-        more = {word: text for word, text in node["attributes"].items() if word not in ("geom1", "geom2")}
-        if more not in TOUCHES or both not in named:  # ours has the others by itself
-            reading.keep_in_section("contact", node, "contact", element.span)
+        convert.put(reading.tree, "disabled_contacts", pairs)
+    for node, element in zip(nodes, reading.elements_of("contact", nodes, "pair"), strict=True):
+        reading.keep_in_section("contact", node, "contact", element.span)
 
 
 def _excludes(reading: Reading) -> Iterator[tuple[list[str], Element]]:
@@ -343,7 +276,7 @@ def add_kept(reading: Reading) -> None:
     """
     for node in reading.facts["elements"]["whole"]:
         reading.keep(node, node["tag"], reading.markup.first(node["tag"]).span)
-    by_link: dict[str, list[Node]] = {}
+    by_link: dict[str, list[convert.Node]] = {}
     by_tag: dict[str, list[Span]] = {}
     for one in reading.elements:  # which grow: elements name others
         _keep_named_by(reading, one.node, one.span)
@@ -356,15 +289,15 @@ def add_kept(reading: Reading) -> None:
             section["inner"].extend(node["inner"])
         by_tag.setdefault(one.tag, []).append(one.span)
     for link, nodes in by_link.items():
-        texts = listing(map(text_of, nodes), reading.markup.root)
-        put(reading.links[link] if link else reading.tree, "mjcf_elements" if link else "mjcf", texts)
+        texts = convert.listing(map(convert.text_of, nodes), reading.markup.root)
+        convert.put(reading.links[link] if link else reading.tree, "mjcf_elements" if link else "mjcf", texts)
     for tag, spans in by_tag.items():
         what = f"{counted(len(spans), 'element')} ({tag})" if len(spans) > 1 else f"an element ({tag})"
         message = f"{what}, for which the language has no keys: kept as XML under mjcf"
         reading.note("import-verbatim", message, spans[0], others=spans[1:])
 
 
-def _keep_named_by(reading: Reading, node: Node, span: Span) -> None:
+def _keep_named_by(reading: Reading, node: convert.Node, span: Span) -> None:
     """Keep the assets, and what is in the world, that an element and its inner elements name."""
     for word, text in node["attributes"].items():
         _keep_of_scene(reading, _kind_of(word, node["attributes"]), text)
@@ -374,7 +307,7 @@ def _keep_named_by(reading: Reading, node: Node, span: Span) -> None:
         _keep_named_by(reading, inner, span)
 
 
-def _renamed(reading: Reading, node: Node) -> Node:
+def _renamed(reading: Reading, node: convert.Node) -> convert.Node:
     """Return an element with the names that the description has for what it names; materials are kept with it."""
     attributes = dict(node["attributes"])
     if node["tag"] == "skin" and "file" in attributes:

@@ -5,8 +5,7 @@ MuJoCo moves a body by any number of joints anywhere in it; here one joint moves
 - A body without joints is fixed. A hinge with a range is revolute, one without continuous; a slide is prismatic.
 - A joint whose ``pos`` is not the origin of its body gets a link at that anchor, and the body is fixed to it: every
   body keeps its frame.
-- Several joints in one body are a chain of links without mass, in MuJoCo's order; those that an MJCF of ours has for a
-  planar or floating joint are that.
+- Several joints in one body are a chain of links without mass, in MuJoCo's order.
 - Zero is that of the file. If a body is at another position than zero (``ref``), the origin of its joint is turned or
   moved back by it, and ``mjcf`` of the joint keeps it.
 - A ball stays one; its range (a cone) is among MuJoCo's own words.
@@ -23,39 +22,19 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rosorin_compile.model import Link, Transform, Vector
-from rosorin_compile.model.geometry import plane_axes, rotation_about
+from rosorin_compile.model.geometry import rotation_about
 from rosorin_compile.model.link import limited_fields
-from rosorin_compile.source.diagnostics import Span, counted, first_of, listed
+from rosorin_compile.source.diagnostics import counted, first_of, listed
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.xml.markup import Element
 
+from . import convert
 from .actuators import Drive
 from .omissions import LEAST, LEAST_EIGENVALUE
-from .reading import (
-    BALL,
-    FREE,
-    HINGE,
-    NO_POSE,
-    SLIDE,
-    Reading,
-    full_inertia,
-    is_unturned,
-    listing,
-    numbers,
-    placing,
-    put,
-    put_number,
-    put_pose,
-    put_source,
-    put_words,
-    rotation,
-    tidy,
-    tidy_position,
-    tidy_vector,
-    transform,
-    unit,
-)
+from .reading import BALL, FREE, HINGE, SLIDE, Reading
+
+Drives = Mapping[int, Drive]  # by the index of the joint
 
 GROUND = "ground"
 NO_MASS = 1e-12  # kg: less than a grain of dust; MuJoCo loads no moving body without any
@@ -63,7 +42,6 @@ STAND_IN_EFFORT = 1000.0  # N*m or N
 STAND_IN_VELOCITY = 10.0  # rad/s or m/s
 STAND_IN_TRAVEL = 1000.0  # m
 _SAME = 1e-9  # relative: MuJoCo's way through principal axes and back
-_SAME_AXIS = 1e-12
 _UNFELT = 1e6  # times the inertia of a link without mass
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _POSED = ("name", "pos", "quat")
@@ -76,13 +54,6 @@ _READ = (
 )
 _OF_LIMITS = ("solreflimit", "solimplimit", "margin")
 _OF_DYNAMICS = {"damping": "damping", "frictionloss": "friction", "armature": "armature", "stiffness": "stiffness"}
-# Several joints that are one: their types, what they are together, and the ends of their names.
-_TOGETHER = {
-    (SLIDE, SLIDE, HINGE): ("planar", ("_TX", "_TY", "_RZ")),
-    (SLIDE, SLIDE, SLIDE, BALL): ("floating", ("_TX", "_TY", "_TZ", "_R")),
-}
-_OF_TOGETHER = {"name", "type", "axis", "group"}  # attributes of such joints
-_ALONG: Sequence[Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
@@ -105,31 +76,12 @@ def name_all(reading: Reading) -> None:
             above = reading.link_of.get(body["parentid"], "")
             made_up = f"{names[-1]}_link" if names and names[-1] else f"{above}_body" if above else "base_link"
             reading.link_of[index] = reading.unique("link", made_up)
-    for index, held in reading.joints_in.items():
-        together = _together([joints[at] for at in held])
-        if together is not None:
-            reading.motion_of[index] = (reading.unique("joint", together[0]), *together[1:])
     named = {BALL: reading.ball_of, SLIDE: reading.joint_of, HINGE: reading.joint_of}
     for index, joint in sorted(enumerate(joints), key=lambda one: not one[1]["name"]):  # names of the file come first
-        if joint["type"] in named and joint["bodyid"] not in reading.motion_of:
+        if joint["type"] in named:
             name = reading.unique("joint", joint["name"] or f"{reading.link_of[joint['bodyid']]}_joint")
             named[joint["type"]][index] = name
             reading.rename("joint", joint["name"], name)
-
-
-def _together(held: Sequence[Mapping[str, Any]]) -> tuple[str, str, Any] | None:
-    """Return name, type and axis of the planar or floating joint that the joints of a body are, or None."""
-    kind, ends = _TOGETHER.get(tuple(joint["type"] for joint in held), ("", ()))
-    if not ends or any(set(joint["element"]["attributes"]) - _OF_TOGETHER for joint in held):
-        return None
-    name = held[0]["name"].removesuffix(ends[0])
-    if not name or [joint["name"] for joint in held] != [name + end for end in ends]:
-        return None
-    axis = unit(held[-1]["axis"]) if kind == "planar" else None
-    pairs = zip([joint["axis"] for joint in held[:-1]], plane_axes(axis) if axis else _ALONG, strict=True)
-    if any(abs(a - b) > _SAME_AXIS for one, own in pairs for a, b in zip(one, own, strict=True)):
-        return None
-    return name, kind, axis
 
 
 def add_links(reading: Reading) -> None:
@@ -145,7 +97,7 @@ def add_links(reading: Reading) -> None:
             light.append(index)
         elif body["mass"] > 0 or any(body["inertia"]):
             own = next((one for one in reading.markup.children(element) if one.tag == "inertial"), element)
-            put(link, "inertial", _inertial(body, own))
+            convert.put(link, "inertial", _inertial(body, own))
         more = {key: text for key, text in body["element"]["attributes"].items() if key not in _POSED}
         reading.put_words(link, more, "link", element, f'the body "{name}"', words)
         for inner in body["element"]["inner"]:
@@ -159,27 +111,27 @@ def add_links(reading: Reading) -> None:
 def _inertial(body: Mapping[str, Any], element: Element) -> Map:
     """Return mass and inertia as the file has them, or as MuJoCo calculated them from the geoms."""
     entry, written = Map(element.span), body.get("written")
-    put_number(entry, "mass", tidy(body["mass"]), element, "mass")
-    place, rows = tidy_vector(written["pos"] if written else body["ipos"]), rotation(body["iquat"])
-    moments, pose = full_inertia(body["inertia"], rows), transform(place)
-    is_turned = full_inertia((1.0, 2.0, 3.0), rows) != full_inertia((1.0, 2.0, 3.0), NO_POSE.rows)
+    convert.put_number(entry, "mass", convert.tidy(body["mass"]), element, "mass")
+    place, rows = convert.tidy_vector(written["pos"] if written else body["ipos"]), convert.rotation(body["iquat"])
+    moments, pose = convert.full_inertia(body["inertia"], rows), convert.transform(place)
+    is_turned = list(convert.full_inertia((1.0, 2.0, 3.0), rows).values()) != [1, 2, 3, 0, 0, 0]
     if written and written["full"] is not None:
         full = dict(zip(_MOMENTS, written["full"], strict=True))
         # Settings of MuJoCo's compiler may bound or balance an inertia.
         most = _SAME * max(map(abs, moments.values()))
         moments = full if all(abs(full[key] - moments[key]) <= most for key in full) else moments
     elif is_turned and (written or min(body["inertia"]) < LEAST_EIGENVALUE):
-        moments, pose = full_inertia(body["inertia"], NO_POSE.rows), Transform(rows, place)
-    put_pose(entry, pose, element)
+        moments, pose = convert.full_inertia(body["inertia"], convert.NO_POSE.rows), Transform(rows, place)
+    convert.put_pose(entry, pose, element)
     inertia, order = Map(element.span), {"fullinertia": _MOMENTS, "diaginertia": _MOMENTS[:3]}
     attribute = next((word for word in order if word in element.attributes), "")
     for key, value in moments.items():
         if value or key in _MOMENTS[:3]:
             at = order[attribute].index(key) if attribute and key in order[attribute] else 99
-            put_number(inertia, key, value, element, attribute, at)
-    put(entry, "inertia", inertia)
+            convert.put_number(inertia, key, value, element, attribute, at)
+    convert.put(entry, "inertia", inertia)
     if not written:
-        put_source(entry, "calculated", "by MuJoCo from the geoms")
+        convert.put_source(entry, "calculated", "by MuJoCo from the geoms")
     return entry
 
 
@@ -201,11 +153,11 @@ def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any])
     """Add a site, a camera or a light to its link; one that the language cannot express is kept as it is."""
     tag, form = _MARKS[kind]
     link, element, node = reading.link_of[thing["bodyid"]], reading.places.of(kind, index), thing["element"]
-    place, name = transform(thing["pos"], thing.get("quat")), thing["name"]
+    place, name = convert.transform(thing["pos"], thing.get("quat")), thing["name"]
     more = {key: text for key, text in node["attributes"].items() if key not in _POSED}
-    is_plain = not more or (reading.is_ours and more.keys() == {"group"})
-    if kind == "sites" and name == link and is_plain and tidy_vector(place.xyz) == _ORIGIN and is_unturned(place):
-        return  # the frame of the link itself, as the compiler writes it
+    is_at_origin = convert.tidy_vector(place.xyz) == _ORIGIN and convert.is_unturned(place)
+    if kind == "sites" and name == link and is_at_origin and more.keys() <= {"group"}:
+        return  # every link has a site of its name
     if tag == "site" and name in reading.taken["link"]:  # each link has a site of its own
         given = reading.name(tag, f"{name}_site")
         reading.rename(tag, name, given)
@@ -215,189 +167,173 @@ def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any])
         name = reading.name(tag, name, f"{link}_{tag}")
     reading.given.setdefault(tag, {})[index] = name
     if kind == "lights" and "dir" in more:
-        more["dir"] = " ".join(repr(tidy(value)) for value in thing["dir"])
+        more["dir"] = " ".join(repr(convert.tidy(value)) for value in thing["dir"])
     entry, kinds = Map(element.span), {"target": "body", "material": "material"}
-    put_pose(entry, place, element)
+    convert.put_pose(entry, place, element)
     named = {word: reading.called(kinds[word], text) if word in kinds else text for word, text in more.items()}
-    rest = put_words(entry, named, form, element)
+    rest = convert.put_words(entry, named, form, element)
     if rest or node["inner"]:
-        reading.keep({**node, "attributes": {"name": name, **more, **placing(place)}}, tag, element.span, link)
+        reading.keep({**node, "attributes": {"name": name, **more, **convert.placing(place)}}, tag, element.span, link)
         return
     marks = reading.links[link].get(kind) or Map(element.span)
     marks.put(name, entry, element.span, element.span)
-    put(reading.links[link], kind, marks)
+    convert.put(reading.links[link], kind, marks)
 
 
-def add_joints(reading: Reading, drives: Mapping[int, Drive]) -> None:
+def add_joints(reading: Reading, drives: Drives) -> None:
     """Add what joins every body to the one that it is in, and report stand-ins and bodies that are too light."""
-    chain = _Chain(reading, drives)
     for index, body in enumerate(reading.facts["bodies"]):
         if index == 0 or body["parentid"] not in reading.link_of:
             continue
         held = [(at, reading.facts["joints"][at]) for at in reading.joints_in.get(index, ())]
         ends = reading.link_of[body["parentid"]], reading.link_of[index]
-        place, element = transform(body["pos"], body["quat"]), reading.places.body(index)
-        if index in reading.motion_of:
-            first, *_, last = (reading.places.of("joints", at) for at in reading.joints_in[index])
-            name, kind, axis = reading.motion_of[index]
-            joint = reading.add_joint(name, kind, *ends, first)
-            put_pose(joint, place, element)
-            if axis is not None:
-                put(joint, "axis", numbers(axis, last, "axis"))
-        elif held and held[0][1]["type"] != FREE:
-            chain.add(index, place, held)
+        place, element = convert.transform(body["pos"], body["quat"]), reading.places.body(index)
+        if held and held[0][1]["type"] != FREE:
+            _add_chain(reading, index, place, held, drives)
         else:
             own = reading.places.of("joints", held[0][0]) if held else element
             name = held[0][1]["name"] if held and held[0][1]["name"] else f"{ends[1]}_joint"
             kind = "floating" if held else "fixed"
             joint = reading.add_joint(reading.unique("joint", name), kind, *ends, own)
-            put_pose(joint, place, element)
+            convert.put_pose(joint, place, element)
             if held:
                 rest = _put_dynamics(joint, held[0][1]["element"]["attributes"], own)
                 reading.put_words(joint, rest, "joint", own, f'the joint "{name}"')
-    chain.report()
+    _report_joints(reading)
 
 
 def add_root(reading: Reading) -> None:
     """Set where the only top body is in the world, and the name and dynamics of its free joint."""
     if reading.ground:
         world = Map(reading.places.body(0).span)
-        put(world, "world", True)
-        put(reading.tree, "root", world)
+        convert.put(world, "world", True)
+        convert.put(reading.tree, "root", world)
         return
     top = reading.tops[0]
     body, element = reading.facts["bodies"][top], reading.places.body(top)
-    entry, place = Map(element.span), transform(body["pos"], body["quat"])
+    entry, place = Map(element.span), convert.transform(body["pos"], body["quat"])
     if reading.free_base:  # without it, it would be on the floor
-        put(entry, "xyz", numbers(tidy_vector(place.xyz), element, "pos"))
-    put_pose(entry, place, element)
+        convert.put(entry, "xyz", convert.numbers(convert.tidy_vector(place.xyz), element, "pos"))
+    convert.put_pose(entry, place, element)
     if reading.free_base:
         index = reading.joints_in[top][0]
         joint, own = reading.facts["joints"][index], reading.places.of("joints", index)
         if joint["name"]:
-            put(entry, "joint", reading.unique("joint", joint["name"]))
+            convert.put(entry, "joint", reading.unique("joint", joint["name"]))
         more = {key: text for key, text in joint["element"]["attributes"].items() if key not in (*_READ, *_OF_LIMITS)}
         reading.put_words(entry, more, "root", own, "the free joint", {"frictionloss": "friction"})
     if entry:
-        put(reading.tree, "root", entry)
+        convert.put(reading.tree, "root", entry)
 
 
-class _Chain:
-    """Adds the hinges, slides and balls of bodies; ``stand_ins`` are joint, number and place by the key of a limit."""
-
-    def __init__(self, reading: Reading, drives: Mapping[int, Drive]) -> None:
-        self.reading, self.drives = reading, drives
-        self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}
-
-    def add(self, index: int, place: Transform, held: Sequence[tuple[int, Mapping[str, Any]]]) -> None:
-        """Add the joints of a body at a place in its parent; several move links without mass between both."""
-        reading, body, element = self.reading, self.reading.link_of[index], self.reading.places.body(index)
-        above = reading.link_of[reading.facts["bodies"][index]["parentid"]]
-        at = _ORIGIN  # where in the body, not turned, the link is that the chain has reached
-        for number, (which, joint) in enumerate(held, 1):
-            kind, own = joint["type"], reading.places.of("joints", which)
-            name, axis = (reading.ball_of if kind == BALL else reading.joint_of)[which], unit(joint["axis"])
-            anchor, child = (at if kind == SLIDE else tidy_vector(joint["pos"])), body
-            if number < len(held) or anchor != _ORIGIN:
-                is_anchor = kind != SLIDE and any(anchor)
-                child = reading.unique("link", f"{name}_{'anchor' if is_anchor else 'link'}")
-                reading.add(reading.links, child, own)
-            origin, ref = place.then(transform([a - b for a, b in zip(anchor, at, strict=True)])), 0.0
-            if kind != BALL:  # where the joint is at zero
-                slides = kind == SLIDE
-                ref = tidy_position(reading.facts["qpos0"][joint["qposadr"]], slides)
-                back = transform([-ref * part for part in axis]) if slides else Transform(rotation_about(axis, -ref))
-                origin = origin.then(back) if ref else origin
-            types = {HINGE: "revolute" if joint["limited"] else "continuous", SLIDE: "prismatic", BALL: "ball"}
-            entry = reading.add_joint(name, types[kind], above, child, own)
-            put_pose(entry, origin, element if number == 1 and anchor == _ORIGIN else own)
-            if kind != BALL:
-                put(entry, "axis", numbers(axis, own, "axis"))
-            self._put_details(which, name, entry, own, ref)
-            above, at, place = child, anchor, NO_POSE
-        if above != body:
-            entry = reading.add_joint(reading.unique("joint", f"{body}_joint"), "fixed", above, body, element)
-            put_pose(entry, transform([-value for value in at]), element)
-
-    def _put_details(self, which: int, name: str, entry: Map, element: Element, ref: float) -> None:
-        """Set limit, dynamics and actuator of a joint; ``ref`` is its position (rad or m) in the file."""
-        joint, drive = self.reading.facts["joints"][which], self.drives.get(which, Drive())
-        attributes, kind = joint["element"]["attributes"], joint["type"]
+def _add_chain(reading: Reading, index: int, place: Transform, held: Sequence[tuple[int, Any]], drives: Drives) -> None:
+    """Add the hinges, slides and balls of a body at a place in its parent; several move links without mass between."""
+    body, element = reading.link_of[index], reading.places.body(index)
+    above = reading.link_of[reading.facts["bodies"][index]["parentid"]]
+    at = _ORIGIN  # where in the body, not turned, the link is that the chain has reached
+    for number, (which, joint) in enumerate(held, 1):
+        kind, span = joint["type"], reading.places.of("joints", which)
+        name, axis = (reading.ball_of if kind == BALL else reading.joint_of)[which], convert.unit(joint["axis"])
+        anchor, child = (at if kind == SLIDE else convert.tidy_vector(joint["pos"])), body
+        if number < len(held) or anchor != _ORIGIN:
+            is_anchor = kind != SLIDE and any(anchor)
+            child = reading.unique("link", f"{name}_{'anchor' if is_anchor else 'link'}")
+            reading.add(reading.links, child, span)
+        origin = place.then(convert.transform([a - b for a, b in zip(anchor, at, strict=True)]))
+        ref = convert.tidy_position(reading.facts["qpos0"][joint["qposadr"]], kind == SLIDE) if kind != BALL else 0.0
+        if ref:  # the origin is where the joint is at zero
+            turn = Transform() if kind == SLIDE else Transform(rotation_about(axis, -ref))
+            origin = origin.then(convert.transform([-ref * part for part in axis]) if kind == SLIDE else turn)
+        types = {HINGE: "revolute" if joint["limited"] else "continuous", SLIDE: "prismatic", BALL: "ball"}
+        entry = reading.add_joint(name, types[kind], above, child, span)
+        convert.put_pose(entry, origin, element if number == 1 and anchor == _ORIGIN else span)
         if kind != BALL:
-            limit = self._limit(name, joint, element, drive)
-            if limit:
-                put(entry, "limit", limit)
-        rest = _put_dynamics(entry, attributes, element)
-        if {"stiffness", "springdamper"} & attributes.keys() and kind != BALL:
-            at_rest = tidy_position(float(attributes.get("springref", 0)), kind == SLIDE)
-            if at_rest:
-                dynamics = entry.get("dynamics") or Map(element.span)
-                put(entry, "dynamics", dynamics)
-                put_number(dynamics, "spring_reference", at_rest, element, "springref")
-        if drive.entry is not None:
-            put(entry, "actuator", drive.entry)
-        if kind != BALL:
-            low, high = joint["actfrcrange"]
-            # A force that is not the same both ways, or that its actuators have as well, is no effort.
-            is_twice = drive.effort is not None and math.isclose(drive.effort, high, rel_tol=1e-9)
-            if joint["actfrclimited"] and (low != -high or is_twice):
-                rest["actuatorfrcrange"] = f"{low!r} {high!r}"
-            rest |= {"ref": repr(ref)} if ref else {}
-        elif joint["limited"]:
-            rest["range"] = f"0 {joint['range'][1]!r}"
-        self.reading.put_words(entry, rest, "joint", element, f'the joint "{name}"')
+            convert.put(entry, "axis", convert.numbers(axis, span, "axis"))
+        _put_details(reading, which, entry, span, ref, drives.get(which, Drive()))
+        above, at, place = child, anchor, convert.NO_POSE
+    if above != body:
+        entry = reading.add_joint(reading.unique("joint", f"{body}_joint"), "fixed", above, body, element)
+        convert.put_pose(entry, convert.transform([-value for value in at]), element)
 
-    def _limit(self, name: str, joint: Mapping[str, Any], element: Element, drive: Drive) -> Map:
-        """Return the limit of a hinge or slide, with what stands in; without a range only of a known force."""
-        limit, missing, slides = Map(element.span), list[str](), joint["type"] == SLIDE
-        if joint["limited"]:
-            for at, key in enumerate(("lower", "upper")):
-                put_number(limit, key, tidy_position(joint["range"][at], slides), element, "range", at)
-        elif slides:
-            missing += ["lower", "upper"]
-            for key, sign in (("lower", "-"), ("upper", "")):
-                put(limit, key, Quantity.parse(f"{sign}{STAND_IN_TRAVEL:g} m"))
-        effort = tidy(max(map(abs, joint["actfrcrange"]))) if joint["actfrclimited"] else drive.effort
-        if effort is not None or drive.speed is not None or limit:
-            known = (("effort", effort, STAND_IN_EFFORT), ("velocity", drive.speed, STAND_IN_VELOCITY))
-            for key, value, stand_in in known:
-                attribute = "actuatorfrcrange" if key == "effort" else ""
-                put_number(limit, key, stand_in if value is None else tidy(value), element, attribute, 1)
-                missing += [key] if value is None else []
-        if missing:
-            put(limit, "stand_ins", listing(missing, element))
-            verb, them = ("is a stand-in", "it") if len(missing) == 1 else ("are stand-ins", "them")
-            put_source(limit, "stand_in", f"{listed(missing)} {verb}: the MJCF does not limit {them}")
-        for key in missing:
-            self.stand_ins.setdefault(key, []).append((name, limit[key], element.span))
-        return limit
 
-    def report(self) -> None:
-        """Report the limits that stand in, and where the mass that MuJoCo needs between several joints can be felt."""
-        reading = self.reading
-        ends = [entry for key in ("lower", "upper") for entry in self.stand_ins.get(key, ())]
-        groups = (("range", ends), *((key, self.stand_ins.get(key, [])) for key in ("effort", "velocity")))
-        for word, entries in ((word, entries) for word, entries in groups if entries):
-            names, values = (list(dict.fromkeys(column)) for column in list(zip(*entries, strict=True))[:2])
-            whose, which = (
-                (f'joint "{names[0]}" has', "")
-                if len(names) == 1
-                else (f"{counted(len(names), 'joint')} have", f" ({first_of(names, 3)})")
-            )
-            numbers = list(dict.fromkeys(f"{value:g}" for value in values))
-            written = "is written as a stand-in" if len(numbers) == 1 else "are written as stand-ins"
-            message = f"{whose} no {word} limit in the MJCF{which}: {listed(numbers)} {written}"
-            reading.note("import-stand-in", message, entries[0][2], "put in what the robot really has")
-        light = [
-            index
-            for index, body in enumerate(reading.facts["bodies"])
-            if len(reading.joints_in.get(index, ())) > 1 and 0 < min(body["inertia"]) < LEAST * _UNFELT
-        ]
-        if light:
-            which = first_of([reading.link_of[index] for index in light], 3)
-            message = f"{which}: next to no inertia, and several joints; in ours links are between those"
-            message += f", for which MuJoCo needs {LEAST:g} kg*m^2: such small parts move a little otherwise"
-            reading.changed(message, reading.places.body(light[0]).span)
+def _put_details(reading: Reading, which: int, entry: Map, element: Element, ref: float, drive: Drive) -> None:
+    """Set limit, dynamics and actuator of a joint; ``ref`` is its position (rad or m) in the file."""
+    joint = reading.facts["joints"][which]
+    name, attributes, kind = (reading.ball_of | reading.joint_of)[which], joint["element"]["attributes"], joint["type"]
+    if kind != BALL:
+        limit = _limit(reading, name, joint, element, drive)
+        if limit:
+            convert.put(entry, "limit", limit)
+    rest = _put_dynamics(entry, attributes, element)
+    if {"stiffness", "springdamper"} & attributes.keys() and kind != BALL:
+        at_rest = convert.tidy_position(float(attributes.get("springref", 0)), kind == SLIDE)
+        if at_rest:
+            dynamics = entry.get("dynamics") or Map(element.span)
+            convert.put(entry, "dynamics", dynamics)
+            convert.put_number(dynamics, "spring_reference", at_rest, element, "springref")
+    if drive.entry is not None:
+        convert.put(entry, "actuator", drive.entry)
+    if kind != BALL:
+        low, high = joint["actfrcrange"]
+        # A force that is not the same both ways, or that its actuators have as well, is no effort.
+        is_repeated = drive.effort is not None and math.isclose(drive.effort, high, rel_tol=1e-9)
+        if joint["actfrclimited"] and (low != -high or is_repeated):
+            rest["actuatorfrcrange"] = f"{low!r} {high!r}"
+        rest |= {"ref": repr(ref)} if ref else {}
+    elif joint["limited"]:
+        rest["range"] = f"0 {joint['range'][1]!r}"
+    reading.put_words(entry, rest, "joint", element, f'the joint "{name}"')
+
+
+def _limit(reading: Reading, name: str, joint: Mapping[str, Any], element: Element, drive: Drive) -> Map:
+    """Return the limit of a hinge or slide with its stand-ins; without a range only if a force or speed is known."""
+    limit, missing, slides = Map(element.span), list[str](), joint["type"] == SLIDE
+    if joint["limited"]:
+        for at, key in enumerate(("lower", "upper")):
+            convert.put_number(limit, key, convert.tidy_position(joint["range"][at], slides), element, "range", at)
+    elif slides:
+        missing += ["lower", "upper"]
+        for key, sign in (("lower", "-"), ("upper", "")):
+            convert.put(limit, key, Quantity.parse(f"{sign}{STAND_IN_TRAVEL:g} m"))
+    effort = convert.tidy(max(map(abs, joint["actfrcrange"]))) if joint["actfrclimited"] else drive.effort
+    if effort is not None or drive.speed is not None or limit:
+        for key, value, stand_in in (
+            ("effort", effort, STAND_IN_EFFORT),
+            ("velocity", drive.speed, STAND_IN_VELOCITY),
+        ):
+            number = stand_in if value is None else convert.tidy(value)
+            convert.put_number(limit, key, number, element, "actuatorfrcrange" if key == "effort" else "", 1)
+            missing += [key] if value is None else []
+    if missing:
+        convert.put(limit, "stand_ins", convert.listing(missing, element))
+        verb, them = ("is a stand-in", "it") if len(missing) == 1 else ("are stand-ins", "them")
+        convert.put_source(limit, "stand_in", f"{listed(missing)} {verb}: the MJCF does not limit {them}")
+    for key in missing:
+        word = "range" if key in ("lower", "upper") else key
+        reading.stand_ins.setdefault(word, []).append((name, limit[key], element.span))
+    return limit
+
+
+def _report_joints(reading: Reading) -> None:
+    """Report the limits that are stand-ins, and where the mass that links between joints need can be felt."""
+    for word in ("range", "effort", "velocity"):
+        entries = reading.stand_ins.get(word, [])
+        if not entries:
+            continue
+        names = list(dict.fromkeys(name for name, _, _ in entries))
+        whose = f'joint "{names[0]}" has' if len(names) == 1 else f"{counted(len(names), 'joint')} have"
+        which = f" ({first_of(names, 3)})" if len(names) > 1 else ""
+        numbers = list(dict.fromkeys(f"{value:g}" for _, value, _ in entries))
+        written = "is written as a stand-in" if len(numbers) == 1 else "are written as stand-ins"
+        message = f"{whose} no {word} limit in the MJCF{which}: {listed(numbers)} {written}"
+        reading.note("import-stand-in", message, entries[0][2], "put in what the robot really has")
+    bodies = enumerate(reading.facts["bodies"])
+    several = [(index, body) for index, body in bodies if len(reading.joints_in.get(index, ())) > 1]
+    light = [index for index, body in several if 0 < min(body["inertia"]) < LEAST * _UNFELT]
+    if light:
+        message = f"{first_of([reading.link_of[index] for index in light], 3)}: next to no inertia, and several joints;"
+        message += f" the links between them need {LEAST:g} kg*m^2 in MuJoCo: such small parts move a little otherwise"
+        reading.changed(message, reading.places.body(light[0]).span)
 
 
 def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -> dict[str, str]:
@@ -406,7 +342,7 @@ def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -
     pair = [float(number) for number in attributes.get("springdamper", "").split()]
     if pair and min(pair) > 0:  # of which MuJoCo makes both, whatever the others are
         words = {key: text for key, text in words.items() if key not in ("damping", "stiffness")}
-    rest = put_words(dynamics, words, "dynamics", element, _OF_DYNAMICS)
+    rest = convert.put_words(dynamics, words, "dynamics", element, _OF_DYNAMICS)
     if dynamics:
-        put(entry, "dynamics", dynamics)
+        convert.put(entry, "dynamics", dynamics)
     return rest | {key: text for key, text in attributes.items() if key not in _READ and key not in _OF_DYNAMICS}

@@ -7,29 +7,26 @@ import listed as left out, ignored or changed may differ in that way; any other 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 from rosorin_compile.formats.imported import Imported, Proof
-from rosorin_compile.source.diagnostics import counted, listed
+from rosorin_compile.source.diagnostics import listed
 
 from .process import prove as prove_in_child
 
 _GONE = r".*: is not in ours$"
 # Words of messages of an import, and what may then differ: a pattern for "kind field: text".
 LISTED = {
-    "of the world: the scene": rf"(geom|mesh|hfield|material|texture|site|camera|light) {_GONE}|geom user"
+    "of the world: the scene": rf"(geom|mesh|hfield|site|camera) {_GONE}|geom user"
     r"|contact : body world and .* may touch in the source alone$",
     "that no geom has": rf"(mesh|hfield) {_GONE}",
-    "that no material has": rf"texture {_GONE}",
     "becomes the link": r"\w+ name:",
     'is called "': r"\w+ name:",
     "no range limit": r"joint (range|limited):",
     " of the free joint ": r"joint (?!name)",
     " of the joint ": r"joint (?!name)",
-    " of a geom ": r"geom (?!name|matid|rgba|contype|conaffinity)",
+    " of a geom ": r"geom (?!name|contype|conaffinity)",
     " of the body ": r"body (gravcomp|mocapid|sleep|user):",
-    " of the material ": r"(material (?!rgba|name)|geom matid|texture)",
     " of the actuator ": r"actuator (?!name)",
     "its control is not where it was": r"order |key ",
     "sensor data is in another order": r"order sensor",
@@ -50,41 +47,19 @@ def prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
         return Proof(unknown=answer)
     if "refused" in answer:
         return Proof({"loading": [f"MuJoCo does not load the MJCF that it becomes: {answer['refused']}"]})
-    motion = answer.get("motion")
-    differences = [(f"{kind} {field}".strip(), what) for kind, field, what in answer["differences"]]
-    if motion and motion["differs"]:
-        what = f"frames or accelerations differ by {motion['largest']:.2g} ({motion['where']})"
-        differences.insert(0, ("motion", what))
+    wrong, known = dict[str, list[str]](), dict[str, list[str]]()
     messages = [one.message for one in imported.diagnostics if one.rule in _LISTS]
-    wrong, known = sort_differences(differences, lambda feature, text: is_listed(feature, text, messages))
-    said = "" if wrong else _summary(list(known), motion)
-    return Proof(wrong, known, said, counts=answer.get("counts", {}))
+    for kind, field, text in answer["differences"]:
+        by_feature = known if is_listed(f"{kind} {field}: {text}", messages) else wrong
+        by_feature.setdefault(f"{kind} {field}".strip(), []).append(text)
+    if wrong:
+        return Proof(wrong, known)
+    but = f"except for what is listed above ({listed(list(known))})" if known else "in every field but its appearance"
+    motion = f"; frames and accelerations {answer['motion']}" if "motion" in answer else ""
+    return Proof(wrong, known, f"MuJoCo's model of the MJCF is that of the source, {but}{motion}")
 
 
-def is_listed(feature: str, difference: str, messages: Sequence[str]) -> bool:
-    """Return True if a message of an import lists a difference."""
-    full = f"{feature}: {difference}" if " " in feature else f"{feature} : {difference}"
+def is_listed(difference: str, messages: Sequence[str]) -> bool:
+    """Return True if a message of an import lists a difference, a text "KIND FIELD: TEXT"."""
     patterns = [pattern for words, pattern in LISTED.items() if any(words in message for message in messages)]
-    return any(re.match(pattern, full) for pattern in patterns)
-
-
-def _summary(known: Sequence[str], motion: Mapping[str, Any] | None) -> str:
-    but = f"except for what is listed above ({listed(known)})" if known else "in every field that it decides"
-    sentence = f"MuJoCo's model of the MJCF is that of the source, {but}"
-    if not motion:
-        return sentence
-    states = f"{motion['states']} random states{' without the scene' if motion['scene'] else ''}"
-    constraints = counted(motion["constraints"], "constraint")
-    difference = f"largest difference {motion['largest']:.2g}"
-    return f"{sentence}; frames and accelerations in {states} with {constraints}: {difference}"
-
-
-def sort_differences(
-    differences: Iterable[tuple[str, str]], is_known: Callable[[str, str], bool]
-) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
-    """Return texts by feature: those that were not reported before, and those that were."""
-    wrong: dict[str, list[str]] = {}
-    known: dict[str, list[str]] = {}
-    for feature, text in differences:
-        (known if is_known(feature, text) else wrong).setdefault(feature, []).append(text)
-    return wrong, known
+    return any(re.match(pattern, difference) for pattern in patterns)

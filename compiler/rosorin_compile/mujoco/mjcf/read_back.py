@@ -6,22 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.model import (
-    Box,
-    Capsule,
-    Cylinder,
-    Ellipsoid,
-    Inertial,
-    Joint,
-    Limit,
-    Link,
-    Mesh,
-    Output,
-    Robot,
-    Shape,
-    Sphere,
-    Transform,
-)
+from rosorin_compile import model
 from rosorin_compile.model.geometry import pose_of, rotation_about, unit
 from rosorin_compile.model.joint import Dynamics, Mimic
 from rosorin_compile.model.robot import JointPose
@@ -55,7 +40,7 @@ _MEASURED = ("site", "objname", "camera", "body", "body1", "subtree1")
 class Mjcf:
     """What an MJCF contains: the robot, attributes of things by name, and pairs of links as texts ("arm - base")."""
 
-    robot: Robot
+    robot: model.Robot
     link: Entries = field(default_factory=dict)
     sensor: Entries = field(default_factory=dict)
     actuator: Entries = field(default_factory=dict)
@@ -76,36 +61,36 @@ def read(text: str) -> Mjcf:
     return _Reader(root, worldbody).read()
 
 
-def view(robot: Robot, output: Output) -> Mjcf:
+def view(robot: model.Robot, output: model.Output) -> Mjcf:
     """Return what an MJCF has to contain at least: frames, what joints may do, masses, and what collides."""
     links = []
     for link in robot.links:
         shapes = colliding(link, output)
-        meshes = any(isinstance(shape.geometry, Mesh) for shape in shapes or ())
-        bare = tuple(Shape(shape.geometry, shape.pose) for shape in shapes or ())
+        meshes = any(isinstance(shape.geometry, model.Mesh) for shape in shapes or ())
+        bare = tuple(model.Shape(shape.geometry, shape.pose) for shape in shapes or ())
         inertial = link.inertial if link.inertial is not None and link.inertial.mass > LEAST else None
-        links.append(Link(link.name, inertial, (), () if shapes is None or meshes else bare))
-    return Mjcf(Robot("", tuple(links), tuple(_joint_view(joint, robot) for joint in robot.joints)))
+        links.append(model.Link(link.name, inertial, (), () if shapes is None or meshes else bare))
+    return Mjcf(model.Robot("", tuple(links), tuple(_joint_view(joint, robot) for joint in robot.joints)))
 
 
-def _joint_view(joint: Joint, robot: Robot) -> Joint:
+def _joint_view(joint: model.Joint, robot: model.Robot) -> model.Joint:
     place = (joint.parent, joint.child, joint.origin)
     if not joint.moves:  # fixed joints have no names
         axis = joint.axis if joint.type == "planar" else (1.0, 0.0, 0.0)
         split = joint.type == "planar" or (joint.type == "floating" and not is_free(robot, joint))
         name = base_name(joint, robot) if split else "" if joint.is_fixed else joint.name
-        return Joint(name, joint.type, *place, axis)
+        return model.Joint(name, joint.type, *place, axis)
     reach = position_range(joint)
     kind = "continuous" if joint.type == "revolute" and reach is None else joint.type
     effort = joint.limit.known("effort") if joint.limit is not None else None
     lower, upper = reach or (None, None)
     if effort is not None and (effort <= 0 or "actuatorfrcrange" in joint.mjcf or is_clamped(robot, joint, effort)):
         effort = None  # an attribute of MuJoCo or the actuators set it
-    limit = Limit(lower, upper, effort)
+    limit = model.Limit(lower, upper, effort)
     mimic = joint.mimic
     if mimic is not None and not robot.joint[mimic.joint].moves:  # it is held at an angle
         mimic = Mimic("", 0.0, mimic.offset)
-    return Joint(joint.name, kind, *place, joint.axis, limit, mimic)
+    return model.Joint(joint.name, kind, *place, joint.axis, limit, mimic)
 
 
 class _Reader:
@@ -113,8 +98,8 @@ class _Reader:
 
     def __init__(self, root: Element, worldbody: Element) -> None:
         self.root = root
-        self.links: list[Link] = []
-        self.joints: dict[str, Joint] = {}  # by child
+        self.links: list[model.Link] = []
+        self.joints: dict[str, model.Joint] = {}  # by child
         self.sections: dict[str, dict[str, dict[str, Any]]] = {}
         self.elements: dict[str, Element] = {}
         self.owners: dict[str, str] = {}
@@ -161,7 +146,7 @@ class _Reader:
         excluded = ([_text(pair, "body1"), _text(pair, "body2")] for pair in self.root.iterfind("contact/exclude"))
         excludes = frozenset(" - ".join(sorted(self.owners.get(name, name) for name in pair)) for pair in excluded)
         poses = tuple(map(self._pose, self.root.iterfind("keyframe/key")))
-        robot = Robot("", tuple(self.links), tuple(self.joints.values()), poses=poses)
+        robot = model.Robot("", tuple(self.links), tuple(self.joints.values()), poses=poses)
         pairs = {kind: frozenset(names) for kind, names in touching.items()}
         return Mjcf(robot, **self.sections, excluded_contacts=excludes, **pairs)  # type: ignore[arg-type]
 
@@ -192,7 +177,9 @@ class _Reader:
             x, y, z = unit(numbers_of(joints[0].get("axis", "0 0 1"), 3))  # type: ignore[arg-type]
             slides = joints[0].get("type") == "slide"
             back = (
-                Transform(xyz=(-ref * x, -ref * y, -ref * z)) if slides else Transform(rotation_about((x, y, z), -ref))
+                model.Transform(xyz=(-ref * x, -ref * y, -ref * z))
+                if slides
+                else model.Transform(rotation_about((x, y, z), -ref))
             )
             place = place.then(back)
         self.elements |= {_text(joint, "name"): joint for joint in joints}
@@ -202,7 +189,7 @@ class _Reader:
         if free and parent != TOP:
             called = _text(free[0], "name")
             self.elements[called] = free[0]
-            self.joints[name] = Joint(called, "floating", parent, name, pose_of(place))
+            self.joints[name] = model.Joint(called, "floating", parent, name, pose_of(place))
         else:
             self.joints[name] = _joint(joints, parent, name, pose_of(place))
         waiting = [part for part in body if part.tag not in _PLAIN]
@@ -215,17 +202,17 @@ class _Reader:
             self._put("link", name, " ".join([part.tag, *names[:1]]), part)
             self.owners.update(dict.fromkeys(names, name))
             waiting += list(part)
-        shapes: dict[str, list[Shape]] = {COLLISION: [], VISUAL: []}
+        shapes: dict[str, list[model.Shape]] = {COLLISION: [], VISUAL: []}
         for geom in body.iterfind("geom"):
             self.geoms[geom.get("name", "")] = name
             purpose = next((one for one in shapes if geom.get("class", "").endswith(f"_{one}")), "")
             if purpose:
                 rgba = numbers_of(geom.attrib["rgba"], 4) if purpose == VISUAL and "rgba" in geom.attrib else None
-                shape = Shape(self._geometry(geom), pose_of(_transform(geom)), rgba=rgba)  # type: ignore[arg-type]
+                shape = model.Shape(self._geometry(geom), pose_of(_transform(geom)), rgba=rgba)  # type: ignore[arg-type]
                 shapes[purpose].append(shape)
         inertial = body.find("inertial")
         mass = _inertial(inertial) if inertial is not None else None
-        self.links.append(Link(name, mass, tuple(shapes[VISUAL]), tuple(shapes[COLLISION])))
+        self.links.append(model.Link(name, mass, tuple(shapes[VISUAL]), tuple(shapes[COLLISION])))
 
     def _geometry(self, geom: Element) -> Any:
         kind = geom.get("type", "sphere")
@@ -233,17 +220,19 @@ class _Reader:
             mesh = self.meshes.get(_text(geom, "mesh"))
             if mesh is None:
                 raise ValueError(f"there is no mesh {geom.get('mesh')}")
-            return Mesh(mesh.get("file", ""), numbers_of(mesh.get("scale", "1 1 1"), 3))  # type: ignore[arg-type]
+            return model.Mesh(mesh.get("file", ""), numbers_of(mesh.get("scale", "1 1 1"), 3))  # type: ignore[arg-type]
         counts = {"sphere": 1, "cylinder": 2, "capsule": 2, "box": 3, "ellipsoid": 3}
         if kind not in counts:
-            return Mesh(f"{kind} {geom.get('hfield', '')}".strip())
+            return model.Mesh(f"{kind} {geom.get('hfield', '')}".strip())
         found = numbers_of(geom.attrib["size"], counts[kind]) if "size" in geom.attrib else ()
         x, y, z = (*found, 0.0, 0.0, 0.0)[:3]
         if kind == "box":
-            return Box((-x, -y, -z), (x, y, z))
+            return model.Box((-x, -y, -z), (x, y, z))
         if kind == "ellipsoid":
-            return Ellipsoid((x, y, z))
-        return Sphere(x) if kind == "sphere" else (Cylinder if kind == "cylinder" else Capsule)(x, 2 * y)
+            return model.Ellipsoid((x, y, z))
+        return (
+            model.Sphere(x) if kind == "sphere" else (model.Cylinder if kind == "cylinder" else model.Capsule)(x, 2 * y)
+        )
 
     def _replace(self, name: str, **values: Any) -> None:
         joint = next((joint for joint in self.joints.values() if joint.name == name), None)
@@ -281,24 +270,24 @@ class _Reader:
         return JointPose(_text(key, "name"), positions)
 
 
-def _joint(joints: Sequence[Element], parent: str, child: str, place: Any) -> Joint:
+def _joint(joints: Sequence[Element], parent: str, child: str, place: Any) -> model.Joint:
     """Return the joint of a body; several that together are a planar or a floating joint as that."""
     if not joints:
-        return Joint("", "fixed", parent, child, place)
+        return model.Joint("", "fixed", parent, child, place)
     joint, names = joints[0], [_text(joint, "name") for joint in joints]
     base = names[0].removesuffix(PLANAR[0])
     axis: Any = numbers_of(joints[-1].get("axis", "0 0 1"), 3)
     for kind, ends, last in (("planar", PLANAR, "hinge"), ("floating", FLOATING, "ball")):
         if names == [base + end for end in ends] and joints[-1].get("type", "hinge") == last:
-            return Joint(base, kind, parent, child, place, axis if kind == "planar" else (1.0, 0.0, 0.0))
+            return model.Joint(base, kind, parent, child, place, axis if kind == "planar" else (1.0, 0.0, 0.0))
     if joint.get("type") == "ball":
-        return Joint(names[0], "ball", parent, child, place)
+        return model.Joint(names[0], "ball", parent, child, place)
     reach = numbers_of(joint.get("range", ""))
     kind = "prismatic" if joint.get("type") == "slide" else "revolute" if reach else "continuous"
     lower, upper = reach if len(reach) == 2 else (None, None)
-    limit = Limit(lower, upper, (*numbers_of(joint.get("actuatorfrcrange", ""))[1:2], None)[0])
+    limit = model.Limit(lower, upper, (*numbers_of(joint.get("actuatorfrcrange", ""))[1:2], None)[0])
     held = ((*numbers_of(joint.get(key, "")), 0.0)[0] for key in ("damping", "frictionloss", "armature"))
-    return Joint(names[0], kind, parent, child, place, axis, limit, None, Dynamics(*held))
+    return model.Joint(names[0], kind, parent, child, place, axis, limit, None, Dynamics(*held))
 
 
 def _apply_classes(root: Element) -> None:
@@ -319,10 +308,10 @@ def _text(element: Element, attribute: str) -> str:
     return value
 
 
-def _transform(element: Element) -> Transform:
+def _transform(element: Element) -> model.Transform:
     xyz: Any = numbers_of(element.get("pos", "0 0 0"), 3)
     quaternion = numbers_of(element.get("quat", "1 0 0 0"), 4)
-    return Transform.of_quaternion(xyz, quaternion) if "quat" in element.attrib else Transform(xyz=xyz)
+    return model.Transform.of_quaternion(xyz, quaternion) if "quat" in element.attrib else model.Transform(xyz=xyz)
 
 
 def _reference(joint: Element | None) -> float:
@@ -330,10 +319,10 @@ def _reference(joint: Element | None) -> float:
     return 0.0 if joint is None else number_of(joint.get("ref", "0"))
 
 
-def _inertial(inertial: Element) -> Inertial | None:
+def _inertial(inertial: Element) -> model.Inertial | None:
     mass = number_of(_text(inertial, "mass"))
     if mass <= LEAST:
         return None
     diagonal = (*numbers_of(inertial.get("diaginertia", "0 0 0"), 3), 0.0, 0.0, 0.0)
     six = numbers_of(inertial.attrib["fullinertia"], 6) if "fullinertia" in inertial.attrib else diagonal
-    return Inertial(mass, pose_of(_transform(inertial)), *six)
+    return model.Inertial(mass, pose_of(_transform(inertial)), *six)

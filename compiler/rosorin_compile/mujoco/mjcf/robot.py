@@ -12,7 +12,6 @@ from typing import Any
 
 from rosorin_compile.formats.imported import END, INSIDE, Comment, Imported, ReadOptions, comments_of
 from rosorin_compile.formats.reading import accept
-from rosorin_compile.mujoco.rest_pose import HOME
 from rosorin_compile.source.diagnostics import Diagnostic, Span, error
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
@@ -20,25 +19,10 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.xml.markup import Element, MarkupError
 
-from . import entries, links, shapes
+from . import convert, entries, links, shapes
 from .actuators import drives_of
 from .process import ask
-from .reading import (
-    BALL,
-    FREE,
-    SLIDE,
-    Reading,
-    legal,
-    listing,
-    numbers,
-    put,
-    put_number,
-    put_pose,
-    tidy,
-    tidy_position,
-    transform,
-    value_of,
-)
+from .reading import BALL, FREE, SLIDE, Reading
 from .settings import SETTINGS
 from .source import Markup, Places, before, place, refusal
 
@@ -82,7 +66,7 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     _read(reading, path)
     tree, about_meaning = accept(reading.tree, options.lenient)
     if tree is not None:
-        put(tree, "outputs", _outputs(reading))
+        convert.put(tree, "outputs", _outputs(reading))
     bodies = {index: name for index, name in reading.link_of.items() if index}
     names = {"body": bodies, "joint": reading.joint_of | reading.ball_of, "material": reading.material_of}
     names |= {"actuator": reading.actuator_of}
@@ -104,19 +88,19 @@ def _no_body(markup: Markup) -> Diagnostic:
 
 def _read(reading: Reading, path: Path) -> None:
     tree, root = reading.tree, reading.markup.root
-    name, model = legal(reading.facts["name"]), root.attributes.get("model")
-    put(tree, "robot", path.stem if name in ("", _UNNAMED) else name, model.span if model else None)
+    name, model = convert.legal(reading.facts["name"]), root.attributes.get("model")
+    convert.put(tree, "robot", path.stem if name in ("", _UNNAMED) else name, model.span if model else None)
     origin = Map(root.span)
-    put(origin, "status", "imported")
-    put(origin, "note", f"from {path.name}")
-    put(tree, "source", origin)
+    convert.put(origin, "status", "imported")
+    convert.put(origin, "note", f"from {path.name}")
+    convert.put(tree, "source", origin)
     links.name_all(reading)
     links.add_links(reading)
     links.add_joints(reading, drives_of(reading))
     links.add_marks(reading)
     shapes.add_shapes(reading)
-    put(tree, "links", reading.links)
-    put(tree, "joints", reading.joints)
+    convert.put(tree, "links", reading.links)
+    convert.put(tree, "joints", reading.joints)
     links.add_root(reading)
     entries.keep_tendons(reading)
     entries.add_equalities(reading)
@@ -128,27 +112,24 @@ def _read(reading: Reading, path: Path) -> None:
 
 def _outputs(reading: Reading) -> Map:
     outputs, mjcf, groups = (Map(reading.tree.span) for _ in range(3))
-    put(mjcf, "file", "robot.xml")
+    convert.put(mjcf, "file", "robot.xml")
     if reading.free_base:
-        put(mjcf, "base", "free")
+        convert.put(mjcf, "base", "free")
     if not reading.in_order:
-        put(mjcf, "actuators", listing(reading.actuator_of.values(), reading.markup.root))
+        convert.put(mjcf, "actuators", convert.listing(reading.actuator_of.values(), reading.markup.root))
     if reading.sensor_order:
-        put(mjcf, "sensors", listing(reading.sensor_order, reading.markup.root))
-    if not reading.implied_contacts:
-        put(mjcf, "contacts", "described")
-    seen = any("visual" in link for link in reading.links.values())
-    shown = any(shapes.has_our_look(reading, geom) for geom in reading.facts["geoms"])
-    if seen == shown:  # else it is as usual: collision shapes are shown where there is no visual
-        put(mjcf, "visuals", "from_collision" if shown else "own")
+        convert.put(mjcf, "sensors", convert.listing(reading.sensor_order, reading.markup.root))
+    convert.put(mjcf, "contacts", "described")
+    if not any("visual" in link for link in reading.links.values()):
+        convert.put(mjcf, "visuals", "own")
     for purpose, group in reading.groups.items():
-        put(groups, purpose, group)
+        convert.put(groups, purpose, group)
     if groups:
-        put(mjcf, "groups", groups)
+        convert.put(mjcf, "groups", groups)
     if any(not mesh["taken"] for mesh in reading.facts["meshes"]):
-        put(mjcf, "mesh_inertia", "legacy")
-    put(mjcf, "option", _settings(reading))
-    put(outputs, "mjcf", mjcf)
+        convert.put(mjcf, "mesh_inertia", "legacy")
+    convert.put(mjcf, "option", _settings(reading))
+    convert.put(outputs, "mjcf", mjcf)
     return outputs
 
 
@@ -162,19 +143,19 @@ def _settings(reading: Reading) -> Map:
             found |= {prefix + name: (own.value, one, own.span) for name, own in one.attributes.items()}
     for name, text in reading.facts["elements"]["options"].items():
         found.setdefault(name, (text, root, root.span))
-    put(options, "integrator", reading.facts["integrator"])
+    convert.put(options, "integrator", reading.facts["integrator"])
     for name, (text, element, span) in found.items():
         flag = name.removeprefix("flag ")
         if flag != name:
-            put(flags, flag, text, span)
+            convert.put(flags, flag, text, span)
         elif name not in SETTINGS:
             reading.lost(f'the setting "{name}"', root.span)
         elif name != "integrator":
-            value = value_of(text, SETTINGS[name], element, name)
+            value = convert.value_of(text, SETTINGS[name], element, name)
             if value is not None:
-                put(options, name, value, span)
+                convert.put(options, name, value, span)
     if flags:
-        put(options, "flag", flags)
+        convert.put(options, "flag", flags)
     return options
 
 
@@ -191,39 +172,35 @@ def _add_poses(reading: Reading) -> None:
         positions, pose = Map(element.span), Map(element.span)
         for name, value in _positions(reading, key["qpos"]):
             if value and "mimic" not in reading.joints[name]:
-                put_number(positions, name, value, element)
-        if key["name"] == HOME and reading.is_ours and _is_usual(reading, positions):
-            if len(keys) > 1:  # simulators begin at the first key: the order of keys matters
-                put(poses, HOME, pose)
-            continue
-        put(pose, "positions", positions)
+                convert.put_number(positions, name, value, element)
+        convert.put(pose, "positions", positions)
         if reading.free_base:
             base = Map(element.span)
-            put(base, "xyz", numbers([tidy(value) for value in key["qpos"][:3]], element))
-            put_pose(base, transform(key["qpos"][:3], key["qpos"][3:7]), element)
-            put(pose, "base", base)
+            convert.put(base, "xyz", convert.numbers([convert.tidy(value) for value in key["qpos"][:3]], element))
+            convert.put_pose(base, convert.transform(key["qpos"][:3], key["qpos"][3:7]), element)
+            convert.put(pose, "base", base)
         controls = _controls(reading, key, element)
         if controls:
-            put(pose, "controls", controls)
+            convert.put(pose, "controls", controls)
         more = {word: text for word, text in attributes.items() if word not in ("name", "ctrl", "qpos")}
         if _is_beyond(reading, key["qpos"]):
             more["qpos"] = " ".join(repr(value) for value in _all_positions(reading, key["qpos"]))
         reading.put_words(pose, more, "pose", element, "a key")
-        put(poses, reading.name("key", key["name"], f"key_{number}", number), pose, element.span)
+        convert.put(poses, reading.name("key", key["name"], f"key_{number}", number), pose, element.span)
     if poses:
-        put(reading.tree, "poses", poses)
+        convert.put(reading.tree, "poses", poses)
 
 
 def _positions(reading: Reading, qpos: list[float]) -> Iterator[tuple[str, float]]:
     for index, name in sorted(reading.joint_of.items()):
         joint = reading.facts["joints"][index]
-        yield name, tidy_position(qpos[joint["qposadr"]], joint["type"] == SLIDE)
+        yield name, convert.tidy_position(qpos[joint["qposadr"]], joint["type"] == SLIDE)
 
 
 def _is_beyond(reading: Reading, qpos: list[float]) -> bool:
     """Return True if a keyframe has what a pose cannot have: a follower off its way, or a place of what floats."""
     for joint in reading.facts["joints"]:
-        floats = joint["bodyid"] in reading.motion_of or (joint["type"] == FREE and not reading.free_base)
+        floats = joint["type"] == FREE and not reading.free_base
         place = range(joint["qposadr"], joint["qposadr"] + _SIZES.get(joint["type"], 1))
         if (floats or joint["type"] == BALL) and any(abs(qpos[i] - reading.facts["qpos0"][i]) > _NEAR for i in place):
             return True
@@ -240,8 +217,8 @@ def _all_positions(reading: Reading, qpos: list[float]) -> Iterator[float]:
     """Yield the positions of all joints as an MJCF of ours counts them, in the order of the file."""
     for joint in reading.facts["joints"]:
         at, kind = joint["qposadr"], joint["type"]
-        slides = joint["bodyid"] in reading.motion_of or kind in (FREE, BALL, SLIDE)
-        yield from (tidy_position(value, slides) for value in qpos[at : at + _SIZES.get(kind, 1)])
+        for value in qpos[at : at + _SIZES.get(kind, 1)]:
+            yield convert.tidy_position(value, kind in (FREE, BALL, SLIDE))
 
 
 def _controls(reading: Reading, key: Mapping[str, Any], element: Element) -> Map:
@@ -254,19 +231,8 @@ def _controls(reading: Reading, key: Mapping[str, Any], element: Element) -> Map
             usual = fact["gear"][0] * key["qpos"][reading.facts["joints"][held]["qposadr"]]
             follows = "mimic" in reading.joints[reading.joint_of[held]]
         if follows or abs(control - usual) > _NEAR:
-            put_number(controls, name, tidy(control), element)
+            convert.put_number(controls, name, convert.tidy(control), element)
     return controls
-
-
-def _is_usual(reading: Reading, positions: Mapping[str, float]) -> bool:
-    """Return True if positions (rad or m) are those of the key home that a robot without such a pose has."""
-    for name, joint in reading.joints.items():
-        limit = joint.get("limit") or {}
-        lower, upper = limit.get("lower", 0.0), limit.get("upper", 0.0)
-        usual = lower if lower > 0.0 else upper if upper < 0.0 else 0.0
-        if "mimic" not in joint and abs(positions.get(name, 0.0) - usual) > _NEAR:
-            return False
-    return True
 
 
 def _comments(reading: Reading) -> list[Comment]:

@@ -22,23 +22,9 @@ from rosorin_compile.source.diagnostics import Span, counted
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Element
 
-from .bodies import SHOWN, SHOWN_WHEEL
+from . import convert
 from .omissions import texture_path
-from .reading import (
-    Node,
-    Reading,
-    legal,
-    numbers,
-    placing,
-    put,
-    put_inner,
-    put_number,
-    put_pose,
-    put_words,
-    tidy,
-    tidy_vector,
-    transform,
-)
+from .reading import Reading
 
 _PLANE, _HFIELD, _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX, _MESH, _SDF = range(9)
 _WORDS = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
@@ -63,7 +49,7 @@ def add_shapes(reading: Reading) -> None:
     geoms, purposes = reading.facts["geoms"], _purposes(reading)
     for purpose in ("visual", "collision"):  # the groups that most geoms have
         of_it = [geoms[index] for index, found in purposes.items() if found[0] == purpose]
-        counts = Counter(geom["group"] for geom in of_it if not has_our_look(reading, geom))
+        counts = Counter(geom["group"] for geom in of_it)
         if counts:
             reading.groups[purpose] = counts.most_common(1)[0][0]
     looks, held = Looks(reading), dict[tuple[str, str], Seq]()
@@ -78,7 +64,7 @@ def add_shapes(reading: Reading) -> None:
             _put_more(reading, looks, geom, shape, element, found, purpose)
             held.setdefault((reading.link_of[geom["bodyid"]], purpose), Seq(element.span)).put(shape, element.span)
     for (link, purpose), shapes in held.items():
-        put(reading.links[link], purpose, shapes)
+        convert.put(reading.links[link], purpose, shapes)
     for index, geom in enumerate(geoms):
         if geom["bodyid"] in reading.link_of and not _is_carried(reading, geom) and not is_scene(geom):
             span, link = reading.places.of("geoms", index).span, reading.link_of[geom["bodyid"]]
@@ -106,48 +92,48 @@ def _put_more(
     reading: Reading, looks: Looks, geom: Thing, shape: Map, element: Element, purposes: list[str], purpose: str
 ) -> None:
     """Set what a shape has for a simulation alone; of two that are one geom only one has it."""
-    attributes, ours = geom["element"]["attributes"], has_our_look(reading, geom)
+    attributes = geom["element"]["attributes"]
     more = {key: text for key, text in attributes.items() if key not in (*_READ, *_OF_CONTACT)}
     if len(purposes) > 1:
         more = {key: text for key, text in more.items() if (key in _LOOKS) == (purpose == "visual")}
-    if purposes[0] == purpose and not ours and geom["group"] != reading.groups[purpose]:
+    if purposes[0] == purpose and geom["group"] != reading.groups[purpose]:
         more["group"] = str(geom["group"])
     elif purposes[0] != purpose and reading.groups.get(purpose, _HIDDEN) != _HIDDEN:
         more["group"] = str(_HIDDEN)  # the visual is what is seen of it
     if purposes == ["collision"] and "rgba" in attributes:
         more["rgba"] = " ".join(map(repr, _colour(geom)))
-    if purposes == ["collision"] and geom["matid"] >= 0 and not ours:
+    if purposes == ["collision"] and geom["matid"] >= 0:
         more["material"] = looks.material(geom["matid"])
     inner = Map(element.span)
     reading.put_words(inner, more, "mjcf_geom", element, f'a geom of link "{reading.link_of[geom["bodyid"]]}"')
     for word, value in inner.items():
-        put_inner(shape, word, value)
+        convert.put_inner(shape, word, value)
 
 
 def _colour(thing: Thing) -> list[float]:
     """Return the colour of a geom or material, which MuJoCo has with seven digits."""
-    return [tidy(round(value, 7)) for value in thing["rgba"]]
+    return [convert.tidy(round(value, 7)) for value in thing["rgba"]]
 
 
 def _put_contact(reading: Reading, geom: Thing, shape: Map, element: Element) -> None:
     entry, attributes = Map(element.span), geom["element"]["attributes"]
     for word in ("contype", "conaffinity"):
         if geom[word] != 1:
-            put(entry, word, geom[word])
+            convert.put(entry, word, geom[word])
     own = {key: attributes[key] for key in _OF_CONTACT if key in attributes}
     reading.put_words(entry, own, "contact", element, "a geom")
     if entry:
-        put(shape, "contact", entry)
+        convert.put(shape, "contact", entry)
 
 
-def whole_geom(reading: Reading, geom: Thing) -> Node:
+def whole_geom(reading: Reading, geom: Thing) -> convert.Node:
     """Return a geom as an element that is kept as it is, without mass, in the frame of its file."""
-    node, place = geom["element"], transform(geom["pos"], geom["quat"])
+    node, place = geom["element"], convert.transform(geom["pos"], geom["quat"])
     attributes = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density")}
     if geom["type"] in (_MESH, _SDF):
         mesh = reading.facts["meshes"][geom["dataid"]]
-        place = place.then(transform(mesh["pos"], mesh["quat"]).inverse())
-    return {**node, "attributes": {**attributes, **placing(place), "density": "0"}}
+        place = place.then(convert.transform(mesh["pos"], mesh["quat"]).inverse())
+    return {**node, "attributes": {**attributes, **convert.placing(place), "density": "0"}}
 
 
 def keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
@@ -164,12 +150,12 @@ def keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
     reading.keep_in_section("asset", {**node, "attributes": node["attributes"] | files}, f"asset: {kind}", span)
 
 
-def _asset(reading: Reading, kind: str, name: str) -> Node:
-    nodes: list[Node] = reading.facts["elements"][f"{kind}_assets"] if name else []
+def _asset(reading: Reading, kind: str, name: str) -> convert.Node:
+    nodes: list[convert.Node] = reading.facts["elements"][f"{kind}_assets"] if name else []
     return next((one for one in nodes if _asset_name(one) == name), {"tag": kind, "attributes": {}, "inner": []})
 
 
-def _asset_name(asset: Node) -> str:
+def _asset_name(asset: convert.Node) -> str:
     attributes = asset["attributes"]
     return attributes.get("name") or PurePosixPath(attributes.get("file", "")).stem
 
@@ -189,44 +175,41 @@ def is_scene(geom: Thing) -> bool:
     return geom["bodyid"] == 0 and geom["type"] in (_PLANE, _HFIELD)
 
 
-def has_our_look(reading: Reading, geom: Thing) -> bool:
-    """Return True if a geom collides and is seen in a colour that our writer gave it, for want of a visual."""
-    return geom["class"] in [f"{reading.facts['name']}_{purpose}" for purpose in (SHOWN, SHOWN_WHEEL)]
-
-
 def _collides(geom: Thing) -> bool:
     return bool(geom["contype"] or geom["conaffinity"])
 
 
 def _shape(reading: Reading, geom: Thing, element: Element) -> Map:
-    entry, sizes, place = Map(element.span), Map(element.span), transform(geom["pos"], geom["quat"])
+    entry, sizes, place = Map(element.span), Map(element.span), convert.transform(geom["pos"], geom["quat"])
     kind, size = geom["type"], geom["size"]
     if kind == _MESH:
         mesh = reading.facts["meshes"][geom["dataid"]]
-        put(sizes, "file", reading.markup.place_of(_mesh_file(mesh)))
-        scale = tidy_vector(mesh["scale"])
+        convert.put(sizes, "file", reading.markup.place_of(_mesh_file(mesh)))
+        scale = convert.tidy_vector(mesh["scale"])
         if scale != (1, 1, 1):
-            put(sizes, "scale", numbers(scale, reading.markup.named("asset", mesh["name"]) or element, "scale"))
+            convert.put(
+                sizes, "scale", convert.numbers(scale, reading.markup.named("asset", mesh["name"]) or element, "scale")
+            )
         if mesh["taken"]:
-            put(sizes, "inertia", mesh["taken"])
+            convert.put(sizes, "inertia", mesh["taken"])
         attributes, more = _asset(reading, "mesh", mesh["name"])["attributes"], Map(element.span)
         words = ("maxhullvert", "smoothnormal", *(() if PurePosixPath(mesh["file"]).suffix else ("content_type",)))
-        put_words(more, {key: attributes[key] for key in words if key in attributes}, "mjcf_mesh", element)
+        convert.put_words(more, {key: attributes[key] for key in words if key in attributes}, "mjcf_mesh", element)
         if more:
-            put(sizes, "mjcf", more)
+            convert.put(sizes, "mjcf", more)
         place = place.then(_frame_of_file(mesh))
     elif kind == _BOX:
-        put(sizes, "size", numbers([tidy(2 * half) for half in size], element))
+        convert.put(sizes, "size", convert.numbers([convert.tidy(2 * half) for half in size], element))
     elif kind == _ELLIPSOID:
-        put(sizes, "radii", numbers([tidy(radius) for radius in size], element, "size"))
+        convert.put(sizes, "radii", convert.numbers([convert.tidy(radius) for radius in size], element, "size"))
     else:
-        put_number(sizes, "radius", tidy(size[0]), element, "size")
+        convert.put_number(sizes, "radius", convert.tidy(size[0]), element, "size")
         if kind != _SPHERE:
-            put_number(sizes, "length", tidy(2 * size[1]), element)
-    put(entry, _WORDS[kind], sizes)
+            convert.put_number(sizes, "length", convert.tidy(2 * size[1]), element)
+    convert.put(entry, _WORDS[kind], sizes)
     if geom["name"]:
-        put(entry, "name", legal(geom["name"]))
-    put_pose(entry, place, element)
+        convert.put(entry, "name", convert.legal(geom["name"]))
+    convert.put_pose(entry, place, element)
     return entry
 
 
@@ -236,8 +219,8 @@ def _frame_of_file(mesh: Thing) -> Transform:
     MuJoCo takes ``refpos`` from the vertices of the file, turns them by ``refquat``, scales them, and then moves them
     to the axes ``pos`` and ``quat``. Here they are scaled first; ``_mesh_file`` refuses what that would change.
     """
-    own = transform(mesh["pos"], mesh["quat"])
-    reference = transform(mesh["reference"]["pos"], mesh["reference"]["quat"]).inverse()
+    own = convert.transform(mesh["pos"], mesh["quat"])
+    reference = convert.transform(mesh["reference"]["pos"], mesh["reference"]["quat"]).inverse()
     x, y, z = (a * b for a, b in zip(mesh["scale"], reference.xyz, strict=True))
     return own.inverse().then(Transform(reference.rows, (x, y, z)))
 
@@ -266,18 +249,18 @@ class Looks:
         rgba, at = _colour(geom), geom["matid"]
         if at < 0:
             if rgba != _NO_COLOUR:
-                put(shape, "rgba", numbers(rgba, element, "rgba"))
+                convert.put(shape, "rgba", convert.numbers(rgba, element, "rgba"))
             return
         material = self.reading.facts["materials"][at]
         is_layered = bool(_asset(self.reading, "material", material["name"])["inner"])
         if rgba == _NO_COLOUR and not is_layered:
-            put(shape, "material", self.material(at))
+            convert.put(shape, "material", self.material(at))
             return
-        put(shape, "rgba", numbers(_colour(material) if rgba == _NO_COLOUR else rgba, element, "rgba"))
+        convert.put(shape, "rgba", convert.numbers(_colour(material) if rgba == _NO_COLOUR else rgba, element, "rgba"))
         if material["texture"]:
-            put(shape, "texture", self.reading.markup.place_of(material["texture"]))
+            convert.put(shape, "texture", self.reading.markup.place_of(material["texture"]))
         if material["texture"] or is_layered or self._more(material):
-            put_inner(shape, "material", self.material(at))
+            convert.put_inner(shape, "material", self.material(at))
 
     def _more(self, material: Thing) -> dict[str, str]:
         """Return the attributes of a material besides its colour, and an image that the language has words for."""
@@ -304,35 +287,32 @@ class Looks:
         if _asset(reading, "material", name)["inner"]:
             keep_asset(reading, "material", name, element.span)
             return name
-        own = name.removeprefix(f"{reading.facts['name']}_" if reading.is_ours else "") or name
-        given = reading.material_of[index] = reading.name("material", own)
+        given = reading.material_of[index] = reading.name("material", name)
         reading.renamed.setdefault("material", {})[name] = given
         entry, more = Map(element.span), self._more(material)
-        put(entry, "rgba", numbers(_colour(material), element, "rgba"))
+        convert.put(entry, "rgba", convert.numbers(_colour(material), element, "rgba"))
         if material["texture"]:
-            put(entry, "texture", reading.markup.place_of(material["texture"]))
+            convert.put(entry, "texture", reading.markup.place_of(material["texture"]))
         texture = more.pop("texture", "")
         reading.put_words(entry, more, "material", element, f'the material "{given}"')
         if texture:
-            put_inner(entry, "texture", texture)
+            convert.put_inner(entry, "texture", texture)
             keep_asset(reading, "texture", texture, element.span)
-        put(self.materials, given, entry)
+        convert.put(self.materials, given, entry)
         return given
 
     def finish(self) -> None:
-        reading, used = self.reading, {"ours": set[int](), "own": set[int](), "scene": set[int]()}
-        for geom in reading.facts["geoms"]:
-            where = "ours" if has_our_look(reading, geom) else "own" if _is_carried(reading, geom) else "scene"
-            used[where].add(geom["matid"])
+        reading, geoms = self.reading, self.reading.facts["geoms"]
+        used = {geom["matid"] for geom in geoms if _is_carried(reading, geom)}
+        left = {geom["matid"] for geom in geoms} - used - {-1}
         for index in range(len(reading.facts["materials"])):
-            if index in used["own"] or index not in used["scene"] | used["ours"]:
+            if index not in left:
                 self.material(index)
-        left = used["scene"] - used["own"] - {-1}
         if left:
             message = f"{counted(len(left), 'material')} of the world: the scene is no part of the robot"
             reading.ignored(message, reading.markup.first("asset").span)
         if self.materials:
-            put(reading.tree, "materials", self.materials)
+            convert.put(reading.tree, "materials", self.materials)
 
 
 def _report_scene(reading: Reading) -> None:

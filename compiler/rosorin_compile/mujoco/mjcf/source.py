@@ -1,6 +1,6 @@
-"""The text of an MJCF, read safely with all that it includes, so that all that MuJoCo reports has a place in it.
+"""The text of an MJCF with all files that it includes: where each object of the compiled model is defined.
 
-``before`` finds what MuJoCo is not asked about, ``refusal`` explains what it refuses.
+``before`` finds what must not be passed to MuJoCo, ``refusal`` explains why MuJoCo refuses a file.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import re
 import shlex
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.source import files
@@ -21,7 +21,6 @@ from rosorin_compile.source.xml.markup import Attribute, Document, Element, Mark
 from .process import Answer
 
 MAX_DEPTH = 20  # of files that include files
-MAX_ELEMENTS = 500_000
 _OWN = 4  # parts of the path of a folder that is somebody's own: /home/somebody/robots
 _GROUPING = ("frame", "replicate")
 _MAKERS = ("attach", "replicate", "flexcomp", "composite")
@@ -40,21 +39,11 @@ _FILE_HELP = "put the file where the MJCF looks for it: MuJoCo wants to see ever
 _WORDS = ("name", "class", "childclass", "file", "model", "prefix", "material", "mesh", "texture", "group")
 
 
-class _Including(NamedTuple):
-    """Who includes: the folders of its main file and of itself, what is included already, and by which files."""
-
-    main: Path
-    own: Path
-    known: set[str]
-    depth: int
-    above: tuple[Path, ...] = ()
-
-
 class Markup:
     """The main file and what it includes; ``files`` in the order of reading, ``children`` as if it were one file.
 
-    As MuJoCo 4.0.0 finds them: an included file beside the main file, else beside the file that includes it. A model
-    that is attached is a main file of its own; ``models`` are the folders of those, the main one first.
+    As MuJoCo 4.0.0 finds them: an included file in the folder of the main file, else in that of the file that includes
+    it. An attached model is a main file of its own; ``models`` are the folders of those, the main one first.
     """
 
     def __init__(self, path: Path, options: ReadOptions) -> None:
@@ -63,18 +52,17 @@ class Markup:
         self.documents: list[Document] = []
         self.included: dict[Element, Element] = {}
         self.models: list[Path] = []
-        self.root = self._main(path, None, 0)
+        self.root = self._model(path, None, 0)
 
-    def _main(self, path: Path, asked: Span | None, depth: int) -> Element:
+    def _model(self, path: Path, requested: Span | None, depth: int) -> Element:
         self.models.append(path.parent)
-        root, known = self._read(path, asked), {os.path.abspath(path)}
-        for element in root.iter():
-            self._follow(element, _Including(path.parent, path.parent, known, depth))
+        root = self._read(path, requested)
+        self._follow(root, path.parent, path.parent, {os.path.abspath(path)}, (os.path.abspath(path),), depth)
         return root
 
-    def _read(self, path: Path, asked: Span | None) -> Element:
-        """Read a file as XML; MuJoCo reads it itself, and what it passes over is no fault. Raises MarkupError."""
-        source = read_source(path, asked)
+    def _read(self, path: Path, requested: Span | None) -> Element:
+        """Read a file as XML, also one that only MuJoCo's reader accepts. Raises MarkupError."""
+        source = read_source(path, requested)
         try:
             document = parse(source)
         except MarkupError as problem:
@@ -86,38 +74,41 @@ class Markup:
         self.documents.append(document)
         return document.root
 
-    def _follow(self, element: Element, by: _Including) -> None:
-        file = element.attributes.get("file")
-        if file is None or not file.value or element.tag not in ("include", "model"):
-            return
-        name = file.value.replace("\\", "/")  # MuJoCo takes both for a separator
-        is_beside = not files.is_file(by.main / name) and files.is_file(by.own / name)
-        path = by.own / name if is_beside else by.main / name
-        absolute = os.path.abspath(path)
-        if not any(files.resolve(path).is_relative_to(folder) for folder in self.allowed):
-            message = f"{file.value} lies outside the folder of the robot, and is not read"
-            help = f"move it there, or allow its folder: --package {self._to_allow(path)}"
-            raise MarkupError(error("include-outside", message, file.span, help))
-        if by.depth == MAX_DEPTH:
-            message = f"files include each other {MAX_DEPTH} levels deep"
-            raise MarkupError(error("include-too-many", message, file.span, "join some"))
-        if element.tag == "model":
-            if absolute not in {os.path.abspath(known) for known in self.files}:
-                self._main(path, file.span, by.depth + 1)
-            return
-        if absolute in by.known:  # MuJoCo goes by names, and follows no links
-            if path in by.above or absolute == os.path.abspath(self.files[0]):
+    def _follow(
+        self, root: Element, main: Path, folder: Path, known: set[str], above: tuple[str, ...], depth: int
+    ) -> None:
+        """Read the files that a file in ``folder`` includes: ``known`` are all of its model, ``above`` include it."""
+        for element in root.iter():
+            file = element.attributes.get("file")
+            if file is None or not file.value or element.tag not in ("include", "model"):
+                continue
+            name = file.value.replace("\\", "/")  # MuJoCo takes both for a separator
+            is_adjacent = not files.is_file(main / name) and files.is_file(folder / name)
+            path = folder / name if is_adjacent else main / name
+            absolute = os.path.abspath(path)
+            if not any(files.resolve(path).is_relative_to(allowed) for allowed in self.allowed):
+                message = f"{file.value} is outside the folder of the robot, and is not read"
+                help = f"move it there, or allow its folder: --package {self._to_allow(path)}"
+                raise MarkupError(error("include-outside", message, file.span, help))
+            if depth == MAX_DEPTH:
+                message = f"files include each other {MAX_DEPTH} levels deep"
+                raise MarkupError(error("include-too-many", message, file.span, "join some"))
+            if element.tag == "model":
+                if absolute not in {os.path.abspath(one) for one in self.files}:
+                    self._model(path, file.span, depth + 1)
+                continue
+            if absolute in above:
                 problem = error("include-cycle", f"{file.value} includes itself", file.span, "remove one include")
                 raise MarkupError(problem)
-            message = f"{file.value} is included a second time: MuJoCo includes a file once"
-            raise MarkupError(error("mjcf-refused", message, file.span, "include a copy, or use a class"))
-        by.known.add(absolute)
-        root = self.included[element] = self._read(path, file.span)
-        for inner in root.iter():
-            self._follow(inner, _Including(by.main, path.parent, by.known, by.depth + 1, (*by.above, path)))
+            if absolute in known:  # MuJoCo compares names, and follows no links
+                message = f"{file.value} is included a second time: MuJoCo includes a file once"
+                raise MarkupError(error("mjcf-refused", message, file.span, "include a copy, or use a class"))
+            known.add(absolute)
+            self.included[element] = self._read(path, file.span)
+            self._follow(self.included[element], main, path.parent, known, (*above, absolute), depth + 1)
 
     def _to_allow(self, path: Path) -> str:
-        """Return the folder of the main file and of one outside, as --package takes it; no folder of many projects."""
+        """Return the argument of --package that allows the folder of a file, unless that has many projects."""
         main, file = self.allowed[0], files.resolve(path)
         shared = [one for one in main.parents if file.is_relative_to(one) and len(one.parts) >= _OWN]
         if not shared or not files.is_file(path):
@@ -228,10 +219,7 @@ class Places:
 
 
 def before(markup: Markup) -> Iterator[Diagnostic]:
-    """Yield what MuJoCo is not asked about: numbers that are none, replicas without end, files without an end.
-
-    Reading a mesh, texture or height field that is a pipe or a device may never end.
-    """
+    """Yield what must not be passed to MuJoCo: numbers that are not finite, and files that are pipes or devices."""
     inner = [e.get(word) for e in markup.sections("compiler") for word in ("meshdir", "texturedir", "assetdir")]
     folders = dict.fromkeys(file.parent for file in markup.files)
     places = [folder / name.replace("\\", "/") for folder in folders for name in ("", *filter(None, inner))]
@@ -246,24 +234,6 @@ def before(markup: Markup) -> Iterator[Diagnostic]:
                 if _NOT_FINITE.fullmatch(word.text):
                     message = f"{name} of <{element.tag}> is {word.text}, which is no number"
                     yield error("not-finite", message, word.span, "give a number")
-    most, where = _replicas(markup, markup.root)
-    if most > MAX_ELEMENTS:
-        message = f"the replicas of this file are {most:,} elements, more than {MAX_ELEMENTS:,}"
-        yield error("mjcf-too-large", message, (where or markup.root).span, "repeat less often")
-
-
-def _replicas(markup: Markup, element: Element) -> tuple[int, Element | None]:
-    """Return how many elements an element holds when all is repeated, and the replicate that makes the most of them."""
-    total, most, where = 1, 0, None
-    for child in markup.children(element):
-        count, inner = _replicas(markup, child)
-        total += count
-        if inner is not None and count > most:
-            most, where = count, inner
-    written = element.get("count")
-    if element.tag == "replicate" and written.isdecimal():
-        return total * int(written), where or element
-    return total, where
 
 
 def refusal(markup: Markup, answer: Answer) -> Diagnostic:
@@ -279,10 +249,10 @@ def refusal(markup: Markup, answer: Answer) -> Diagnostic:
 
 
 def place(markup: Markup, message: str) -> Span:
-    """Return the place that a message of MuJoCo speaks of.
+    """Return the place that a message of MuJoCo is about: the element that has most of what it names.
 
     MuJoCo gives the line in the main file, 0 in others, and quotes the names of elements and attributes and the values
-    that it does not like: the element that has the most of them is meant.
+    that it does not accept.
     """
     line, tag = _LINE.search(message), _TAG.search(message)
     quoted = set(_QUOTED.findall(message)) - {tag[1] if tag else ""}

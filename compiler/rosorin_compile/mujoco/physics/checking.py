@@ -13,7 +13,7 @@ from typing import Annotated, Any
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.model import Link, Mesh
 from rosorin_compile.model.bounds import bounds_of
-from rosorin_compile.request import Request
+from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
 from rosorin_compile.source.diagnostics import Diagnostic, MissingPackages, has_errors
@@ -72,11 +72,14 @@ def require(command: str) -> None:
         raise MissingPackages(f"{command} needs what is not installed: pip install {missing}")
 
 
-def check_robot(request: Request) -> CheckedPhysics:
-    """Check the physics of a robot. Raises MissingPackages without MuJoCo and the libraries for meshes."""
+def check_physics(
+    robot: FilePath | Request, arguments: Values = None, packages: Packages = None, *, trust: bool = False
+) -> CheckedPhysics:
+    """Find links that collide at rest or while joints move, and masses that do not fit the meshes, with MuJoCo."""
     require("check physics")
     import numpy as np
 
+    request = Request.of(robot, arguments, packages, trust=trust)
     description, understood = request.description, request.understand()
     case, looked_at = understood.case, None
     found = [one for one in understood.diagnostics if one.severity == "error"]

@@ -11,7 +11,7 @@ from typing import Annotated, Any, NamedTuple
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output
-from rosorin_compile.request import Request
+from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import settled
 from rosorin_compile.source.diagnostics import (
@@ -91,15 +91,28 @@ class Simulated:
     inputs: tuple[Path, ...] = field(default=(), repr=False)
 
 
-def simulate_robot(
-    request: Request,
+def simulate(
+    robot: FilePath | Request,
+    arguments: Values = None,
+    packages: Packages = None,
     *,
     base: str | None = None,
     seconds: float = 2.0,
     limits: Mapping[str, float] | None = None,
     timing: bool = True,
+    trust: bool = False,
 ) -> Simulated:
-    """Run all scenarios of a robot and compare their results with limits. Arguments and errors: ``api.simulate``."""
+    """Simulate a robot in MuJoCo: at rest, in its poses, driving, and along the ranges of its joints.
+
+    Each result beyond a limit is among the ``diagnostics``. Without ``poses`` the robot could not be simulated.
+
+    Args:
+        base: ``fixed`` to the world, or ``free`` on a floor; by default a robot with a drive is free.
+        seconds: How long each pose is held, 0.5 to 600 s.
+        limits: Limits by name, as in ``simulate --limit``, in m, rad, m/s and rad/s.
+        timing: Measure the speed of the simulation, which differs between runs.
+    """
+    request = Request.of(robot, arguments, packages, trust=trust)
     used = dict(LIMITS)
     for name, value in (limits or {}).items():
         if name not in LIMITS:
@@ -118,19 +131,18 @@ def simulate_robot(
     if case is None:
         errors = tuple(one for one in understood.diagnostics if one.severity == "error")
         return Simulated(description.name, diagnostics=errors)
-    robot = case.robot
 
     def refuse(why: str, found: Sequence[Diagnostic] = ()) -> Simulated:
-        message, help = f"{robot.name} cannot be simulated: {why}", "check names the place"
-        return Simulated(robot.name, diagnostics=(*found, error("simulation-refused", message, None, help)))
+        message, help = f"{case.robot.name} cannot be simulated: {why}", "check names the place"
+        return Simulated(case.robot.name, diagnostics=(*found, error("simulation-refused", message, None, help)))
 
     with quiet() as mujoco:
         Progress.step("building the model")
-        meshes = request.search_meshes(case.tree, robot.outputs)
+        meshes = request.search_meshes(case.tree, case.robot.outputs)
         if has_errors(meshes.diagnostics):
             return refuse("a mesh cannot be used", meshes.diagnostics)
-        output = next((one for one in robot.outputs if one.backend == "mjcf"), None)
-        base, with_meshes = base or (FREE if robot.drive else FIXED), meshes.add_to(robot)
+        output = next((one for one in case.robot.outputs if one.backend == "mjcf"), None)
+        base, with_meshes = base or (FREE if case.robot.drive else FIXED), meshes.add_to(case.robot)
         simulated = Output("simulated", "mjcf", "simulated.xml", {**(output.options if output else {}), "base": base})
         text, problems = FORMATS["mjcf"].written(with_meshes, simulated, Templates(description.path.parent))
         if has_errors(problems):
@@ -142,8 +154,10 @@ def simulate_robot(
             return refuse(reason(mujoco, problem)[0] or "MuJoCo gives no reason")
         scenarios = run_scenarios(world, seconds)
     timestep, speed = float(world.model.opt.timestep), world.steps / world.cpu if world.cpu else 0.0
-    units, files = {joint.name: joint.unit for joint in robot.joints if joint.moves}, understood.expanded.files
-    result = Simulated(robot.name, mujoco.__version__, base, timestep, used, units, own_servos=world.own, inputs=files)
+    units, files = {joint.name: joint.unit for joint in case.robot.joints if joint.moves}, understood.expanded.files
+    result = Simulated(
+        case.robot.name, mujoco.__version__, base, timestep, used, units, own_servos=world.own, inputs=files
+    )
     result = replace(result, undriven=undriven_joints(world))
     result = replace(result, timing=Timing(speed, speed * timestep) if timing else None, **scenarios)
     return replace(result, diagnostics=tuple(arrange(settled(case, _judge(case, result), "simulation"))))

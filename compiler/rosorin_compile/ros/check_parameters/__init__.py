@@ -1,4 +1,4 @@
 """check parameters: the parameter files of a robot's nodes, held against its description.
 
-``nodes`` are those that the files speak of, ``remaps`` move their topics, ``owners`` compares transforms and frames.
+``nodes`` are those that the files speak of, ``topics`` their topics and remaps, ``owners`` their transforms and frames.
 """

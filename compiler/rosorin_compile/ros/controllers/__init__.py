@@ -1,41 +1,48 @@
 """controllers.yaml: the parameters of ros2_control's controller_manager and of its controllers.
 
-``filled`` makes the text of what a description says and of what the robot knows (``derived``). ``checking`` holds
-parameters against the robot; here they are those of a description.
+``filled`` makes the text of what a description says and of what the robot knows. Here parameters are held against the
+robot, be they of a description or of a file; what is known of the types is in ``parameters`` and in the table of ports.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
+from typing import Any
 
 from rosorin_compile.formats.format import Unsupported, described_by
 from rosorin_compile.model import Edge, Output, Robot
-from rosorin_compile.ros.sections.control.hardware import POSITION, VELOCITY
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, first_of, quoted
+from rosorin_compile.source.diagnostics import (
+    NOTE,
+    WARNING,
+    Diagnostic,
+    Suggestion,
+    first_of,
+    listed,
+    nearest,
+    quoted,
+)
 from rosorin_compile.source.tree import Path, Seq, at, exists
 
-from ..parameters import parameter_file
 from ..parameters.checking import Finding, against_kind, unwritable
-from ..parameters.files import asked
-from ..parameters.tables import MANAGER, manager
-from ..ports import full_type
-from .checking import against_robot, claims, frames_of, missing, of_type
-from .derived import owned
-from .filled import Filled, filled, is_whole, managed, view, write
+from ..parameters.files import asked, parameter_file
+from ..parameters.tables import DISTRIBUTIONS, MANAGER, Kind, kinds, plugins
+from ..ports import facts, full_type, interfaces_of, short_words
+from ..sections.control.hardware import JOINT_WORDS, POSITION, VELOCITY
+from .filled import Derived, Filled, filled, is_whole, managed, owned, view, write
 
 _BLOCKS = "control"  # the option of a URDF that asks for hardware blocks
 _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
-# What parameters of a kind look like; those that name joints take them from the robot.
-_SAMPLES = {
-    "command_interfaces": f"[{POSITION}]",
-    "command_interface": POSITION,
-    "state_interfaces": f"[{POSITION}, {VELOCITY}]",
-    "reference_and_state_interfaces": f"[{POSITION}, {VELOCITY}]",
-}
-_JOINTS = "joints"
-_SHOWN = 4
+_TOLERANCE = 0.005  # of a size: people round, and measure wheels that are pressed flat
+_LEAST = 0.0005  # m
+_JOINTS = re.compile(
+    r"(?!extra_joints)(?:\w+_)?(?:joints?|joint_name|wheels?_names|joints_names|dof_names|state_names)"
+)
+_FRAMES = ("base_frame_id", "frame_id", "odom_frame_id")
+_WORLD = ("map", "odom", "world", "earth")
+_SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -49,7 +56,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         message = f'output "{output.name}" is for controllers, and the description has none'
         help = "name them: controllers: {NAME: {type: diff_drive}}"
         yield case.problem("controllers-none", message, entry, help, severity=WARNING, key=True)
-    for found in against_kind(f"the {MANAGER}", manager(distribution), managed(output, distribution)):
+    for found in against_kind(f"the {MANAGER}", kinds(distribution)[MANAGER], managed(output, distribution)):
         yield _placed(case, found, entry, "manager")
     if is_first:
         yield from _joint_states(case)
@@ -146,48 +153,44 @@ def _help_about_missing(robot: Robot, one: Filled, needed: list[str]) -> str:
     if one.known.why_not:
         return f"{one.known.why_not}; give it in params"
     blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
-    if blocks and not one.controller.hardware and _JOINTS in needed:
-        named = blocks[0] if len(blocks) == 1 else f"NAME, one of {first_of(blocks, _SHOWN)}"
+    if blocks and not one.controller.hardware and "joints" in needed:
+        named = blocks[0] if len(blocks) == 1 else f"NAME, one of {first_of(blocks, 4)}"
         return f"say whose joints it moves: hardware: {named}"
-    driven = {name for names in (robot.drive.joints if robot.drive else {}).values() for name in names}
-    free = [j.name for j in robot.joints if not (j.is_fixed or j.mimic or j.name in driven)]
-    joints = f"[{', '.join(free[:_SHOWN])}{', ...' if len(free) > _SHOWN or not free else ''}]"
-    samples = {_JOINTS: joints, "dof_names": joints, "joint": free[0] if free else "NAME", **_SAMPLES}
-    return f"write params: {{{', '.join(f'{key}: {samples.get(key, key.upper())}' for key in needed)}}}"
+    examples = facts("ros2_controllers")["examples"]
+    return f"write params: {{{', '.join(f'{key}: {examples.get(key, key.upper())}' for key in needed)}}}"
 
 
 def _odometry(case: Case, one: Filled) -> Iterator[Diagnostic]:
     """Yield where a controller does not publish the edge that the description says it does, or another one."""
     controller, entry, edges = one.controller, ("controllers", one.controller.name), case.robot.edges
     given = [key for key in ("enable_odom_tf", "odom_frame_id", "base_frame_id") if key in controller.params]
-    path = (*entry, "params", given[0]) if given else entry
     mine = owned(case.robot, controller)
     parent, child = (one.values.get(key, default) for key, default in _ENDS)
     into = next((edge for edge in edges if edge.child == child), None)
-
-    def problem(rule: str, message: str, help: str, edge: Edge | None = None) -> Diagnostic:
-        related = [] if edge is None else [("the edge", case.edge(edges.index(edge), "child"))]
-        return case.problem(rule, message, path, help, related=related)
-
-    if not one.values.get("enable_odom_tf"):
-        if mine and "enable_odom_tf" in given:
-            message = f'controller "{controller.name}" owns {_edge(mine[0])}, and enable_odom_tf is false'
-            yield problem("parameters-no-owner", message, "remove enable_odom_tf", mine[0])
-        elif into is None:
-            message = f'no edge says that controller "{controller.name}" publishes where {child} is: it does not'
-            help = f"edges: [{{parent: {parent}, child: {child}, publisher: {controller.name}}}]"
-            yield case.problem("controllers-odometry", message, entry, help, key=True)
+    publishes = one.values.get("enable_odom_tf")
+    name, edge = f'controller "{controller.name}"', None
+    if not publishes and mine and "enable_odom_tf" in given:
+        rule, edge = "parameters-no-owner", mine[0]
+        message, help = f"{name} owns {_edge(edge)}, and enable_odom_tf is false", "remove enable_odom_tf"
+    elif not publishes and not mine and into is None:
+        message = f"no edge says that {name} publishes where {child} is: it does not"
+        help = f"edges: [{{parent: {parent}, child: {child}, publisher: {controller.name}}}]"
+        yield case.problem("controllers-odometry", message, entry, help, key=True)
         return
-    message = f'controller "{controller.name}" publishes {parent} -> {child}'
-    if not mine and into is not None:
-        message += f", and by the description {_edge(into)} is of {into.publisher.name}"
-        yield problem("parameters-two-owners", message, "remove enable_odom_tf", into)
-    elif not mine:
-        help = "remove enable_odom_tf, or add the edge"
-        yield problem("parameters-other-edge", f"{message}, an edge that there is not", help)
-    elif not any((edge.parent, edge.child) == (parent, child) for edge in mine):
-        message += f", and by the description it is {_edge(mine[0])}"
-        yield problem("parameters-other-edge", message, "leave the frames to the description", mine[0])
+    elif not publishes or any((other.parent, other.child) == (parent, child) for other in mine):
+        return
+    elif mine:
+        rule, edge, help = "parameters-other-edge", mine[0], "leave the frames to the description"
+        message = f"{name} publishes {parent} -> {child}, and by the description it is {_edge(edge)}"
+    elif into is not None:
+        rule, edge, help = "parameters-two-owners", into, "remove enable_odom_tf"
+        message = f"{name} publishes {parent} -> {child}, and by the description {_edge(into)} is of "
+        message += into.publisher.name
+    else:
+        rule, help = "parameters-other-edge", "remove enable_odom_tf, or add the edge"
+        message = f"{name} publishes {parent} -> {child}, an edge that the description does not have"
+    related = [] if edge is None else [("the edge", case.edge(edges.index(edge), "child"))]
+    yield case.problem(rule, message, (*entry, "params", given[0]) if given else entry, help, related=related)
 
 
 def _edge(edge: Edge) -> str:
@@ -215,6 +218,168 @@ def _path(case: Case, path: Path, key: str) -> Path:
         if key.startswith(f"{name}."):
             return _path(case, (*path, name), key[len(name) + 1 :])
     return path
+
+
+def of_type(name: str, kind: str, distribution: str) -> Finding | None:
+    """Return what is wrong with the type of a controller in a distribution, any of them if it is empty."""
+    known, every, plugin = plugins(distribution), plugins(""), full_type(kind)
+    if plugin in known:
+        return None
+    message = f'the controller "{name}" is of type "{kind}"'
+    if plugin in every:
+        others = listed(one.capitalize() for one in DISTRIBUTIONS if plugin in plugins(one))
+        message += f", which {distribution.capitalize()} does not have; it is one of {others}"
+        return Finding("controller-type", message, "type", "take another type, or ask for that distribution")
+    words = [*known, *(word for word, of in short_words().items() if of in known)]
+    package, packages = kind.partition("/")[0], {*every.values(), *(one.partition("/")[0] for one in every)}
+    help = Suggestion(kind, words, instead=f"short words: {', '.join(short_words())}; any other is PACKAGE/CLASS")
+    if "/" not in kind or package in packages:
+        return Finding("controller-type", f"{message}, which does not exist", "type", help)
+    message += ", of a package that is not known: its parameters are not checked"
+    meant = nearest(package, packages)  # vendors call theirs after those that they know
+    if meant and abs(len(meant) - len(package)) < 2 and nearest(kind, words):
+        return Finding("controller-type", message, "type", help, WARNING)
+    return Finding("controller-type", message, "type", "", NOTE)
+
+
+def missing(
+    name: str, kind: Kind | None, given: Iterable[str], help: Callable[[list[str]], str] | None = None
+) -> Iterator[Finding]:
+    """Yield that a controller lacks parameters that it needs; ``help`` makes the help about them."""
+    if kind is None:
+        return
+    meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # misspelt, and reported
+    needed = [key.name for key in kind.own() if key.needed and key.name not in given and key.name not in meant]
+    if needed:
+        message = f"{name} needs {quoted(needed, most=4)}: it does not start"
+        yield Finding("controller-missing", message, "", help(needed) if help else f"add {needed[0]}: VALUE")
+
+
+def against_robot(
+    name: str, kind: str, values: Mapping[str, Any], known: Derived, robot: Robot, severity: str
+) -> Iterator[Finding]:
+    """Yield where parameters of a controller disagree with a robot; ``severity`` is that of other numbers."""
+    for key, value in values.items():
+        wrong = list(_joints_of(name, key, value, robot))
+        yield from wrong
+        if not wrong and key in known.values:
+            yield from _differing(name, key, value, known.values[key], severity)
+    if robot.control:
+        yield from _interfaces(name, kind, values, robot)
+
+
+def frames_of(name: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Finding]:
+    """Yield the frames that parameters name and the robot does not have."""
+    frames = {*robot.link, *(end for edge in robot.edges for end in (edge.parent, edge.child))}
+    for key, value in values.items():
+        last = key.rpartition(".")[2]
+        there = {*frames, *_WORLD} if last == "odom_frame_id" else frames
+        if last in _FRAMES and isinstance(value, str) and value and value.lstrip("/") not in there:
+            message = f'"{key}" of {name} names "{value}", which is no frame of the robot'
+            yield Finding("controller-name", message, key, Suggestion(value, there), unknown=value, known=there)
+
+
+def _texts(value: Any) -> list[str]:
+    values = value if isinstance(value, (list, tuple)) else [value]
+    return [one for one in values if isinstance(one, str) and one]
+
+
+def _joints_of(name: str, key: str, value: Any, robot: Robot) -> Iterator[Finding]:
+    moving = {joint.name for joint in robot.joints if not joint.is_fixed}
+    controllers = {controller.name for controller in robot.controllers}
+    for one in _texts(value) if _JOINTS.fullmatch(key) else ():
+        before, slash, joint = one.rpartition("/")
+        if slash and joint in moving and (before in controllers or not controllers):
+            continue  # a controller of the chain claims it
+        if one not in moving:
+            what = "a fixed joint" if one in robot.joint else "which is no joint of the robot"
+            message, help = f'"{key}" of {name} names "{one}", {what}', Suggestion(one, moving)
+            yield Finding("controller-name", message, key, help, unknown=one, known=moving)
+
+
+def _differing(name: str, key: str, value: Any, wanted: Any, severity: str) -> Iterator[Finding]:
+    last = key.rpartition(".")[2]
+    is_size = "multiplier" not in key and last.rpartition("_")[2].lower() in _SIZES
+    if _JOINTS.fullmatch(key):
+        same = sorted(_texts(value)) == sorted(_texts(wanted))
+        if not same and key not in ("joints", "joint"):
+            names = [quoted(map(str, one)) if isinstance(one, (list, tuple)) else f'"{one}"' for one in (value, wanted)]
+            message = f'"{key}" of {name} is {names[0]}, and the drive says {names[1]}'
+            yield Finding("controller-differs", message, key, "correct one of the two", severity)
+    elif (is_size or key.startswith("kinematics.base_frame_offset")) and isinstance(wanted, float):
+        allowed = max(_LEAST, _TOLERANCE * abs(wanted))
+        if not isinstance(value, (int, float)) or abs(value - wanted) <= allowed:
+            return
+        message = f'"{key}" of {name} is {value:.6g}, and the robot says {wanted:.6g}'
+        help = f"write {wanted:.6g}, or correct the robot"
+        yield Finding("controller-differs", message, key, help, severity)
+
+
+def claims(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Yield the commands that a controller of a type claims while it is active: joint, command, and the key of it.
+
+    An interface of another controller, such as ``pid/wheel``, is claimed from that controller.
+    """
+    for key, joints, words in _commands(kind, values):
+        yield from ((joint, word, key) for joint in joints for word in words if "/" not in joint)
+
+
+def _commands(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, list[str], list[str]]]:
+    about = interfaces_of(kind)
+    joints_key = about.get("joints", "joints")
+    if values.get(about.get("instead", "")):
+        joints_key = about["instead"]
+    for key, value in values.items():
+        if "drive" in about and _JOINTS.fullmatch(key) and "state" not in key:
+            front = key.startswith("front_wheels") == values.get("front_steering", True)
+            steers = "steering" in key or (key in ("front_wheels_names", "rear_wheels_names") and front)
+            words = [POSITION if steers else VELOCITY]
+        elif key == joints_key:
+            words = _texts(about.get("command")) or _texts(values.get(about.get("commands", "")))
+        else:
+            continue
+        if words and (joints := list(dict.fromkeys(_texts(value)))):
+            yield key, joints, words
+
+
+def _states(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
+    about = interfaces_of(kind)
+    if "drive" in about:
+        by_position = values.get("position_feedback", about["turning"] == POSITION)
+        for key, joints, words in _commands(kind, values):
+            word = POSITION if words == [POSITION] or by_position else VELOCITY
+            yield from ((key, joint, word) for joint in joints)
+    else:
+        key = about.get("joints", "joints")
+        words = about.get("reads") or _texts(values.get(about.get("states", "")))
+        where = about.get("states", key)
+        yield from ((where, joint, word) for joint in _texts(values.get(key)) for word in words)
+
+
+def _interfaces(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Finding]:
+    """Yield the commands, the states and the sensor of a controller that no hardware block has."""
+    joints = [one for block in robot.control for one in block.joints]
+    there = {(one.name, word) for one in joints for word in one.commands}
+    for key, names, every in _commands(kind, values):
+        words = [word for word in every if word in JOINT_WORDS]
+        lacking = [one for one in names if one in robot.joint and any((one, word) not in there for word in words)]
+        if lacking:
+            message = f"{name} commands the {listed(words)} of {quoted(lacking, most=4)}, which no hardware block has"
+            help = f"in control: joints: {{{lacking[0]}: {{command: {words[0]}}}}}"
+            yield Finding("controller-interface", message, key, help, WARNING)
+    states = {(one.name, word) for one in joints for word in one.states}
+    for key, joint, word in _states(kind, values):
+        if joint in robot.joint and (joint, word) not in states:
+            message = f'{name} reads the {word} of "{joint}", which no hardware block has: it does not become active'
+            help = f"in control: joints: {{{joint}: {{state: [{word}]}}}}, if the hardware measures it"
+            yield Finding("controller-interface", message, key, help, WARNING)
+            break
+    sensors = {one.name for block in robot.control for one in block.sensors}
+    for sensor in _texts(values.get("sensor_name")):
+        if sensor not in sensors:
+            message = f'"sensor_name" of {name} is "{sensor}", and no hardware block has a sensor of this name'
+            help_ = Suggestion(sensor, sensors, none=f"in control: sensors: {{{sensor}: {{}}}}")
+            yield Finding("controller-interface", message, "sensor_name", help_, WARNING)
 
 
 _UNSUPPORTED = {"controllers.*.inactive": Unsupported("the launch file of a package starts it so", quiet=True)}

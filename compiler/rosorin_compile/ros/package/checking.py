@@ -13,7 +13,7 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import MANIFEST, digest, read_manifest
 from rosorin_compile.output.committed import Comparison
 from rosorin_compile.output.ros_packages import files_below, package_of
-from rosorin_compile.request import Request
+from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, has_errors
 from rosorin_compile.source.files import read_bytes
@@ -63,8 +63,22 @@ def unreadable(folder: Path, problem: OSError) -> Diagnostic:
     return report("deploy-unreadable", f"cannot read {folder}: {problem.strerror or problem}")
 
 
-def check_deployed(request: Request, folder: Path, full: bool = False) -> CheckedCopies:
-    """Compile a robot and compare it with the copies of its artifacts in a folder."""
+def check_deployed(
+    robot: FilePath | Request,
+    folder: FilePath,
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    full: bool = False,
+    trust: bool = False,
+) -> CheckedCopies:
+    """Compare the artifacts of a robot with the copies in a package, an install space or another folder.
+
+    Args:
+        full: List differences of texts in full in ``lines``.
+    """
+    request = Request.of(robot, arguments, packages, trust=trust)
+    folder = Path(folder)
     compiled = request.compile()
     result = CheckedCopies(inputs=tuple(map(str, request.inputs(compiled))))
     diagnostics = [*compiled.diagnostics]

@@ -20,7 +20,7 @@ from rosorin_compile.output.ros_packages import (
     share_folder,
     undeclared,
 )
-from rosorin_compile.request import Request
+from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, has_errors
 from rosorin_compile.source.files import is_file, read_bytes, read_text, resolve
@@ -87,27 +87,39 @@ class Copy:
 
 
 def deploy(
-    request: Request,
-    folder: Path,
-    places: Mapping[str, str],
-    install: Path | None = None,
+    robot: FilePath | Request,
+    folder: FilePath,
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    places: Mapping[str, str] | None = None,
+    install: FilePath | None = None,
     dry_run: bool = False,
     full: bool = False,
+    trust: bool = False,
 ) -> Deployed:
-    """Compile a robot and put its artifacts into a folder. Raises RequestError.
+    """Write the artifacts of a robot into a ROS 2 package or another folder that exists.
 
-    ``places`` maps outputs to paths in the folder, or to ``none``. ``full`` has differences of texts in full.
+    The result has the copies with their paths, and the changes as text; with an error its ``robot`` is empty.
+
+    Args:
+        places: The paths of outputs in the folder, or ``"none"``; they are stored there.
+        install: The install space that is checked for older copies; by default the one of the workspace.
+        dry_run: Write nothing.
+        full: List differences of texts in full in ``changes``.
     """
+    folder = Path(folder)
     if not folder.is_dir():
         raise RequestError(f'there is no folder "{folder}"; rosorin-compile package makes a new package')
+    request = Request.of(robot, arguments, packages, trust=trust)
     compiled = request.compile()
     result = Deployed("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
     diagnostics = [*compiled.diagnostics]
     if compiled.robot is not None and not has_errors(diagnostics):
-        mapped = _mapped(places, compiled.artifacts)
+        mapped, space = _mapped(places or {}, compiled.artifacts), Path(install) if install is not None else None
         try:
             with open_package_folder(folder, dry_run) as target:
-                planned = _deploy(compiled, compiled.robot, folder, target, mapped, install, dry_run, diagnostics)
+                planned = _deploy(compiled, compiled.robot, folder, target, mapped, space, dry_run, diagnostics)
         except (LoadError, OutputError) as problem:
             return replace(result, diagnostics=(*diagnostics, problem.diagnostic))
         except OSError as problem:

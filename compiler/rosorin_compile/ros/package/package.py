@@ -17,7 +17,7 @@ from rosorin_compile.formats.mesh_files import urdf_file_name
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from rosorin_compile.output import OutputError, digest, open_package_folder
-from rosorin_compile.request import Request
+from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, has_errors
 from rosorin_compile.source.files import exists, is_file, read_bytes
 from rosorin_compile.source.project import Description
@@ -66,11 +66,50 @@ class WrittenPackage:
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
 
-def write_package(request: Request, folder: Path, given: PackageOptions) -> WrittenPackage:
-    """Compile a robot and write its package, unless an error is found. Raises RequestError."""
+def package(
+    robot: FilePath | Request,
+    folder: FilePath,
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    name: str | None = None,
+    build_type: str | None = None,
+    version: str | None = None,
+    maintainer: str | None = None,
+    license: str | None = None,  # noqa: A002 - as in package.xml
+    url: str | None = None,
+    topics: Mapping[str, str] | None = None,
+    compile_at_launch: bool | None = None,
+    control: bool | None = None,
+    moveit: bool | None = None,
+    nav2: bool | None = None,
+    trust: bool = False,
+) -> WrittenPackage:
+    """Write a ROS 2 package with the artifacts of a robot, unless an error is found.
+
+    A package that this function wrote before keeps the options that are None. With an error ``package`` of the result
+    is empty.
+
+    Args:
+        folder: The folder of the package.
+        name: The name of the package; by default ``ROBOT_description``.
+        build_type: ``"ament_cmake"``, the default, or ``"ament_python"``.
+        version: The version, three numbers; by default ``"0.1.0"``.
+        maintainer: The maintainer, as ``"Name <mail@example.org>"``.
+        license: The license as an SPDX name.
+        url: The website of the package.
+        topics: Topics by sensor, for the RViz configuration.
+        compile_at_launch: Compile the description at launch, with its arguments as launch arguments.
+        control: Add a launch file that starts the controller_manager and the controllers.
+        moveit: Add a launch file that starts MoveIt.
+        nav2: Add a launch file that starts Nav2 and robot_localization.
+    """
     from .carrying import described, proven
     from .copies import kept, protected_files
 
+    request, folder = Request.of(robot, arguments, packages, trust=trust), Path(folder)
+    starts = {"control": control, "moveit": moveit, "nav2": nav2}
+    given = PackageOptions(name, build_type, version, maintainer, license, url, compile_at_launch, starts, topics or {})
     compiled = request.compile()
     result = WrittenPackage("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
     diagnostics = [*compiled.diagnostics]
@@ -81,25 +120,25 @@ def write_package(request: Request, folder: Path, given: PackageOptions) -> Writ
             options = options_of(given, folder, compiled.robot.name, [one.name for one in compiled.robot.sensors])
             carried, wrong = described(compiled, request, options)
             sources = [request.description.path.parent, request.description.outputs]
-            package = make(compiled.robot, compiled.artifacts, options, sources, folder, compiled, carried)
-            if carried is not None and package.files:
+            made = make(compiled.robot, compiled.artifacts, options, sources, folder, compiled, carried)
+            if carried is not None and made.files:
                 with tempfile.TemporaryDirectory() as copy:
                     there = Path(copy, options.name)
-                    for place, data in package.files.items():
+                    for place, data in made.files.items():
                         (there / place).parent.mkdir(parents=True, exist_ok=True)
                         (there / place).write_bytes(data)
                     wrong = proven(carried, compiled, request, there, options.name)
-            diagnostics += [*wrong, *package.diagnostics, *_foreign(folder, package.files)]
-            if package.files and not has_errors(diagnostics):
+            diagnostics += [*wrong, *made.diagnostics, *_foreign(folder, made.files)]
+            if made.files and not has_errors(diagnostics):
                 digests = target.digests()
-                theirs = [name for name in (CHANGELOG, LICENSE) if is_file(folder / name) and name in package.files
+                theirs = [name for name in (CHANGELOG, LICENSE) if is_file(folder / name) and name in made.files
                           and digest(read_bytes(folder / name)) not in digests.get(name, ())]  # fmt: skip
-                ours = {name: data for name, data in package.files.items() if name not in theirs}
+                ours = {name: data for name, data in made.files.items() if name not in theirs}
                 protected = protected_files(folder, ours, digests, own_package=True)
                 diagnostics += kept(protected)
                 written = target.write(ours, {one.kept: one.data for one in protected})
-                new = tuple(sorted(name for name in written if name in package.files))
-                names = tuple(sorted(package.files))
+                new = tuple(sorted(name for name in written if name in made.files))
+                names = tuple(sorted(made.files))
                 result = dataclasses.replace(result, package=options.name, files=names, written=new)
     except OutputError as problem:
         diagnostics.append(problem.diagnostic)

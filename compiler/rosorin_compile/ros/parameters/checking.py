@@ -6,6 +6,7 @@ where that was written.
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from types import NoneType
 from typing import Any, NamedTuple
@@ -20,13 +21,13 @@ from rosorin_compile.source.diagnostics import (
     Suggestion,
     diagnostic,
     listed,
-    nearest,
 )
 from rosorin_compile.source.wording import suggest
 
-from .tables import Key, Kind, as_type, fits, is_of_all_nodes, refused, type_in_words, value_text
+from .tables import Key, Kind, as_type, fits, is_of_all_nodes, refused, type_in_words, written
 
 REMOVE = "remove it"
+_SIMILAR = 0.9
 
 
 class Finding(NamedTuple):
@@ -60,7 +61,7 @@ def against_kind(name: str, kind: Kind, values: Mapping[str, Any]) -> Iterator[F
             yield from _unknown(name, kind, key, values)
         elif not kind.has(known):
             others = listed(map(str.capitalize, known.only))
-            message = f'{name} of {kind.distribution.capitalize()} has no key "{key}"; {others} knows it'
+            message = f'{name} of {kind.distribution.capitalize()} has no key "{key}"; it is one of {others}'
             help = _near(kind, key, values) or REMOVE
             yield Finding("parameters-unknown-key", message, key, help, at_key=True)
         else:
@@ -73,7 +74,7 @@ def unwritable(name: str, values: Mapping[str, Any]) -> Iterator[Finding]:
     for key, value in values.items():
         kinds = {type(one) for one in value} if isinstance(value, (list, tuple)) else {type(value)}
         if len(kinds) > 1 or kinds & {list, tuple, NoneType}:
-            message = f'"{key}" of {name} is {value_text(value)}: no parameter can be that'
+            message = f'"{key}" of {name} is {written(value)}: no parameter can be that'
             yield Finding("parameters-wrong-type", message, key, "write a value, or a list of values of one type")
 
 
@@ -92,18 +93,11 @@ def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Iter
 def _near(kind: Kind, key: str, values: Mapping[str, Any]) -> Help:
     names = kind.like(key)
     if not kind.complete:
-        close = nearest(key, names - values.keys())
-        return suggest(close) if close and _is_misspelt(key, close) else ""
+        close = difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=_SIMILAR)
+        return suggest(close[0]) if close else ""
     last = key.rpartition(".")[2]
     same = [one for one in names if one.rpartition(".")[2] == last]
     return Suggestion(key, names, instead=suggest(same[0]) if len(same) == 1 else REMOVE)
-
-
-def _is_misspelt(name: str, close: str) -> bool:
-    import difflib
-
-    one, other = name.replace("_", "").lower(), close.replace("_", "").lower()
-    return one == other or (len(name) > 5 and difflib.SequenceMatcher(None, one, other).ratio() > 0.9)
 
 
 def _unlisted(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Iterator[Finding]:
@@ -116,19 +110,14 @@ def _unlisted(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Ite
 
 def _value(name: str, key: str, value: Any, known: Key) -> Iterator[Finding]:
     if not fits(value, known.type):
-        message = f'"{key}" of {name} is {value_text(value)}, and has to be {type_in_words(known.type)}'
+        message = f'"{key}" of {name} is {written(value)}, and has to be {type_in_words(known.type)}'
         yield Finding("parameters-wrong-type", f"{message}: the node does not start", key, as_type(value, known.type))
+    elif isinstance(value, str) and value in known.renamed:
+        message = f'"{key}" of {name} is "{value}", which was renamed: the node does not start'
+        yield Finding("parameters-wrong-value", message, key, f"write {known.renamed[value]}")
     elif known.forced and value not in ("", known.forced):
         message = f'"{key}" of {name} is always "{known.forced}": this value has no effect'
         yield Finding("parameters-wrong-value", message, key, "remove it", WARNING)
     elif (why := refused(known.valid, value)) is not None:
-        message, help = f'"{key}" of {name} {why[0]}', why[1] or _order(key, known) or "correct it"
+        message, help = f'"{key}" of {name} {why[0]}', why[1] or "correct it"
         yield Finding("parameters-wrong-value", message, key, help)
-
-
-def _order(name: str, key: Key) -> str:
-    sizes = key.valid.get("fixed_size", [])
-    if key.type == "bool_array" and sizes == [15]:
-        return "x y z, roll pitch yaw, vx vy vz, vroll vpitch vyaw, ax ay az"
-    rows = ", row by row" if name.endswith("covariance") else ""
-    return f"write {' or '.join(map(str, sizes))} of them{rows}" if sizes else ""

@@ -20,11 +20,12 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from rosorin_compile.formats.format import JAZZY
+from rosorin_compile.formats.format import DISTRIBUTIONS, JAZZY, Format
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, error
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, DiagnosticError, Related, Source, Span, error
 
+from ..ports import facts
 from .tables import Kind, converted, kinds, written
 
 PARAMETERS = "ros__parameters"
@@ -33,16 +34,14 @@ _HELP = "a parameter file is NODE: {ros__parameters: {KEY: VALUE}}"
 _TRUE = {"y", "Y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"}
 _FALSE = {"n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"}
 # What strtol and strtod take, and the words of YAML for what is not finite.
-_INT = re.compile(r"[-+]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)\Z")
+_INT = re.compile(r"[-+]?(0[xX][0-9a-fA-F]{1,250}|0[0-7]{0,300}|[1-9][0-9]{0,300})\Z")
 _DOUBLE = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?\Z")
 _ZERO = re.compile(r"[-+]?[0.]+([eE].*)?\Z")
 _SPECIAL = re.compile(r"[-+]?(\.(inf|Inf|INF)|(?i:inf|infinity|nan))\Z|\.(nan|NaN|NAN)\Z")
 _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*|\*\*?")
 # Texts that are replaced when the file is used: by a launch file, or by nodes that rewrite it (nav2_common).
-_PUT_IN = re.compile(r"\$\(|<[A-Za-z_]\w*>")
-_LONGEST = 300  # digits of a number: more are beyond a double, too
+_SUBSTITUTED = re.compile(r"\$\(|<[A-Za-z_]\w*>")
 _MOST = 2**63 - 1
-_TEXT = "tag:yaml.org,2002:str"
 # Texts that are written without quotes, but for those that YAML reads as something else.
 _PLAIN = re.compile(r"[A-Za-z_/][A-Za-z0-9_/.-]*(::?[A-Za-z0-9_/.-]+)*")
 _WORDS = frozenset(("y", "yes", "n", "no", "true", "false", "on", "off", "null", "nan", "inf", "infinity"))
@@ -59,7 +58,7 @@ class Parameter(NamedTuple):
     def substituted(self) -> bool:
         """Whether something else is put here, ``$(find-pkg-share ...)`` or ``<prefix>``: its type is unknown."""
         values = self.value if isinstance(self.value, list) else [self.value]
-        return any(isinstance(one, str) and _PUT_IN.search(one) for one in values)
+        return any(isinstance(one, str) and _SUBSTITUTED.search(one) for one in values)
 
 
 @dataclass(frozen=True)
@@ -85,18 +84,14 @@ class Section:
         return re.fullmatch(pattern, node) is not None
 
 
-class NoParameters(ValueError):
+class NoParameters(DiagnosticError, ValueError):
     """A file that is none of parameters; carries the diagnostic."""
-
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        super().__init__(diagnostic.message)
-        self.diagnostic = diagnostic
 
 
 def read_sections(source: Source) -> tuple[list[Section], list[Diagnostic]]:
     """Return the sections of a parameter file in its order, and warnings. Raises NoParameters."""
+    reader = _Reader(source)
     try:
-        reader = _Reader(source)
         reader.read()
     except yaml.YAMLError as problem:
         from rosorin_compile.source.yaml_mistakes import explained
@@ -143,8 +138,6 @@ class _Reader:
         self.source = source
         self.sections: dict[str, Section] = {}
         self.diagnostics: list[Diagnostic] = []
-        self.count = 0  # of parameters
-        self.hollow = ""  # the last mapping, if it was empty
         loader = getattr(yaml, "CLoader", yaml.Loader)
         self.events: Iterator[Any] = iter(loader(source.text).get_event, None)
 
@@ -167,9 +160,12 @@ class _Reader:
                 made.inside.append(self.item(inner, depth + 1))
         return made
 
-    def names(self, above: str, mapping: _Item, named: Span | None) -> None:
-        """Read a mapping of namespaces and nodes; ``named`` is the place of the last name."""
-        of_node = False
+    def names(self, above: str, mapping: _Item, named: Span | None) -> bool:
+        """Read a mapping of namespaces and nodes, and return True if it has parameters.
+
+        ``named`` is the place of the last name.
+        """
+        is_node = has_parameters = False
         for key, value in mapping.pairs:
             name = self.text(key)
             if not name:
@@ -181,116 +177,97 @@ class _Reader:
             if name == PARAMETERS:
                 if named is None:
                     raise self.fail(f"{PARAMETERS} is at the top level: no node is named", key)
-                if of_node:
+                if is_node:
                     raise self.fail(f"{PARAMETERS} is repeated for one node, which ROS 2 refuses", key, "make it one")
                 self.check_name(above, named)
                 section = self.sections.setdefault(above, Section(above, named))
-                self.parameters(section, "", value.pairs)
-                self.hollow, of_node = "", True
+                self.parameters(section, "", value)
+                is_node = True
+                has_parameters |= bool(section.parameters)
                 continue
-            before = self.count
             between = "" if above.endswith("/") or (name.startswith("/") and not above) else "/"
-            self.names(f"{above}{between}{name}", value, self.span(key))
-            if of_node and self.count > before:
-                what = f'"{name}" follows the {PARAMETERS} of "{above.strip("/")}", which ROS 2 refuses'
-                raise self.fail(what, key, f"write it as a node of its own: {above.strip('/')}/{name}")
+            if self.names(f"{above}{between}{name}", value, self.span(key)):
+                has_parameters = True
+                if is_node:
+                    what = f'"{name}" follows the {PARAMETERS} of "{above.strip("/")}", which ROS 2 refuses'
+                    raise self.fail(what, key, f"write it as a node of its own: {above.strip('/')}/{name}")
+        return has_parameters
 
     def check_name(self, full: str, named: Span) -> None:
-        """Hold the name of a node against those that there may be (rmw_validate_node_name)."""
+        """Raise NoParameters for a name that no node may have (rmw_validate_node_name)."""
         words = full.removeprefix("/").split("/")
-        wrong = [word for word in words if not _WORD.fullmatch(word) and not _PUT_IN.search(word)]
+        wrong = [word for word in words if not _WORD.fullmatch(word) and not _SUBSTITUTED.search(word)]
         if wrong:
             what = f'"{wrong[0] or full}" is no name of a node or a namespace: ROS 2 refuses the whole file'
             help = "letters, digits and _ alone, a digit not first"
             help = help if wrong[0] else "write / between two names, and at most one before the first"
             raise NoParameters(error("parameters-syntax", what, named, help))
 
-    def parameters(self, section: Section, above: str, pairs: Iterable[tuple[_Item, _Item]]) -> None:
-        """Read parameters, in levels; behind an empty mapping ROS 2 loses count of the levels."""
-        for key, value in pairs:
+    def parameters(self, section: Section, above: str, mapping: _Item) -> str:
+        """Read parameters, and return the name of the last one if it is empty: ROS 2 miscounts the levels after it."""
+        empty = ""
+        for key, value in mapping.pairs:
             text = self.text(key)
             if not text:
                 raise self.fail("a parameter has no name: ROS 2 refuses the whole file", key, "name it")
-            if self.hollow:
-                what, help = f'"{text}" follows "{self.hollow}", which is empty', "leave the empty one out"
-                if not above:
-                    raise self.fail(f"{what}: ROS 2 refuses the whole file", key, help)
-                self.misread(what, key, help)
-                self.hollow = ""
+            if empty:
+                message = f'"{text}" follows "{empty}", which is empty: ROS 2 refuses or misreads the file'
+                raise self.fail(message, key, "leave the empty one out")
             name = f"{above}{text}"
             if value.is_map:
-                self.parameters(section, f"{name}.", value.pairs)
-                self.hollow = self.hollow if value.inside else name
-            elif value.is_list:
-                self.add_list(section, name, key, value)
+                empty = self.parameters(section, f"{name}.", value) if value.inside else name
+            elif value.is_list and any(item.is_map for item in value.inside):
+                self.mapping_in_list(section, name, key, value)
             else:
-                self.put(section, name, self.scalar(value)[0], key, value)
+                self.put(
+                    section, name, self.values(name, value) if value.is_list else self.scalar(value)[0], key, value
+                )
+        return empty
+
+    def mapping_in_list(self, section: Section, name: str, key: _Item, value: _Item) -> None:
+        """Read the only mapping of a list, in which all values are lists, as if it were no list.
+
+        gpio_controllers has such parameters: ``a: [{b: [x]}]`` is ``a.b: [x]``.
+        """
+        mapping = value.inside[0]
+        if len(value.inside) == 1 and all(inner.is_list for _, inner in mapping.pairs):
+            self.parameters(section, f"{name}.", mapping)
+        else:
+            message = f'"{name}" has a mapping in a list: ROS 2 reads it otherwise than it looks'
+            self.warn(message, self.span(key), "write a mapping without the list")
 
     def put(self, section: Section, name: str, value: Any, key: _Item, start: _Item) -> None:
         """Add a parameter to those of a section."""
         made = Parameter(value, self.span(key), self.span(start))
-        self.count += 1
         before = section.parameters.get(name)
         if before is not None:
             message = f'"{name}" is repeated for {section.name}; the last one counts'
             related = (Related("first set here", before.key),)
-            self.diagnostics.append(Diagnostic("parameters-twice", "warning", message, made.key, related, "remove one"))
+            self.diagnostics.append(Diagnostic("parameters-twice", WARNING, message, made.key, related, "remove one"))
         if value == []:
             message = f'"{name}" is an empty list, and ROS 2 does not know of what: nodes in C++ do not start '
             message += '("No parameter value set")'
             self.warn(message, made.span, "leave it out, if the node has a list by default")
         section.parameters[name] = made
 
-    def add_list(self, section: Section, name: str, key: _Item, value: _Item) -> None:
-        """Add a list.
-
-        A mapping in it is one of parameters below its name, ``a: [{b: [1]}]`` is ``a.b``, as gpio_controllers has it.
-        """
-        first, rest = self.values(name, value.inside)
-        if not rest:
-            self.put(section, name, first, key, value)
-            return
-        self.in_list(section, name, rest[0])
-        if len(rest) > 1:
-            self.misread(f'"{name}" has more behind a mapping in a list', rest[1])
-
-    def in_list(self, section: Section, above: str, mapping: _Item) -> None:
-        """Read a mapping in a list; a plain value in it is the first of a list, up to the end of the mapping."""
-        for index, (key, value) in enumerate(mapping.pairs):
-            name = f"{above}.{self.text(key)}"
-            if value.is_map:
-                self.in_list(section, name, value)
-            elif value.is_list:
-                self.add_list(section, name, key, value)
-                self.parameters(section, f"{above}.", list(mapping.pairs)[index + 1 :])  # the list is over
-                return
-            else:
-                values, rest = self.values(name, mapping.inside[2 * index + 1 :])
-                if rest or len(values) > 1:
-                    self.misread(f'a key below "{name}" is in a list, so it is not a parameter', key)
-                self.put(section, name, values, key, value)
-                return
-
-    def values(self, name: str, items: Sequence[_Item]) -> tuple[list[Any], Sequence[_Item]]:
-        """Return the values up to the first mapping, which have one type or no node starts, and the rest."""
+    def values(self, name: str, items: _Item) -> list[Any]:
+        """Return the values of a list, which have one type or no node starts."""
         values: list[Any] = []
         first = ""
-        for index, item in enumerate(items):
-            if item.is_map:
-                return values, items[index:]
+        for item in items.inside:
             if item.is_list:
                 message, help = f'"{name}" holds a list in a list, which ROS 2 refuses', "write one text in quotes"
                 raise self.fail(message, item, f'{help}: "[[x, y], ...]"')
             value, kind = self.scalar(item)
-            if isinstance(value, str) and _PUT_IN.search(value):
+            if isinstance(value, str) and _SUBSTITUTED.search(value):
                 kind = first
             if first and kind != first:
                 message = f'"{name}" mixes {first} and {kind}: ROS 2 refuses the whole file, and no node starts'
-                way = "write every number with a point: 0.0"
-                raise self.fail(message, item, way if {first, kind} == {"int", "double"} else "use one type")
+                help = "write every number with a point: 0.0"
+                raise self.fail(message, item, help if {first, kind} == {"int", "double"} else "use one type")
             first = kind
             values.append(value)
-        return values, ()
+        return values
 
     def scalar(self, item: _Item) -> tuple[Any, str]:
         """Return a value and its type."""
@@ -298,7 +275,7 @@ class _Reader:
         if isinstance(event, yaml.AliasEvent):
             raise self.fail("ROS 2 takes no aliases in a parameter file", item, "write the value here")
         text = event.value
-        if event.style in ("'", '"') or event.tag == _TEXT:
+        if event.style in ("'", '"') or event.tag == "tag:yaml.org,2002:str":
             return text, "string"
         if not text:
             raise self.fail("this key has no value: ROS 2 refuses the whole file", item, 'write "" for an empty text')
@@ -306,10 +283,7 @@ class _Reader:
             return text in _TRUE, "bool"
         if _INT.match(text):
             digits = text.lstrip("+-")
-            base = 16 if digits[1:2] in ("x", "X") else 8 if digits.startswith("0") else 10
-            if len(digits) > _LONGEST:  # rcl takes a number that is no double for text
-                return text, "string"
-            number = int(digits, base) * (-1 if text.startswith("-") else 1)
+            number = int(text, 16 if digits[1:2] in ("x", "X") else 8 if digits.startswith("0") else 10)
             return (number, "int") if -_MOST - 1 <= number <= _MOST else (float(number), "double")
         if _DOUBLE.match(text):
             fits = sys.float_info.min <= abs(float(text)) <= sys.float_info.max or _ZERO.match(text)
@@ -333,10 +307,7 @@ class _Reader:
         return NoParameters(error("parameters-syntax", message, self.span(item), help))
 
     def warn(self, message: str, span: Span, help: str) -> None:
-        self.diagnostics.append(Diagnostic("parameters-syntax", "warning", message, span, help=help))
-
-    def misread(self, what: str, item: _Item, help: str = "write a mapping without the list") -> None:
-        self.warn(f"{what}: ROS 2 reads it otherwise than it looks", self.span(item), help)
+        self.diagnostics.append(Diagnostic("parameters-syntax", WARNING, message, span, help=help))
 
 
 @dataclass(frozen=True)
@@ -429,3 +400,25 @@ def _text(value: str) -> str:
     if _PLAIN.fullmatch(value) and value.lower() not in _WORDS:
         return value
     return json.dumps(value, ensure_ascii=False)
+
+
+# The option of every format that is a parameter file.
+DISTRIBUTION: Mapping[str, Any] = {
+    "enum": DISTRIBUTIONS,
+    "description": "The distribution of ROS 2 whose nodes it is for; default jazzy.",
+}
+
+
+def parameter_file(name: str, **more: Any) -> Format:
+    """Return the format of a parameter file by its name, with the fields that it does not share with others."""
+    return Format(
+        name=name,
+        article="a",
+        options={"distribution": DISTRIBUTION, **facts("ros2_options")[name]},
+        read=read,
+        names_robot=False,
+        syntax=nodes_of,
+        folder="config",
+        deploys=True,
+        **more,
+    )

@@ -1,8 +1,8 @@
 """What is known of nodes: their keys, types and defaults, as ``ros2_nodes.json`` and ``ros2_controllers.json`` have it.
 
 The ``about`` of each file says what its fields mean, and where its facts are from. They are read when a node is looked
-at. Validators are those of ``PickNikRobotics/generate_parameter_library`` and two of joint_trajectory_controller
-(``validate_jtc_parameters.hpp`` of ros2_controllers).
+at. Validators are those of ``PickNikRobotics/generate_parameter_library``, and the combinations of interfaces of
+joint_trajectory_controller (``validate_jtc_parameters.hpp`` of ros2_controllers).
 """
 
 from __future__ import annotations
@@ -15,15 +15,25 @@ from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.format import HUMBLE, JAZZY, described_by
+from rosorin_compile.formats.format import HUMBLE, JAZZY
 from rosorin_compile.model import Publisher
 from rosorin_compile.model.joint import NODE
-from rosorin_compile.source.diagnostics import Help, Suggestion, listed, quoted
+from rosorin_compile.source.diagnostics import Help, Suggestion, quoted
 
-from ..ports import TF, drive_plugins, facts, port_of
+from ..ports import TF, distribution_of_ports, drive_plugins, facts, port_of
 
-_WORDS = {"bool": "true or false", "int": "a whole number", "double": "a double", "string": "a text"}
-_MANY = {"bool": "booleans", "int": "whole numbers", "double": "doubles", "string": "texts"}
+DISTRIBUTIONS = (HUMBLE, JAZZY, "kilted")  # those that the tables have; "" for a distribution is any of them
+MANAGER = "controller_manager"
+_TYPES = {
+    "bool": "true or false",
+    "int": "a whole number",
+    "double": "a double",
+    "string": "a text",
+    "bool_array": "a list of booleans",
+    "int_array": "a list of whole numbers",
+    "double_array": "a list of doubles",
+    "string_array": "a list of texts",
+}
 
 
 def fits(value: Any, kind: str) -> bool:
@@ -59,32 +69,16 @@ def converted(value: Any, kind: str) -> Any:
 
 def type_in_words(kind: str) -> str:
     """Return a type of the tables as a message has it."""
-
-    def one(word: str) -> str:
-        base, _, many = word.partition("_")
-        return f"a list of {_MANY[base]}" if many else _WORDS[base]
-
-    return " or ".join(map(one, kind.split(" or ")))
-
-
-def value_text(value: Any) -> str:
-    """Return a value of a wrong type as a message has it."""
-    if isinstance(value, (list, tuple)):
-        kinds = {"int": "int", "float": "double", "str": "string", "bool": "bool"}
-        found = dict.fromkeys(_MANY.get(kinds.get(type(item).__name__, ""), "other things") for item in value)
-        return f"a list of {listed(found)}" if found else "an empty list"
-    return "nothing" if value is None else f"the text {written(value)}" if isinstance(value, str) else written(value)
+    return " or ".join(_TYPES[one] for one in kind.split(" or "))
 
 
 def as_type(value: Any, kind: str) -> str:
     """Return the fix for a value of the wrong type."""
-    made = converted(value, kind)
+    if isinstance(value, str) and kind in ("bool", "int", "double"):
+        return f"write {type_in_words(kind)} without quotes"
+    made = [value] if kind == "string_array" else converted(value, kind)
     if kind == "string" and not isinstance(value, (list, tuple)):
         made = written(value)
-    elif kind == "string_array":
-        made = [value]
-    elif isinstance(value, str) and kind in _WORDS:
-        return f"write {type_in_words(kind)} without quotes"
     return f"write {written(made) if fits(made, kind) else type_in_words(kind)}"
 
 
@@ -92,8 +86,8 @@ def written(value: Any) -> str:
     """Return a value as YAML has it, in one line."""
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(map(written, value))}]"
-    if isinstance(value, bool):
-        return "true" if value else "false"
+    if isinstance(value, bool) or value is None:
+        return {True: "true", False: "false", None: "null"}[value]
     if isinstance(value, float):
         return repr(value)
     return f'"{value}"' if isinstance(value, str) else str(value)
@@ -102,51 +96,10 @@ def written(value: Any) -> str:
 def refused(valid: Mapping[str, Sequence[Any]], value: Any) -> tuple[str, Help] | None:
     """Return why validators refuse a value of its type, and the fix; None if they accept it."""
     for name, arguments in valid.items():
-        why, help = _refused(name.removeprefix("control_filters::"), value, list(arguments))
+        why, help = _refused(name, value, list(arguments))
         if why:
             return why, help
     return None
-
-
-def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
-    bound = _BOUNDS.get(name.removesuffix("_or_nan"))
-    if bound is not None:
-        holds, words = bound
-        is_free = name.endswith("_or_nan") and math.isnan(value)
-        wrong = not is_free and not holds(value, arguments[0])
-        return (f"is {written(value)}, and has to be {words} {arguments[0]:g}" if wrong else ""), ""
-    if name in _SIZES:
-        fits_size, words = _SIZES[name]
-        sizes = " or ".join(map(str, arguments))
-        fitting = any(fits_size(len(value), size) for size in arguments)
-        return ("" if fitting else f"has {len(value)} values, and needs {words}{sizes}"), ""
-    allowed = arguments[0] if arguments else ()
-    if name == "one_of" and value not in allowed:
-        return f"cannot be {written(value)}", Suggestion(str(value), [*map(str, allowed)])
-    if name == "subset_of" and (others := [str(one) for one in value if one not in allowed]):
-        return f"cannot have {quoted(others)}", Suggestion(others[0], [*map(str, allowed)])
-    if name == "not_empty" and not len(value):
-        return "is empty", ""
-    if name == "unique" and (twice := [str(one) for one in dict.fromkeys(value) if value.count(one) > 1]):
-        return f"has {quoted(twice)} twice", ""
-    return _combination(name.rpartition("::")[2], set(value) if isinstance(value, (list, tuple)) else set()), ""
-
-
-def _combination(name: str, words: set[str]) -> str:
-    """Return why joint_trajectory_controller refuses a combination of interfaces."""
-    lacks_both = "acceleration" in words and not {"position", "velocity"} & words
-    if name == "command_interface_type_combinations":
-        if "velocity" in words and len(words) > 1 and "position" not in words:
-            return "has to have velocity alone, or beside position"
-        if lacks_both:
-            return "has to have position and velocity beside acceleration"
-        return "has to have effort alone" if "effort" in words and len(words) > 1 else ""
-    if name == "state_interface_type_combinations":
-        if "velocity" in words and "position" not in words:
-            return "has to have position beside velocity"
-        if "acceleration" in words and not {"position", "velocity"} <= words:
-            return "has to have position and velocity beside acceleration"
-    return ""
 
 
 _BOUNDS: Mapping[str, tuple[Callable[[float, float], bool], str]] = {
@@ -161,9 +114,29 @@ _SIZES: Mapping[str, tuple[Callable[[int, int], bool], str]] = {
 }
 
 
-# The distributions that the tables have; "" for a distribution is any of them.
-DISTRIBUTIONS = (HUMBLE, JAZZY)
-MANAGER = "controller_manager"
+def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
+    """Return why a validator refuses a value, empty if it does not, and the fix."""
+    if bound := _BOUNDS.get(name.removesuffix("_or_nan")):
+        is_free = name.endswith("_or_nan") and math.isnan(value)
+        if not is_free and not bound[0](value, arguments[0]):
+            return f"is {written(value)}, and has to be {bound[1]} {arguments[0]:g}", ""
+    elif name in _SIZES:
+        fits_size, words = _SIZES[name]
+        if not any(fits_size(len(value), size) for size in arguments):
+            return f"has {len(value)} values, and needs {words}{' or '.join(map(str, arguments))}", ""
+    elif name in ("one_of", "subset_of"):
+        values = value if name == "subset_of" else [value]
+        if others := [str(one) for one in values if one not in arguments[0]]:
+            return f"cannot be {quoted(others)}", Suggestion(others[0], [*map(str, arguments[0])])
+    elif name == "not_empty" and not len(value):
+        return "is empty", ""
+    elif name == "unique" and (repeated := [str(one) for one in dict.fromkeys(value) if value.count(one) > 1]):
+        return f"has {quoted(repeated)} twice", ""
+    elif name == "set_of" and set(value) not in map(set, arguments):
+        return f"is {written(value)}, and has to be {' or '.join(map(written, arguments))}", ""
+    return "", ""
+
+
 # Keys that every node has, and those below which any name may stand.
 _ANY_NODE = ("use_sim_time", "start_type_description_service")
 _ANY_BELOW = ("qos_overrides.", "diagnostic_updater.", "bond_heartbeat_period", "service_introspection_mode")
@@ -175,7 +148,8 @@ class Key(NamedTuple):
 
     ``valid`` are its validators with their arguments, ``forced`` is what sets it whatever a file says. ``frame`` says
     what the frame is for that it names, empty if it names none; ``only`` the distributions that know it, and ``stock``,
-    if not empty, those whose stock plug-in has it. Without one that is ``needed`` its node does not start.
+    if not empty, those whose stock plug-in has it. Without one that is ``needed`` its node does not start. ``renamed``
+    has values that are refused now, with their replacements.
     """
 
     name: str
@@ -187,6 +161,7 @@ class Key(NamedTuple):
     forced: str = ""
     needed: bool = False
     stock: tuple[str, ...] = ()
+    renamed: Mapping[str, str] = {}
 
     @property
     def many(self) -> bool:
@@ -286,140 +261,88 @@ def is_of_all_nodes(key: str) -> bool:
     return key in _ANY_NODE or key.startswith(_ANY_BELOW)
 
 
-def _of_distribution(distribution: str) -> str:
-    return described_by(distribution) if distribution else ""
+# The packages that a description may name for a controller: that which starts it is as good as its own.
+_OF_CONTROLLERS = ("ros2_controllers", "ros2_control", MANAGER)
 
 
 @cache
 def kinds(distribution: str) -> Mapping[str, Kind]:
-    """Return the kinds of nodes beside controllers, by name."""
-    distribution = _of_distribution(distribution)
-    return {name: _kind(name, entry, distribution) for name, entry in facts("ros2_nodes")["nodes"].items()}
-
-
-def _kind(name: str, entry: Mapping[str, Any], distribution: str) -> Kind:
-    return Kind(
-        name,
-        {key: _key_of_node(key, of, distribution) for key, of in entry["keys"].items()},
-        distribution,
-        (entry["package"],),
-        entry["complete"],
-        tuple(entry["names"]),
-        tuple(entry["signs"]),
-        entry.get("strips_slash", False),
-        transform=entry.get("transform", {}),
-    )
-
-
-def _key_of_node(name: str, entry: Mapping[str, Any], distribution: str) -> Key:
-    valid: dict[str, list[Any]] = {}
-    lengths = entry.get("length")
-    if isinstance(lengths, dict):
-        lengths = lengths.get(distribution) or sorted({one for some in lengths.values() for one in some})
-    if lengths:
-        valid["fixed_size"] = lengths
-    if "one_of" in entry:
-        valid["one_of"] = [entry["one_of"]]
-    only = tuple(entry.get("only", DISTRIBUTIONS))
-    stock = tuple(entry.get("stock", ()))
-    return Key(name, entry["type"], entry.get("default"), valid, only, entry.get("frame", ""), stock=stock)
-
-
-# The packages that a description may name for a controller: that which starts it is as good as its own.
-_OF_CONTROLLERS = ("ros2_controllers", "ros2_control", MANAGER)
-_TRANSFORM = {"parent": "odom_frame_id", "child": "base_frame_id", "switch": "enable_odom_tf"}
-
-
-def plugins(distribution: str) -> Mapping[str, str]:
-    """Return every type of controllers, with a table or without, with its package."""
-    distribution = _of_distribution(distribution)
-    tables = [facts("ros2_controllers")[one] for one in DISTRIBUTIONS if distribution in ("", one)]
-    return {plugin: package for one in tables for plugin, package in one["plugins"].items()}
+    """Return the kinds of nodes that are no controllers, by name."""
+    found = facts("ros2_nodes")["nodes"]
+    return {name: _kind(name, entry, entry["keys"], (entry["package"],), distribution) for name, entry in found.items()}
 
 
 @cache
 def controller(plugin: str, distribution: str) -> Kind | None:
-    """Return what is known of a type of controllers; None if nothing is.
+    """Return what is known of a type of controllers, or None.
 
-    A distribution that does not have it gives what the other one knows.
+    A distribution that does not have it gets what others know.
     """
-    of_tables = _of_distribution(distribution)
-    tables = {one: entries for one in DISTRIBUTIONS if (entries := _entries_of(plugin, one))}
-    if not tables:
+    table = facts("ros2_controllers")
+    entry = table["controllers"].get(plugin, {})
+    if "keys" not in entry:
         return None
-    chosen = of_tables if of_tables in tables else ""
-    of_all = facts("ros2_nodes")["controllers"]
-    frame_id = of_all["frame_ids"].get(plugin, "")
-    frames = {"odom_frame_id": "odom", "base_frame_id": "base", frame_id: "sensor"}
-    keys = _keys_of_controllers(tables, chosen, frames)
-    if distribution not in ("", *DISTRIBUTIONS):
-        removed = of_all["removed_after_jazzy"].get(plugin, ())
-        keys = {name: _later(key, distribution, removed) for name, key in keys.items()}
-        chosen = distribution
-    for name in of_all["without_effect"].get(plugin, ()):
-        keys[name] = keys[name]._replace(only=(*DISTRIBUTIONS, distribution), stock=keys[name].only)
-    port = port_of(plugin, "", TF)
-    odometry = port.topic if port else ""
-    packages = (plugins("")[plugin], *_OF_CONTROLLERS)
-    transform = of_all["transforms"].get(plugin) or (_TRANSFORM if odometry else {})
-    return Kind(plugin, keys, chosen, packages, complete=True, odometry=odometry, transform=transform)
+    keys = {**table["every_controller"], **entry["keys"]}
+    return _kind(plugin, entry, keys, (entry["package"], *_OF_CONTROLLERS), distribution)
 
 
-def _later(key: Key, distribution: str, removed: Iterable[str]) -> Key:
-    last = key.name.rpartition(".")[2]
-    return key if JAZZY not in key.only or last in removed else key._replace(only=(*key.only, distribution))
+def plugins(distribution: str) -> Mapping[str, str]:
+    """Return every type of controllers, with keys or without, with its package."""
+    found, one = facts("ros2_controllers")["controllers"], _known(distribution)
+    return {plugin: of["package"] for plugin, of in found.items() if not one or one in of.get("only", DISTRIBUTIONS)}
 
 
-def _entries_of(plugin: str, distribution: str) -> dict[str, Mapping[str, Any]]:
-    data = facts("ros2_controllers")[distribution]
-    if plugin not in data["plugins"] or plugin not in data:
-        return {}
-    of_manager = {name.partition(".")[2]: entry for name, entry in data[MANAGER].items() if name.startswith("<name>.")}
-    plain = {name: {"is": "", **entry} for name, entry in (of_manager | data["every_controller"]).items()}
-    own: Mapping[str, Mapping[str, Any]] = data[plugin]
-    return {**plain, **own}
+def _known(distribution: str) -> str:
+    return distribution_of_ports(distribution) if distribution else ""
 
 
-def _keys_of_controllers(
-    tables: Mapping[str, Mapping[str, Mapping[str, Any]]], chosen: str, frames: Mapping[str, str]
-) -> dict[str, Key]:
-    found: dict[str, Key] = {}
-    for one in [*tables, chosen] if chosen else tables:
-        for name, entry in tables[one].items():
-            default = entry.get("default")
-            if entry["type"] == "double" and isinstance(default, str):
-                default = float(default)
-            only = tuple(other for other in tables if name in tables[other])
-            key = Key(name, entry["type"], default, entry.get("valid", {}), only, frames.get(name, ""))
-            optional = "is" in entry or "forced" in entry or key.type == "none" or key.many
-            needed = not optional and ("default" not in entry or refused(key.valid, default) is not None)
-            found[name] = key._replace(forced=entry.get("forced", ""), needed=needed)
-    return found
+def _kind(
+    name: str, entry: Mapping[str, Any], keys: Mapping[str, Any], packages: tuple[str, ...], distribution: str
+) -> Kind:
+    known, port = _known(distribution), port_of(name, "", TF)
+    known = known if known in entry.get("only", DISTRIBUTIONS) else ""
+    return Kind(
+        name,
+        {key: _key(key, of, known) for key, of in keys.items()},
+        known,
+        packages,
+        complete=entry.get("complete", True),
+        names=tuple(entry.get("names", ())),
+        signs=tuple(entry.get("signs", ())),
+        strips_slash=entry.get("strips_slash", False),
+        odometry=port.topic if port else "",
+        transform=entry.get("transform", {}),
+    )
 
 
-@cache
-def manager(distribution: str) -> Kind:
-    """Return the controller_manager, with the keys that it has of each controller (<name>.type)."""
-    distribution = _of_distribution(distribution)
-    tables = {one: facts("ros2_controllers")[one][MANAGER] for one in DISTRIBUTIONS}
-    keys = _keys_of_controllers(tables, distribution, {})
-    optional = {name: key._replace(needed=False) for name, key in keys.items()}
-    return Kind(MANAGER, optional, distribution, (MANAGER,), complete=True)
+def _key(name: str, entry: Mapping[str, Any], distribution: str) -> Key:
+    values = {**entry, **entry.get(HUMBLE, {})} if distribution == HUMBLE else entry
+    default = values.get("default")
+    if values["type"] == "double" and isinstance(default, str):
+        default = float(default)
+    return Key(
+        name,
+        values["type"],
+        default,
+        values.get("valid") or {},
+        only=tuple(values.get("only", DISTRIBUTIONS)),
+        frame=values.get("frame", ""),
+        forced=values.get("forced", ""),
+        needed=bool(values.get("needed")),
+        stock=tuple(values.get("stock", ())),
+        renamed=values.get("renamed", {}),
+    )
 
 
 def by_signs(keys: Mapping[str, object], distribution: str) -> Kind | None:
-    """Return the kind that has most of its signs among some keys; None if none has any."""
-
-    def count(kind: Kind) -> int:
-        return sum(sign in keys for sign in kind.signs)
-
-    best = max(kinds(distribution).values(), key=count)
-    return best if count(best) else None
+    """Return the kind that has most of its signs among some keys, or None if none has any."""
+    best = max(kinds(distribution).values(), key=lambda kind: sum(sign in keys for sign in kind.signs))
+    return best if any(sign in keys for sign in best.signs) else None
 
 
 def controller_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | None:
     """Return the controller of a drive that knows most of some keys, where they are those of one."""
-    if _TRANSFORM["switch"] not in keys:
+    if "enable_odom_tf" not in keys:
         return None
     found = [kind for plugin in drive_plugins() if (kind := controller(plugin, distribution)) is not None]
     return max(found, key=lambda kind: sum(kind.key(name) is not None for name in keys))
@@ -427,6 +350,4 @@ def controller_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | 
 
 def by_name(name: str, distribution: str) -> Kind | None:
     """Return the kind that a node of a name usually is."""
-    if name == MANAGER:
-        return manager(distribution)
     return next((kind for kind in kinds(distribution).values() if name in kind.names), None)

@@ -157,6 +157,12 @@ _ESCAPES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;"})
 _IN_QUOTES = _ESCAPES | str.maketrans({'"': "&quot;", "'": "&apos;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"})
 
 
+# Not that of xml.sax.saxutils, which imports urllib and http.
+def attribute_value(text: str) -> str:
+    """Return a text as the value of an attribute, in quotes."""
+    return f'"{text.translate(_IN_QUOTES)}"'
+
+
 def fitted(before: str, value: str) -> str:
     """Return a value escaped as it has to be after the text ``before``; whole elements between tags stay elements."""
     last = next(iter([*_MARKUP.finditer(before)][-1:]), None)

@@ -5,18 +5,20 @@ from __future__ import annotations
 import math
 import struct
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import accumulate, pairwise, product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosorin_compile.joint_values import beyond_limits, positions
 from rosorin_compile.model import Mesh
 from rosorin_compile.model.mesh_triangles import TriangleMesh
 from rosorin_compile.output import OutputError, may_replace, write_file
-from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, RequestError, UnknownName, error
+from rosorin_compile.request import FilePath, Packages, Request, Values
+from rosorin_compile.rules.publishers import check_modes
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, UnknownName, error
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.units import Quantity
@@ -30,8 +32,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rosorin_compile.model import Robot, Transform, Vector
-    from rosorin_compile.model.kinematics import Position
-    from rosorin_compile.request import Request
 
     from .triangles import MeshParts
 
@@ -71,14 +71,41 @@ class Look:
     transparent: bool
 
 
-State = Callable[[Case], "tuple[Mapping[str, Position], Sequence[Diagnostic]]"]
+def picture(
+    robot: FilePath | Request,
+    output: FilePath,
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    pose: str = "",
+    joints: Values = None,
+    pulses: Values = None,
+    view: str = "iso",
+    size: tuple[int, int] = (1280, 800),
+    collision: bool = False,
+    published_frames: bool = False,
+    frames: Sequence[str] = (),
+    modes: Mapping[str, bool] | None = None,
+    theme: str = "light",
+    transparent: bool = False,
+    force: bool = False,
+    trust: bool = False,
+) -> Picture:
+    """Draw a robot to a PNG file, without a browser. This needs the extra ``view``.
 
+    ``pose``, ``joints`` and ``pulses`` are as in ``transform``, ``modes`` as in ``frames``.
 
-def draw(request: Request, target: Path, state: State, appearance: Look, force: bool = False) -> Picture:
-    """Write a picture of a robot whose joints have the positions that ``state`` returns.
-
-    A file that this tool did not write is replaced with ``force`` only. Raises RequestError.
+    Args:
+        view: The camera: ``"iso"``, ``"front"``, ``"side"``, ``"top"`` or two angles such as ``"30deg,20deg"``.
+        size: Width and height in pixels.
+        collision: Show collision shapes of all links; by default of links without visuals only.
+        published_frames: Show all published frames with their names.
+        frames: Further frames to show.
+        theme: ``"light"`` or ``"dark"``.
+        transparent: Draw only the robot and its shadow, on a transparent background.
     """
+    request, target = Request.of(robot, arguments, packages, trust=trust), Path(output)
+    appearance = Look(view, size, collision, published_frames, frames, modes or {}, theme, transparent)
     width, height = appearance.size
     if not all(_SMALLEST <= side <= _LARGEST for side in appearance.size):
         raise RequestError(f"a picture has {_SMALLEST} to {_LARGEST} pixels along a side, not {width}x{height}")
@@ -89,26 +116,28 @@ def draw(request: Request, target: Path, state: State, appearance: Look, force: 
     failed, looked = partial(Picture, request.description.name, target, width, height, False), look(request)
     if looked.shown is None:
         return failed(tuple(one for one in looked.diagnostics if one.severity == ERROR))
-    robot = looked.shown.robot
-    frames = _frames(robot, appearance)
-    needed = {"numpy": ""} | (dict.fromkeys(("trimesh", "scipy"), " of meshes") if any(mesh_names(robot)) else {})
+    case, shown_robot = looked.shown.case, looked.shown.robot
+    chosen = _frames(shown_robot, appearance)
+    has_meshes = any(mesh_names(shown_robot))
+    needed = {"numpy": ""} | (dict.fromkeys(("trimesh", "scipy"), " of meshes") if has_meshes else {})
     for package, purpose in needed.items():
         if not is_installed(package):
             help = f"{pip_install('view')} installs the packages that draw pictures"
             message = f"a picture{purpose} needs the package {package}, which is not installed"
             return failed((error("extra-missing", message, None, help),))
-    positions, beyond = state(looked.shown.case)
-    diagnostics = list(beyond)
+    check_modes(shown_robot, appearance.modes)
+    state = positions(shown_robot, pose, joints, pulses)
+    diagnostics = beyond_limits(case, [state], WARNING)
     try:
-        pixels = _pixels(looked.shown, robot.poses_in_root(positions), frames, appearance, diagnostics)
-        file = png(pixels, f" picture: the robot {robot.name}")
+        pixels = _pixels(looked.shown, shown_robot.poses_in_root(state), chosen, appearance, diagnostics)
+        file = png(pixels, f" picture: the robot {shown_robot.name}")
         write_file(target, file, looked.files, None if force else may_replace)
     except MemoryError:
-        message = f"{robot.name} cannot be drawn: out of memory; --collision draws simpler shapes"
+        message = f"{shown_robot.name} cannot be drawn: out of memory; --collision draws simpler shapes"
         return failed((*diagnostics, error("picture-file", message, None)))
     except OutputError as problem:
         return failed((*diagnostics, problem.diagnostic))
-    return Picture(robot.name, target, width, height, True, tuple(diagnostics))
+    return Picture(shown_robot.name, target, width, height, True, tuple(diagnostics))
 
 
 def _pixels(

@@ -3,7 +3,8 @@
 A pixel has nine samples, each of which is shaded. Projected corners are rounded to 1/16 of the distance between
 samples and compared as integers, so that exactly one of two adjacent triangles covers a sample, on every machine.
 Depth is rounded to 24 bits; of triangles in one plane the first one is visible. Colours are mixed as linear light and
-displayed with the tone curve of the page (Khronos PBR Neutral). Scalar products do without BLAS, whose last digit
+displayed with the tone curve of the page (Khronos PBR Neutral). Of translucent triangles the nearest one is drawn.
+Scalar products do without BLAS, whose last digit
 depends on the CPU.
 """
 
@@ -291,10 +292,10 @@ def render(scene: Scene, camera: Camera, transparent: bool, progress: Callable[[
         rows = (columns, first * _FINE, end * _FINE)
         behind = _background(scene, camera, first, end, transparent)
         samples = behind.repeat(_FINE, axis=0).repeat(_FINE, axis=1).reshape(-1, 4)  # premultiplied by alpha
-        keys = grid.visible(opaque, *rows)
-        covered = np.nonzero(keys >= 0)[0]
-        for places, numbers in ((covered, keys[covered]), *_layers(grid, translucent, keys, rows)):
-            triangle = _LAST - (numbers & _LAST)
+        solid, veil = (grid.visible(chosen, *rows) for chosen in (opaque, translucent))
+        for keys in (solid, np.where(veil > solid, veil, -1)):
+            places = np.nonzero(keys >= 0)[0]
+            triangle = _LAST - (keys[places] & _LAST)
             opacity = scene.opacity[triangle, None]
             colour = _shade(scene, camera, grid, triangle, places % columns, places // columns + first * _FINE)
             colour = np.pad(colour, ((0, 0), (0, 1)), constant_values=1.0)
@@ -305,19 +306,6 @@ def render(scene: Scene, camera: Camera, transparent: bool, progress: Callable[[
         pixels[first:end] = np.rint(np.clip(band, 0.0, 1.0) * 255.0)[..., : pixels.shape[2]]
         progress(end, camera.height)
     return pixels
-
-
-def _layers(grid: Grid, chosen: Ints, opaque: Ints, rows: tuple[int, int, int]) -> Iterator[tuple[Ints, Ints]]:
-    """Yield the samples of translucent triangles before opaque ones, with their keys, the farthest layer first."""
-    found = [(place[key > opaque[place]], key[key > opaque[place]]) for place, key in grid.samples(chosen, *rows)]
-    if not found:
-        return
-    place, key = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
-    order = np.lexsort((key, place))
-    place, key = place[order], key[order]
-    rank = np.arange(len(place)) - np.searchsorted(place, place)
-    for layer in range(int(rank.max(initial=-1)) + 1):
-        yield place[rank == layer], key[rank == layer]
 
 
 def _shade(scene: Scene, camera: Camera, grid: Grid, triangle: Ints, column: Ints, row: Ints) -> Floats:

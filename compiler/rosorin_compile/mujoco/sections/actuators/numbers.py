@@ -1,4 +1,4 @@
-"""Numbers of what only a simulation has: ranges with room, contacts that MuJoCo accepts; and ends of constraints."""
+"""Numbers that only a simulation reads: ranges, sizes, contacts and lengths of keys; and the ends of constraints."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from rosorin_compile.source.tree import Path, at
 from . import drivers
 
 _CONDIMS = (1, 3, 4, 6)
-# Words of MuJoCo whose two numbers are a smallest and a largest one.
+# Words of MuJoCo whose two numbers are the smallest and the largest one.
 _RANGES = ("range", "force", "actrange", "lengthrange", "velrange", "ffrange", "posrange", "actuatorfrcrange")
 _SIZES = {
     "damping": "it would drive instead of braking",
     "friction": "it would drive instead of braking",
     "armature": "no rotor has such an inertia",
-    "stiffness": "the spring would push away from where it is at rest",
-    "kp": "the servo would drive away from where it shall be",
+    "stiffness": "the spring would push away from its rest position",
+    "kp": "the servo would drive away from its target",
     "kv": "the servo would drive instead of braking",
     "damping_ratio": "the servo would drive instead of braking",
 }
@@ -34,7 +34,7 @@ _SIZES = {
     SIMULATED,
 )
 def ranges(case: Case) -> Iterator[Diagnostic]:
-    """Ranges of actuators and joints in which nothing lies."""
+    """Empty ranges of actuators and joints."""
     for entry, path, called in _entries(case):
         for inner, place in ((entry, path), (entry.get("mjcf") or {}, (*path, "mjcf"))):
             for key in _RANGES:
@@ -57,7 +57,7 @@ def _entries(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
 
 @Check
 def negative(case: Case) -> Iterator[Diagnostic]:
-    """Sizes below zero (dynamics-negative) beside those of joints."""
+    """Sizes below zero (dynamics-negative) besides those of joints."""
     for entry, path, called in _entries(case):
         is_in_joint = path[0] == "joints" and len(path) > 2
         for key in ("damping_ratio",) if is_in_joint else _SIZES:
@@ -70,33 +70,33 @@ def negative(case: Case) -> Iterator[Diagnostic]:
 @rule(
     "contact-value",
     "A contact has an impossible number: `condim` is 1, 3, 4 or 6; friction and margins are not negative.",
-    "See the message.",
+    "Use one of 1, 3, 4 and 6, or a number that is not negative.",
     SIMULATED,
 )
 def contacts(case: Case) -> Iterator[Diagnostic]:
-    """Contacts that MuJoCo would refuse, or would make something else of."""
-    shapes = ((link, index, shape) for link in case.robot.links for index, shape in enumerate(link.collision))
-    for link, index, _ in (one for one in shapes if one[2].contact is not None):
-        path, called = case.link(link.name, "collision", index, "contact"), f'a shape of link "{link.name}"'
+    """Contacts that MuJoCo would refuse or read as something else."""
+    shapes = (
+        (link.name, index) for link in case.robot.links for index, one in enumerate(link.collision) if one.contact
+    )
+    for link, index in shapes:
+        path, called = case.link(link, "collision", index, "contact"), f'a shape of link "{link}"'
         entry = at(case.tree, path)
-        condim = entry.get("condim", 3)
-        if condim not in _CONDIMS:
-            message = f"the condim of {called} is {number(condim)}"
+        if entry.get("condim", 3) not in _CONDIMS:
+            message = f"the condim of {called} is {number(entry['condim'])}"
             help = "write 1 (without friction), 3 (sliding), 4 (and spinning) or 6 (and rolling)"
             yield case.problem("contact-value", message, (*path, "condim"), help)
-        values: list[tuple[Path, Any]] = [
-            ((key,), entry.get(key, 0)) for key in ("margin", "gap", "solmix", "adhesion")
-        ]
-        values = [*((("friction", at), value) for at, value in enumerate(entry.get("friction") or ())), *values]
+        values: list[tuple[Path, Any]] = [(("friction", n), one) for n, one in enumerate(entry.get("friction") or ())]
+        values += [((key,), entry.get(key, 0)) for key in ("margin", "gap", "solmix", "adhesion")]
         for key, value in values:
             if value < 0:
                 message = f"the {key[0]} of {called} is {number(value)}, below zero"
                 yield case.problem("contact-value", message, (*path, *key), "write it without the sign")
 
 
-# What a joint of each kind counts among the speeds.
+# The numbers of the speed and of the position of a joint of several coordinates.
 _SPEEDS = {"planar": 3, "floating": 6, "ball": 3}
-_PLACES = {"planar": 3, "floating": 7, "ball": 4}  # and how many positions
+_POSITIONS = {"planar": 3, "floating": 7, "ball": 4}
+_STATELESS = ("position", "velocity", "motor", "damper", "adhesion")
 
 
 @rule(
@@ -106,75 +106,70 @@ _PLACES = {"planar": 3, "floating": 7, "ball": 4}  # and how many positions
     SIMULATED,
 )
 def keys(case: Case) -> Iterator[Diagnostic]:
-    """Find lists of poses whose length MuJoCo would refuse."""
-    if not any(pose.mjcf for pose in case.robot.poses):
-        return
-    joints, outputs = case.robot.joints, case.robot.outputs
-    captured = sum(link.mjcf.get("mocap") is True for link in case.robot.links)
-    bases = [output.options.get("base", "fixed") for output in outputs if output.backend == "mjcf"]
+    """Report lists of poses whose length MuJoCo would refuse."""
+    joints, captured = case.robot.joints, sum(link.mjcf.get("mocap") is True for link in case.robot.links)
+    bases = {one.options.get("base", "fixed") == "free" for one in case.robot.outputs if one.backend == "mjcf"}
     lengths = {"mpos": {3 * captured}, "mquat": {4 * captured}}
-    for word, sizes, free in (("qvel", _SPEEDS, 6), ("qpos", _PLACES, 7)):
+    for word, sizes, of_base in (("qvel", _SPEEDS, 6), ("qpos", _POSITIONS, 7)):
         moving = sum(sizes.get(joint.type, 1 if joint.moves else 0) for joint in joints)
-        lengths[word] = {moving + free * (base == "free") for base in bases} or {moving, moving + free}
+        lengths[word] = {moving + of_base * is_free for is_free in bases or (False, True)}
     if all(driver.actuator.type in _STATELESS for driver in drivers(case)) and not case.robot.mjcf:
         lengths["act"] = {sum("timeconst" in driver.actuator.mjcf for driver in drivers(case))}
     for pose in case.robot.poses:
         for word, allowed in lengths.items():
-            given = pose.mjcf.get(word)
-            if isinstance(given, tuple) and (allowed != {len(given)} if bases else len(given) not in allowed):
-                there = " or ".join(map(str, sorted(allowed)))
-                message = f'pose "{pose.name}" has {counted(len(given), "number")} of {word}, and the robot {there}'
+            values = pose.mjcf.get(word)
+            if isinstance(values, tuple) and ((bases and len(allowed) > 1) or len(values) not in allowed):
+                expected = " or ".join(map(str, sorted(allowed)))
+                message = f'pose "{pose.name}" has {counted(len(values), "number")} of {word}, and the robot {expected}'
                 path: Path = ("poses", pose.name, "mjcf", word)
                 yield case.problem("key-length", message, path, "give one for each, in MuJoCo's order", key=True)
 
 
-_STATELESS = ("position", "velocity", "motor", "damper", "adhesion")
+# What a constraint of each type connects, and its other keys.
+_ENDS = {"connect": ("links", "sites"), "weld": ("links", "sites"), "joint": ("joints",)}
+_KEYS = {"connect": ("at",), "weld": ("at", "xyz", "rpy", "torque_scale"), "joint": ("polynomial",)}
+_KEYS_OF_ALL = ("type", "active", "solref", "solimp", "source")
 
 
 @rule(
     "constraint-ends",
     "A constraint lacks what its type needs: `connect` two links and a point `at`, or two sites; `weld` two links or "
     "two sites; `joint` joints.",
-    "See the message.",
+    "Give it what its type needs, and nothing else.",
     SIMULATED,
 )
 def constraints(case: Case) -> Iterator[Diagnostic]:
     """Constraints that MuJoCo would not build."""
-    section, turning = case.tree.get("constraints") or {}, several(case)
-    for name, entry in section.items():
+    turning = several(case)
+    for name, entry in (case.tree.get("constraints") or {}).items():
         for index, joint in enumerate(entry.get("joints") or ()):
             if joint in turning:
                 message = f'constraint "{name}" holds joint "{joint}", which is {turning[joint]}'
                 help = "name joints with one position each"
                 yield case.problem("constraint-ends", message, ("constraints", name, "joints", index), help)
-        path: Path = ("constraints", name)
-        wrong = _constraint(entry)
+        wrong = _wrong_constraint(entry)
         if wrong:
             message, help, *key = wrong
-            place = (*path, *key)
-            yield case.problem("constraint-ends", f'constraint "{name}" {message}', place, help, key=True)
+            path: Path = ("constraints", name, *key)
+            yield case.problem("constraint-ends", f'constraint "{name}" {message}', path, help, key=True)
 
 
-_ENDS = {"connect": ("links", "sites"), "weld": ("links", "sites"), "joint": ("joints",)}
-_MORE = {"connect": ("at",), "weld": ("at", "xyz", "rpy", "torque_scale"), "joint": ("polynomial",)}
-
-
-def _constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
+def _wrong_constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
+    """Return what is wrong with a constraint, what to do, and the key; or None."""
     kind = str(entry["type"])
-    legal = (*_ENDS[kind], *_MORE[kind], "type", "active", "solref", "solimp", "source")
-    extra = next((key for key in entry if key not in legal), "")
+    extra = next((key for key in entry if key not in (*_ENDS[kind], *_KEYS[kind], *_KEYS_OF_ALL)), "")
     if extra:
         return f"is of type {kind}, which has no {extra}", "leave it out, or correct the type", extra
     ends = [key for key in _ENDS[kind] if key in entry]
-    if len(ends) != 1:
-        if ends:
-            return "has links and sites", "leave one of them out", "sites"
+    if not ends:
         return f"is of type {kind} and holds nothing", f"write {' or '.join(f'{end}: [...]' for end in _ENDS[kind])}"
+    if len(ends) > 1:
+        return "has links and sites", "leave one of them out", "sites"
     fixed = next((key for key in ("at", "xyz", "rpy") if key in entry and ends == ["sites"]), "")
     if fixed:
         return f"holds sites where they are, and has {fixed}", "leave it out", fixed
     if kind == "connect" and ends == ["links"] and "at" not in entry:
-        return "connects links and does not say where", "write at: [X, Y, Z] in the first link"
+        return "connects links without a point", "write at: [X, Y, Z] in the first link"
     held = entry[ends[0]]
     if isinstance(held, list) and len(held) == 2 and held[0] == held[1]:
         return f'holds "{held[0]}" to itself', "name two", ends[0]

@@ -1,0 +1,281 @@
+"""Convert values of MuJoCo to entries of a description, with their places in the text and without rounding noise.
+
+Attributes of elements become keys by the forms that the schema has for them (``put_words``). An element comes as
+``engine`` returns it: a tag, attributes as texts, and inner elements; ``text_of`` is its XML.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+from rosorin_compile.language.schema import resolve, schema
+from rosorin_compile.model import Transform, Vector
+from rosorin_compile.model.geometry import IDENTITY, Rows
+from rosorin_compile.model.geometry import unit as normalized
+from rosorin_compile.source.diagnostics import Span
+from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.xml.markup import Attribute, Element
+
+Attributes = Mapping[str, str]
+Node = Mapping[str, Any]
+
+DEGREE = math.pi / 180
+ROUNDING = 1e-15  # of sums and products of numbers near 1
+ANGLE_ROUNDING = 1e-12  # rad
+NO_POSE = Transform()
+_ILLEGAL = re.compile(r"[<>&\"'\s\x00-\x1f\x7f]+")
+
+
+def legal(name: str) -> str:
+    """Return a name without what names of a description never have: markup, quotes, outer or other white space."""
+    return " ".join(_ILLEGAL.sub("_", word) for word in name.split(" ") if word)
+
+
+def put(entry: Map, key: str, value: Any, span: Span | None = None) -> None:
+    """Set a key of an entry; its place is that of the value or of the entry, unless one is given."""
+    place = span or getattr(value, "span", None) or entry.span
+    entry.put(key, value, place, place)
+
+
+def put_number(entry: Map, key: str, value: float, element: Element, attribute: str = "", at: int = 0) -> None:
+    """Set a number; its place is the word ``at`` of the attribute if that is this very value."""
+    words = element.attributes.get(attribute)
+    word = words.words()[at : at + 1] if words else []
+    span = word[0].span if word and _equals(word[0].text, value) else element.span
+    entry.put(key, plain(value), element.span, span)
+
+
+def put_pose(entry: Map, place: Transform, element: Element) -> None:
+    """Set xyz and rpy of an entry, if they are not zero."""
+    xyz, rpy = tidy_vector(place.xyz), rpy_of(place.rows)
+    if xyz != IDENTITY.xyz:
+        put(entry, "xyz", numbers(xyz, element, "pos"))
+    if rpy != IDENTITY.rpy:
+        put(entry, "rpy", numbers(rpy, element))
+
+
+def put_source(entry: Map, status: str, note: str) -> None:
+    """Set the source of the values of an entry."""
+    source = Map(entry.span)
+    put(source, "status", status)
+    put(source, "note", note)
+    put(entry, "source", source)
+
+
+def put_inner(entry: Map, key: str, value: Any) -> None:
+    """Set a key of ``mjcf`` of an entry."""
+    inner = entry.get("mjcf") or Map(entry.span)
+    put(inner, key, value)
+    put(entry, "mjcf", inner)
+
+
+def numbers(values: Sequence[float], element: Element, attribute: str = "") -> Seq:
+    """Return a list of numbers; their places are those in the attribute if it has these very values."""
+    own = element.attributes.get(attribute)
+    words = own.words() if own else []
+    exact = len(words) == len(values) and all(
+        _equals(one.text, value) for one, value in zip(words, values, strict=True)
+    )
+    listed = Seq(element.span)
+    for at, value in enumerate(values):
+        listed.put(plain(value), words[at].span if exact else element.span)
+    return listed
+
+
+def listing(values: Iterable[Any], element: Element) -> Seq:
+    """Return values as a list at the place of an element."""
+    listed = Seq(element.span)
+    for value in values:
+        listed.put(value, element.span)
+    return listed
+
+
+def plain(value: float) -> float | int:
+    """Return a whole number as an int."""
+    return int(value) if value == int(value) and abs(value) < 1e15 else value
+
+
+def put_words(
+    entry: Map, attributes: Attributes, kind: str, element: Element, words: Mapping[str, str] | None = None
+) -> dict[str, str]:
+    """Set the keys of an entry that attributes have, in their order; return the attributes that no key can express.
+
+    ``words`` are the keys with another name than the attribute. What the language has no word for goes into ``mjcf``.
+    """
+    forms, called = schema()["$defs"][kind]["properties"], words or {}
+    more = resolve(forms.get("mjcf", {})).get("properties", {})
+    inner, rest = Map(element.span), {}
+    for name, text in attributes.items():
+        if name == "name":
+            continue
+        key, target, value = called.get(name, name), entry, None
+        if key in forms and key not in ("mjcf", "name", "source", "xyz", "rpy"):
+            value = value_of(text, forms[key], element, name)
+        if value is None and name in more:
+            key, target, value = name, inner, value_of(text, more[name], element, name)
+        if value is None:
+            rest[name] = text
+        else:
+            put(target, key, value, _place(element, name, text))
+    if inner:
+        put(entry, "mjcf", inner)
+    return rest
+
+
+def value_of(text: str, form: Mapping[str, Any], element: Element, attribute: str) -> Any:
+    """Return the value of an attribute in a form of the schema, or None if the form does not take it."""
+    if form.get("$ref") == "#/$defs/name":
+        return text
+    if form.get("$ref") == "#/$defs/rgba":
+        form = {"minItems": 3, "maxItems": 4, "type": "array"}
+    kinds = form.get("type", "string")
+    if "enum" in form or kinds == "string":
+        return text if text in form.get("enum", (text,)) else None
+    if kinds == "boolean":
+        return {"true": True, "false": False}.get(text)
+    allowed = form.get("items", {}).get("enum", ())
+    if allowed and all(word in allowed for word in text.split()):
+        listed = Seq(element.span)
+        for word in text.split():
+            listed.put(word, _place(element, attribute, text))
+        return listed
+    found = _numbers(text)
+    if len(found) == 1 and ("number" in kinds or kinds == "integer"):
+        return int(found[0]) if kinds == "integer" else plain(found[0])
+    fits = form.get("minItems", 0) <= len(found) <= form.get("maxItems", len(found))
+    return numbers(found, element, attribute) if found and "array" in kinds and fits else None
+
+
+def _numbers(text: str) -> list[float]:
+    try:
+        return [tidy(float(word)) if float(word) else 0.0 for word in text.split()]
+    except ValueError:
+        return []
+
+
+def _equals(text: str, value: float) -> bool:
+    try:
+        return float(text) == value
+    except ValueError:
+        return False
+
+
+def _place(element: Element, attribute: str, text: str) -> Span:
+    """Return the place of the attribute in the file, if it is this very text or number there."""
+    own: Attribute | None = element.attributes.get(attribute)
+    if own is None or own.value == text:
+        return own.span if own else element.span
+    words, found = own.words(), _numbers(text)
+    is_number = len(words) == 1 and len(found) == len(text.split()) == 1 and _equals(words[0].text, float(text))
+    return own.span if is_number else element.span
+
+
+def floats(attributes: Attributes, name: str, usual: Sequence[float] = ()) -> list[float]:
+    """Return the numbers of an attribute; those that it does not have are the usual ones."""
+    found = [float(word) for word in attributes.get(name, "").split()]
+    return [*found, *usual[len(found) :]]
+
+
+def text_of(node: Node, indent: str = "") -> str:
+    """Return an element as XML."""
+    pairs = node["attributes"].items()
+    attributes = "".join(f" {name}={quoteattr(legal(text) if name == 'name' else text)}" for name, text in pairs)
+    if not node["inner"]:
+        return f"{indent}<{node['tag']}{attributes}/>"
+    inner = "\n".join(text_of(one, f"{indent}  ") for one in node["inner"])
+    return f"{indent}<{node['tag']}{attributes}>\n{inner}\n{indent}</{node['tag']}>"
+
+
+def tidy(value: float, zero: float = ROUNDING) -> float:
+    """Return the short decimal that a number misses by rounding alone, else the number; below ``zero`` it is 0.
+
+    >>> tidy(0.30000000000000004), tidy(0.1234567890123456), tidy(1e-17), tidy(-0.0)
+    (0.3, 0.1234567890123456, 0.0, 0.0)
+    """
+    if abs(value) < zero or not math.isfinite(value):
+        return value if not math.isfinite(value) else 0.0
+    for digits in range(1, 14):
+        short = float(f"{value:.{digits}g}")
+        if abs(short - value) <= ROUNDING * abs(value):
+            return short
+    return value
+
+
+def tidy_angle(value: float) -> float:
+    """Return an angle (rad), a whole number of degrees exactly where it misses one by rounding; -180 deg is 180 deg.
+
+    >>> tidy_angle(1.5707963267948963) == 90 * DEGREE, tidy_angle(-math.pi) == math.pi
+    (True, True)
+    """
+    degrees = round(value / DEGREE) if math.isfinite(value) else 0
+    if degrees and abs(value - degrees * DEGREE) <= ANGLE_ROUNDING:
+        return 180 * DEGREE if degrees == -180 else degrees * DEGREE
+    return tidy(value, ANGLE_ROUNDING)
+
+
+def tidy_position(value: float, slides: bool = False) -> float:
+    """Return a position of a joint (rad, or m of one that slides): as ``tidy_angle``, but -180 deg stays what it is."""
+    degrees = round(value / DEGREE) if math.isfinite(value) and not slides else 0
+    if degrees and abs(value - degrees * DEGREE) <= ANGLE_ROUNDING * max(1.0, abs(degrees) / 180):
+        return degrees * DEGREE
+    return tidy(value)
+
+
+def tidy_vector(values: Iterable[float]) -> Vector:
+    """Return three numbers freed of rounding."""
+    x, y, z = map(tidy, values)
+    return (x, y, z)
+
+
+def unit(axis: Sequence[float]) -> Vector:
+    """Return an axis with length 1; MuJoCo has made it so already, but for rounding."""
+    x, y, z = axis
+    return tidy_vector(normalized((x, y, z)))
+
+
+def transform(pos: Sequence[float], quat: Sequence[float] | None = None) -> Transform:
+    """Return the transform of a position (m) and a quaternion (w, x, y, z) of any length above zero, or none."""
+    x, y, z = pos
+    return Transform(xyz=(x, y, z)) if quat is None else Transform.of_quaternion((x, y, z), quat)
+
+
+def rotation(quaternion: Sequence[float]) -> Rows:
+    """Return the rotation matrix, as rows, of a quaternion (w, x, y, z) of any length above zero."""
+    return transform(NO_POSE.xyz, quaternion).rows
+
+
+def rpy_of(rows: Rows) -> Vector:
+    """Return a rotation as fixed-axis roll, pitch, yaw in radians, whole degrees where it misses them by rounding.
+
+    Where pitch is near 90 degrees, roll alone and yaw alone mean little. Yaw is therefore measured after roll was taken
+    out, so that all three together are the rotation to the last digit, and roll is 0 where nothing of it can be seen.
+    """
+    (a, b, c), (d, e, f), (g, h, i) = rows
+    horizontal = math.hypot(h, i)
+    roll = math.atan2(h, i) if horizontal > ANGLE_ROUNDING else 0.0
+    sine, cosine = math.sin(roll), math.cos(roll)
+    yaw = math.atan2(c * sine - b * cosine, e * cosine - f * sine)
+    pitch = math.atan2(-g, a * math.cos(yaw) + d * math.sin(yaw))
+    return (tidy_angle(roll), tidy_angle(pitch), tidy_angle(yaw))
+
+
+def full_inertia(diagonal: Sequence[float], rows: Rows) -> dict[str, float]:
+    """Return the moments along the axes of the link of an inertia that is diagonal in the axes of ``rows``."""
+    cells = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
+    moments = {name: sum(rows[j][n] * diagonal[n] * rows[k][n] for n in range(3)) for name, (j, k) in cells.items()}
+    return {name: tidy(moment, ROUNDING * max(map(abs, diagonal))) for name, moment in moments.items()}
+
+
+def is_unturned(place: Transform) -> bool:
+    """Return True if a transform does not turn."""
+    return all(abs(a - (n == k)) < ANGLE_ROUNDING for n, row in enumerate(place.rows) for k, a in enumerate(row))
+
+
+def placing(place: Transform) -> dict[str, str]:
+    """Return position and quaternion as attributes of MuJoCo."""
+    pos = {"pos": " ".join(repr(plain(tidy(value))) for value in place.xyz)}
+    return pos if is_unturned(place) else pos | {"quat": " ".join(map(repr, place.quaternion()))}

@@ -1,0 +1,256 @@
+"""The pose of one frame in another, as tf2 computes it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+from rosorin_compile.joint_values import beyond_limits, combine_sweeps, positions, sweep_of
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Publisher, Robot, Transform, Vector
+from rosorin_compile.model.geometry import Quaternion, minus, quaternion_of
+from rosorin_compile.model.joint import NODE
+from rosorin_compile.model.kinematics import Graph, NoWay, Position, Positions, Step
+from rosorin_compile.request import FilePath, Packages, Request, Values
+from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.publishers import check_modes, holds
+from rosorin_compile.source.diagnostics import (
+    ERROR,
+    NOTE,
+    WARNING,
+    Diagnostic,
+    RequestError,
+    UnknownName,
+    error,
+    has_errors,
+)
+from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.tree import Path
+from rosorin_compile.source.wording import listed
+
+
+@dataclass(frozen=True)
+class TransformPublisher:
+    """A node that publishes an edge. ``when`` is the condition in modes, or "always"."""
+
+    name: str
+    kind: str
+    when: str
+
+
+@dataclass(frozen=True)
+class TransformStep:
+    """An edge between two frames; ``direction`` is "up" to a parent or "down" to a child.
+
+    ``joint`` is None, and ``type`` is "node", for an edge that another node publishes.
+    """
+
+    parent: str
+    child: str
+    direction: Literal["up", "down"]
+    joint: str | None
+    type: str
+    publishers: tuple[TransformPublisher, ...]
+
+
+@dataclass(frozen=True)
+class FrameTransform:
+    """The pose of ``target`` in ``source`` at joint ``positions``: metres, and radians about fixed axes.
+
+    ``quaternion`` is x y z w with the sign that tf2 prints, ``matrix`` has four rows, ``chain`` the edges on the way.
+    """
+
+    source: str
+    target: str
+    positions: Mapping[str, Position]
+    translation: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+    rpy: tuple[float, float, float]
+    rpy_degrees: tuple[float, float, float]
+    matrix: tuple[tuple[float, ...], ...]
+    chain: tuple[TransformStep, ...]
+
+
+@dataclass(frozen=True)
+class Transforms:
+    """The pose of a frame in another, for each state of the joints.
+
+    ``swept`` has the unit of each joint with a sweep. ``transforms`` is empty with errors in ``diagnostics``, and
+    without ``robot`` the errors are in its files.
+    """
+
+    transforms: tuple[FrameTransform, ...] = ()
+    swept: Mapping[str, str] = field(default_factory=dict)
+    diagnostics: tuple[Diagnostic, ...] = ()
+    robot: Robot | None = field(default=None, repr=False)
+
+
+class NotPublished(RequestError):
+    """No node publishes a frame in the requested modes."""
+
+
+def transform(
+    robot: FilePath | Request,
+    source: str,
+    target: str,
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    pose: str = "",
+    joints: Values = None,
+    pulses: Values = None,
+    sweeps: Mapping[str, str] | None = None,
+    modes: Mapping[str, bool] | None = None,
+    strict: bool = False,
+    trust: bool = False,
+) -> Transforms:
+    """Return the pose of a frame in another, with the numbers that ``tf2_echo`` prints.
+
+    Args:
+        source: The frame in which the pose is expressed.
+        target: The frame whose pose is returned.
+        pose: A named pose of the description; joints that nothing sets are at zero.
+        joints: Positions by joint: numbers in rad or m, or texts such as ``"30deg"``. They override all others.
+        pulses: Pulses of servos by joint; they override ``pose``.
+        sweeps: Positions to use in turn by joint, ``"FROM:TO:COUNT"``; of several, all combinations.
+        modes: Modes of the robot that are on or off; if any is set, all others are off.
+        strict: Treat positions beyond a limit as errors.
+
+    Example:
+        >>> import rosorin_compile
+        >>> (found,) = rosorin_compile.transform("rosorin", "base_link", "laser").transforms
+        >>> found.translation
+        (0.048156, 7.5552e-05, 0.106748)
+    """
+    case, diagnostics = Request.of(robot, arguments, packages, trust=trust).load_case()
+    if case is None:
+        return Transforms(diagnostics=diagnostics)
+    start = positions(case.robot, pose, joints, pulses)
+    swept = {name: sweep_of(case.robot, name, text) for name, text in (sweeps or {}).items()}
+    states = list(combine_sweeps(start, swept))
+    diagnostics = (*diagnostics, *beyond_limits(case, states, ERROR if strict else WARNING))
+    if has_errors(diagnostics):
+        return Transforms(diagnostics=diagnostics, robot=case.robot)
+    graph = _graph(case.robot, source, target, check_modes(case.robot, modes or {}))
+    try:
+        steps = [move.step for move in graph.way(source, target)]
+    except NoWay as problem:
+        return Transforms(diagnostics=(*diagnostics, _no_way(case, problem)), robot=case.robot)
+    found = []
+    for number, state in enumerate(states):
+        Progress.step("looking up", number, len(states))
+        found.append(lookup(graph, source, target, state))
+    units = {name: "m" if case.robot.joint[name].type == "prismatic" else "rad" for name in swept}
+    return Transforms(tuple(found), units, (*diagnostics, *_remarks(case, steps)), case.robot)
+
+
+def _graph(robot: Robot, source: str, target: str, modes: Mapping[str, bool]) -> Graph:
+    """Return the graph of the edges that are published in some modes, or of all edges without modes.
+
+    Modes that are left out are off. Raises UnknownName for an unknown frame, and NotPublished for one that nobody
+    publishes in these modes.
+    """
+    every = graph = Graph(robot)
+    if modes:
+        combination = {**dict.fromkeys(robot.modes, False), **modes}
+        graph = Graph(replace(robot, edges=tuple(edge for edge in robot.edges if holds(edge.when, combination))))
+    for frame in (source, target):
+        if frame not in every.moves:
+            raise UnknownName("frame", frame, every.frames)
+        if frame not in graph.moves:
+            raise NotPublished(f'in these modes no node publishes the frame "{frame}"')
+    return graph
+
+
+def lookup(graph: Graph, source: str, target: str, positions: Positions) -> FrameTransform:
+    """Return the pose of ``target`` in ``source`` at joint positions (rad or m), as ``lookupTransform`` of tf2 does.
+
+    Like tf2 (geometry2, ``tf2/src/buffer_core.cpp``), this walks from both frames up to where they meet and multiplies
+    quaternions on the way, on which the sign of the result depends. Raises NoWay, and KeyError for unknown frames.
+    """
+    way = graph.way(source, target)
+    quaternion, translation = _accumulate(graph, [move.step for move in reversed(way) if not move.up], positions)
+    if any(move.up for move in way):
+        (x, y, z, w), top = _accumulate(graph, [move.step for move in way if move.up], positions)
+        inverse = (-x, -y, -z, w)
+        translation = Transform.of_quaternion((0.0, 0.0, 0.0), (w, -x, -y, -z)).rotate(minus(translation, top))
+        quaternion = _product(inverse, quaternion)
+    x, y, z, w = quaternion
+    pose = Transform.of_quaternion(translation, (w, x, y, z))
+    roll, pitch, yaw = pose.rpy()
+    degrees = math.degrees(roll), math.degrees(pitch), math.degrees(yaw)
+    matrix = (*((*row, x) for row, x in zip(pose.rows, translation, strict=True)), (0.0, 0.0, 0.0, 1.0))
+    chain = []
+    for step, up in way:
+        name, kind = (None, "node") if step.joint is None else (step.joint.name, step.joint.type)
+        nodes = tuple(TransformPublisher(one.name, one.kind, when or "always") for one, when in step.publishers)
+        chain.append(TransformStep(step.parent, step.child, "up" if up else "down", name, kind, nodes))
+    angles = (roll, pitch, yaw)
+    return FrameTransform(
+        source, target, dict(positions), translation, quaternion, angles, degrees, matrix, tuple(chain)
+    )
+
+
+def _accumulate(graph: Graph, steps: Iterable[Step], positions: Positions) -> tuple[Quaternion, Vector]:
+    """Return the lowest frame of steps in the highest, accumulated upwards."""
+    quaternion: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    vector: Vector = (0.0, 0.0, 0.0)
+    for step in steps:
+        transform = step.transform(graph.robot, positions)
+        vector = transform.apply(vector)
+        quaternion = _product(quaternion_of(transform.rows), quaternion)
+    return quaternion, vector
+
+
+def _product(a: Quaternion, b: Quaternion) -> Quaternion:
+    """Return the rotation ``b``, then ``a``."""
+    ax, ay, az, aw = a
+    bx, by, bz, bw = b
+    x, y = aw * bx + ax * bw + ay * bz - az * by, aw * by + ay * bw + az * bx - ax * bz
+    return x, y, aw * bz + az * bw + ax * by - ay * bx, aw * bw - ax * bx - ay * by - az * bz
+
+
+def _no_way(case: Case, problem: NoWay) -> Diagnostic:
+    """Return why the description has no transform: which edges are missing, who publishes them, and when."""
+    source, target = problem.source, problem.target
+    if not problem.missing:
+        help = "declare the transform that joins them under edges, with who publishes it"
+        return error("transform-not-known", f"{source} and {target} are in trees that do not meet", None, help)
+    missing = [edge for step in problem.missing for edge in step.edges]
+    paths: list[Path] = [("edges", case.robot.edges.index(edge)) for edge in missing]
+    related = []
+    for edge, path in zip(missing, paths, strict=True):
+        numbers = "a pose of its own" if edge.pose is not None else "known to that node alone"
+        when = f"when {edge.when}" if edge.when else "always"
+        message = f"{edge.parent} -> {edge.child}: {_publisher(edge.publisher)} publishes it {when}, {numbers}"
+        related.append(case.related(message, path))
+    edges = listed(f"{step.parent} -> {step.child}" for step in problem.missing)
+    if all(edge.pose is not None for edge in missing):
+        message = f"{edges}, on the way from {source} to {target}, depends on the mode"
+        help = "choose a mode: --mode NAME"
+    else:
+        message = f"the description has no numbers for {edges}, on the way from {source} to {target}"
+        help = f"ask the running robot, ros2 run tf2_ros tf2_echo {source} {target}; or give the edge xyz and rpy"
+    return case.problem("transform-not-known", message, paths[0], help, related=related)
+
+
+def _publisher(publisher: Publisher) -> str:
+    if publisher.kind == STATIC_TRANSFORM_PUBLISHER:
+        return f"the static_transform_publisher {publisher.name}"
+    return f"{publisher.name} ({publisher.about})" if publisher.kind == NODE and publisher.about else publisher.name
+
+
+def _remarks(case: Case, steps: Iterable[Step]) -> Iterator[Diagnostic]:
+    """Yield notes on transforms of the chain that the running robot has only sometimes, or not at all."""
+    for step in steps:
+        path = case.joint(step.joint) if step.joint else ("edges", case.robot.edges.index(step.edges[0]))
+        if not step.publishers:
+            why = f": {step.joint.publisher.about}" if step.joint and step.joint.publisher.about else ""
+            message = f"no node publishes {step.parent} -> {step.child}{why}"
+            help = "the answer is that of the description; tf2 on the robot may have none, or another one"
+            yield case.problem("transform-unpublished", message, path, help, severity=NOTE)
+        elif all(when for _, when in step.publishers):
+            whens = " or ".join(dict.fromkeys(when for _, when in step.publishers))
+            message = f"{step.parent} -> {step.child} is published when {whens}"
+            yield case.problem("transform-sometimes", message, path, severity=NOTE)

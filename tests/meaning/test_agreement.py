@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from rosorin_compile.compare.agreement import agreement
+from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot

@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from rosorin_compile.compare.agreement import agreement
+from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
 from rosorin_compile.formats.urdf.write import inertials_at

@@ -10,11 +10,6 @@ from pathlib import Path
 from support.paths import DOCS
 
 ROOT = DOCS.parent
-WORDS = 900
-
-
-def test_the_page_is_short() -> None:
-    assert len((DOCS / "architecture.md").read_text("utf-8").split()) <= WORDS
 
 
 def test_the_worked_example_applies_and_runs(tmp_path: Path) -> None:

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Box, HeightMap
@@ -17,15 +15,6 @@ from support.comparing import told
 from support.paths import ROOT
 
 OURS = ROOT / "outputs" / "rosorin" / "robot_model.json"
-JOINT: dict[str, Any] = {"type": "revolute", "parent": "a", "child": "b", "xyz": [0, 0, 1], "rpy": [0, 0, 0]}
-JOINT |= {"axis": [0, 0, 1], "limit": [-1, 1]}
-SMALL: dict[str, Any] = {"source": "", "joints": {"j": JOINT}, "boxes": {}}
-
-
-def read(folder: Path, model: object) -> Imported:
-    path = folder / "small.json"
-    path.write_text(model if isinstance(model, str) else json.dumps(model), "utf-8")
-    return read_robot(path)
 
 
 def test_the_driver_model_of_the_reference_robot_is_read_whole() -> None:
@@ -51,40 +40,6 @@ def test_the_driver_model_of_the_reference_robot_is_read_whole() -> None:
     # 2.09 rad are 498.95 pulses of 0.24 deg.
     assert group.pulse_range == (1, 999)
     assert robot.source.status == "imported"
-
-
-def test_letters_beyond_the_first_plane_are_read(tmp_path: Path) -> None:
-    imported = read(tmp_path, SMALL | {"source": 'a \U0001f916 and \\ud83d "\u00e9"'})
-    assert imported.tree is not None
-    assert imported.tree["source"]["note"] == 'from small.json: a \U0001f916 and \\ud83d "\u00e9"'
-
-
-BROKEN: list[tuple[object, str, str]] = [
-    ("", "file-empty", "is empty"),
-    ("[]", "wrong-format", "does not match type"),
-    ("{", "json-syntax", "not JSON: Expecting property name enclosed in double quotes"),
-    ('{"source": NaN}', "json-syntax", "not JSON: a number is not finite"),
-    ("[" * 100_000, "json-syntax", "not JSON: "),
-    (SMALL | {"source": 1}, "wrong-format", 'not a driver\'s model: source: 1 does not match type "string"'),
-    ({"source": "", "joints": {}}, "wrong-format", 'not a driver\'s model: the file: "boxes" is a required property'),
-    ({"source": "", "joints": {}, "boxes": {}}, "no-links", 'the robot "small" has no links'),
-    (
-        SMALL | {"joints": {"j": JOINT | {"axis": [0, 0, 0]}}},
-        "axis-zero",
-        'the axis of joint "j" is zero: no direction',
-    ),
-    (SMALL | {"joints": {"j": JOINT | {"child": "a"}}}, "joint-cycle", 'joint "j" closes a circle: a -> a'),
-]
-
-
-@pytest.mark.parametrize(("model", "rule", "message"), BROKEN, ids=[f"{r}-{m[-20:]}" for _, r, m in BROKEN])
-def test_a_broken_file_is_refused_with_the_reason(tmp_path: Path, model: object, rule: str, message: str) -> None:
-    imported = read(tmp_path, model)
-    assert imported.tree is None
-    errors = [found for found in imported.diagnostics if found.severity == "error"]
-    assert [found.rule for found in errors] == [rule]
-    assert message in errors[0].message
-    assert errors[0].help
 
 
 def test_a_height_map_and_servos_differ_by_what_changed(tmp_path: Path) -> None:

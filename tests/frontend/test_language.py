@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import os
 from contextlib import suppress
 from pathlib import Path
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,68 +16,25 @@ from rosorin_compile.language.expression import ExpressionError, evaluate, names
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import LoadError, parse_yaml, plain_scalar
 from rosorin_compile.source.numbers import exact, fixed, six
-from rosorin_compile.source.units import ANGLE, INERTIA, LENGTH, MASS, TORQUE, UNITS, Quantity, dimension_of, parse_unit
+from rosorin_compile.source.units import LENGTH, UNITS, Quantity, dimension_of, parse_unit
+from support.paths import data_text
 
+CASES = yaml.safe_load(data_text("cases/expressions.yaml"))
 NAMES = {"radius": 0.05, "side": "left", "length": Quantity(2.0, LENGTH), "offsets": [1, 2, 3]}
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("1", 1),
-        ("-0", 0),
-        ("+12", 12),
-        ("007", 7),
-        ("0x1F", 31),
-        ("0o17", 15),
-        ("1e-3", 0.001),
-        (".5", 0.5),
-        ("5.", 5.0),
-        ("1_000", "1_000"),
-        ("12:30", "12:30"),
-        ("on", "on"),
-        ("yes", "yes"),
-        ("NO", "NO"),
-        ("true", True),
-        ("False", False),
-        ("~", None),
-        ("null", None),
-        ("2026-09-27", "2026-09-27"),
-        ("1.2.3", "1.2.3"),
-        ("0b11", "0b11"),
-        ("+", "+"),
-        (".", "."),
-        ("-.inf", -math.inf),
-    ],
-)
+@pytest.mark.parametrize(("text", "value"), CASES["scalars"])
 def test_scalars_mean_what_yaml_1_2_says(text: str, value: object) -> None:
     found = plain_scalar(text)
     assert found == value
     assert type(found) is type(value)
 
 
-@pytest.mark.parametrize(
-    ("text", "value", "dimension"),
-    [
-        ("46.62 mm", 0.04662, LENGTH),
-        ("12.5mm", 0.0125, LENGTH),
-        ("180 deg", math.pi, ANGLE),
-        ("-90 deg", -math.pi / 2, ANGLE),
-        ("0.3 kg", 0.3, MASS),
-        ("5 N*m", 5.0, TORQUE),
-        ("5 Nm", 5.0, TORQUE),
-        ("60 rpm", 2 * math.pi, (0, 0, -1, 1)),
-        ("0.02 kg*m^2", 0.02, INERTIA),
-        ("3 g*cm^2", 3e-7, INERTIA),
-        ("10 m/s", 10.0, (1, 0, -1, 0)),
-        ("1e2 us", 1e-4, (0, 0, 1, 0)),
-        ("1 inch", 0.0254, LENGTH),
-    ],
-)
-def test_quantities_are_si(text: str, value: float, dimension: tuple[int, ...]) -> None:
+@pytest.mark.parametrize(("text", "value", "dimension"), CASES["quantities"])
+def test_quantities_are_si(text: str, value: float, dimension: list[int]) -> None:
     found = plain_scalar(text)
     assert isinstance(found, Quantity)
-    assert found.dimension == dimension
+    assert list(found.dimension) == dimension
     assert float(found) == pytest.approx(value, rel=1e-15)
 
 
@@ -105,28 +62,7 @@ def test_a_power_of_ten_is_exact(value: float, unit: str) -> None:
     assert float(found) == expected
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("1 + 2*3", 7),
-        ("2**10", 1024),
-        ("-(3 - 5)", 2),
-        ("7 // 2 + 7 % 2", 4),
-        ("radius*2", 0.1),
-        ("sin(90*deg)", 1.0),
-        ("atan2(1, 1)", math.pi / 4),
-        ("sqrt(length*length)", 2.0),
-        ("max(1, 5, 3)", 5),
-        ("min([4, 2])", 2),
-        ("1 if side == 'left' else -1", 1),
-        ("side + '_wheel'", "left_wheel"),
-        ("offsets[1] + len(offsets)", 5),
-        ("1 < 2 < 3 and not false", True),
-        ("2 in offsets", True),
-        ("240*deg / 1000", 240 * math.pi / 180 / 1000),
-        ("round(2.6)", 3),
-    ],
-)
+@pytest.mark.parametrize(("text", "value"), CASES["expressions"])
 def test_expressions(text: str, value: object) -> None:
     assert evaluate(text, NAMES.__getitem__) == value
 
@@ -139,35 +75,11 @@ def test_quantities_keep_their_dimension() -> None:
     assert evaluate("length + 1", NAMES.__getitem__).dimension == LENGTH
 
 
-@pytest.mark.parametrize(
-    ("text", "value", "dimension"),
-    [
-        ("30 mm", 0.03, (1, 0, 0, 0)),
-        ("30mm", 0.03, (1, 0, 0, 0)),
-        ("46.62 mm", 0.04662, (1, 0, 0, 0)),
-        ("-90 deg", -math.pi / 2, (0, 0, 0, 1)),
-        ("2 * 30 mm", 0.06, (1, 0, 0, 0)),
-        ("length/2 + 30 mm", 1.03, (1, 0, 0, 0)),
-        ("length / 4 m", 0.5, None),
-        ("2.5 kg*m^2", 2.5, (2, 1, 0, 0)),
-        ("5 N*m*s/rad / 2", 2.5, (2, 1, -1, -1)),
-        ("2 m^2 * 3", 6.0, (2, 0, 0, 0)),
-        ("(2 m)**2", 4.0, (2, 0, 0, 0)),
-        ("9.81 m/s^2", 9.81, (1, 0, -2, 0)),
-        ("30 mm*side_count", 0.06, (1, 0, 0, 0)),
-        ("30 mm*min(2, 3)", 0.06, (1, 0, 0, 0)),
-        ("10 min", 600.0, (0, 0, 1, 0)),
-        ("10 mm if length > 20 cm else 5 mm", 0.01, (1, 0, 0, 0)),
-        ("[1 cm, 2 cm][1]", 0.02, (1, 0, 0, 0)),
-        ("1e-3 km + .5 m", 1.5, (1, 0, 0, 0)),
-        ("(1 cm +\n 2 cm)", 0.03, (1, 0, 0, 0)),
-        ("[i * 1 cm for i in offsets][1]", 0.02, (1, 0, 0, 0)),
-    ],
-)
-def test_a_number_with_a_unit_is_one_value(text: str, value: float, dimension: tuple[int, ...] | None) -> None:
+@pytest.mark.parametrize(("text", "value", "dimension"), CASES["numbers_with_units"])
+def test_a_number_with_a_unit_is_one_value(text: str, value: float, dimension: list[int] | None) -> None:
     found = evaluate(text, {**NAMES, "side_count": 2, "offsets": [1, 2], "mm": 7}.__getitem__)
     assert found == pytest.approx(value, rel=1e-15)
-    assert dimension_of(found) == dimension
+    assert dimension_of(found) == (dimension and tuple(dimension))
 
 
 def test_text_in_quotes_is_no_quantity() -> None:
@@ -175,19 +87,7 @@ def test_text_in_quotes_is_no_quantity() -> None:
     assert names_in("2 mm * mast + '3 kg' + 5 N*m") == ["mast"]
 
 
-@pytest.mark.parametrize(
-    ("text", "column"),
-    [
-        ("1/2 mm", 2),
-        ("x + 2 m**2", 4),
-        ("5 N*m", 0),
-        ("1 + 3 inches", 6),
-        ("3 foos", 2),
-        ("6 ft 2 inch", 5),
-        ("x && y", 2),
-        ("2^3", 0),
-    ],
-)
+@pytest.mark.parametrize(("text", "column"), CASES["unclear"])
 def test_quantities_that_are_not_clear(text: str, column: int) -> None:
     with pytest.raises(ExpressionError) as raised:
         evaluate(text, {"m": 3, "x": 1, "y": 2}.__getitem__)
@@ -195,39 +95,7 @@ def test_quantities_that_are_not_clear(text: str, column: int) -> None:
     assert raised.value.help
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "length + 3*kg",
-        "sin(length)",
-        "length < 3*kg",
-        "1/0",
-        "unknown + 1",
-        "open('/etc/passwd')",
-        "().__class__",
-        "(lambda: 1)()",
-        "(x := 3)",
-        "9**9**9",
-        "10.0**60**2",
-        "(-1)**0.5",
-        "'a'*1000000",
-        "1 +",
-        "",
-        "offsets[7]",
-        "{'a': 1}",
-        "f'{radius}'",
-        "1 if",
-        "int('x')",
-        "1e308*10",
-        "[10**18*10**18]",
-        "[(-1)**0.5]",
-        "[float('nan')]",
-        "keys(1)",
-        "1 < 'a'",
-        "[range(99000) for i in range(99000)]",
-        "pow(10, 400)",
-    ],
-)
+@pytest.mark.parametrize("text", CASES["without_value"])
 def test_expressions_that_have_no_value(text: str) -> None:
     with pytest.raises(ExpressionError):
         evaluate(text, NAMES.__getitem__)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,7 @@ import pytest
 
 np = pytest.importorskip("numpy")
 
-from rosorin_compile.model import Box, Mesh, Pose, Robot  # noqa: E402
+from rosorin_compile.model import Pose, Robot  # noqa: E402
 from support.robots import compiled_text, sound  # noqa: E402
 
 PART = """\
@@ -63,33 +62,3 @@ def test_frames_are_reflected(mirrored: tuple[Robot, Any]) -> None:
         plain, twin = (matrix(robot.pose_in_root(f"{use}_{link}", state)) for use in ("plain", "twin"))
         expected = mount @ reflection @ np.linalg.inv(mount) @ plain @ reflection
         np.testing.assert_allclose(twin, expected, atol=1e-12)
-
-
-def test_a_mass_is_reflected(mirrored: tuple[Robot, Any]) -> None:
-    robot, reflection = mirrored
-    plain, twin = (robot.link[f"{use}_upper"].inertial for use in ("plain", "twin"))
-    assert plain is not None
-    assert twin is not None
-    tensors = [np.array([[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]]) for i in (plain, twin)]
-    turn = reflection[:3, :3]
-    np.testing.assert_allclose(tensors[1], turn @ tensors[0] @ turn, atol=1e-15)
-    places = [matrix(i.pose.transform()) for i in (plain, twin)]
-    np.testing.assert_allclose(places[1], reflection @ places[0] @ reflection, atol=1e-12)
-    assert twin.mass == plain.mass
-
-
-def test_shapes_are_reflected(mirrored: tuple[Robot, Any]) -> None:
-    robot, reflection = mirrored
-    plain, twin = (robot.link[f"{use}_upper"] for use in ("plain", "twin"))
-    corners = []
-    for shape in (plain.collision[0], twin.collision[0]):
-        assert isinstance(shape.geometry, Box)
-        ends = zip(shape.geometry.lower, shape.geometry.upper, strict=True)
-        corners.append([matrix(shape.pose.transform()) @ (*corner, 1) for corner in itertools.product(*ends)])
-    reflected = sorted(tuple(np.round(reflection @ corner, 9)) for corner in corners[0])
-    np.testing.assert_allclose(sorted(tuple(np.round(corner, 9)) for corner in corners[1]), reflected, atol=1e-8)
-    scaled = []
-    for shape in (plain.visual[0], twin.visual[0]):
-        assert isinstance(shape.geometry, Mesh)
-        scaled.append(matrix(shape.pose.transform()) @ np.diag([*shape.geometry.scale, 1]))
-    np.testing.assert_allclose(scaled[1], reflection @ scaled[0], atol=1e-12)

@@ -10,83 +10,12 @@ import pytest
 
 from rosorin_compile.formats.compiled import understand
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic
+from support.paths import data_text
 
 pytestmark = pytest.mark.slow
 
 # A word in <> is a key that only stands there; one in [[ ]] names something of the part, or the frame it sits on.
-PART = """\
-parts:
-  arm:
-    <params>:
-      length: {<type>: length, <default>: 10 cm}
-    <links>:
-      base:
-        <inertial>: {<mass>: 1 kg, <inertia>: {ixx: 1, iyy: 1, izz: 1}}
-        <collision>: [{<box>: {<size>: [0.1, 0.1, "${length}"]}, <xyz>: [0, 0, 5 cm]}]
-        <sites>: {grasp: {<xyz>: [0, 0, 0]}}
-      tool: {<inertial>: {<mass>: 1 kg, <inertia>: {ixx: 1, iyy: 1, izz: 1}}}
-      finger: {}
-    <joints>:
-      turn:
-        <type>: revolute
-        <parent>: [[mount]]
-        <child>: [[base]]
-        <limit>: {<lower>: -1, <upper>: 1, <effort>: 1, <velocity>: 1}
-        <dynamics>: {<damping>: 0.1}
-      slide:
-        type: prismatic
-        parent: [[base]]
-        child: tool
-        xyz: [0, 0, 10 cm]
-        limit: {lower: 0, upper: 1 cm, effort: 1, velocity: 1}
-      grip:
-        type: revolute
-        parent: [[tool]]
-        child: [[finger]]
-        limit: {lower: -1, upper: 1, effort: 1, velocity: 1}
-        <mimic>: {<joint>: [[turn]], <multiplier>: 2}
-    <sensors>:
-      scan: {<type>: lidar_2d, <parent>: [[tool]], <frame>: laser, <xyz>: [0, 0, 1 cm]}
-    <servos>:
-      motors: {<joints>: [[[turn]]], <rad_per_pulse>: 0.01, <zero_pulse>: 500, <pulse_range>: [0, 1000]}
-    <poses>:
-      home: {<positions>: {slide: 0}, <pulses>: {turn: 500}}
-      away: {<positions>: {[[slide]]: 0}, <pulses>: {[[turn]]: 600}}
-    <disabled_contacts>:
-      - {<links>: [[[base]], [[finger]]], <reason>: they touch}
-    <control>:
-      hardware:
-        <plugin>: maker/Driver
-        <joints>:
-          [[slide]]: {<command>: [position], <state>: [position]}
-          turn: {command: [position], state: [position]}
-    <controllers>:
-      trajectory: {<type>: joint_trajectory, <hardware>: [[hardware]], <params>: {joints: [[[slide]], [[turn]]]}}
-    <moveit>:
-      <groups>:
-        manipulator: {<chain>: {<base>: [[mount]], <tip>: [[tool]]}, <states>: {ready: [[home]]}}
-        hand: {<joints>: [[[grip]]]}
-        others: {<links>: [[[finger]]]}
-      <end_effectors>: {gripper: {<group>: [[hand]], <parent>: [[tool]], <parent_group>: [[manipulator]]}}
-      <passive_joints>: [[[grip]]]
-      <disabled_collisions>: [{<links>: [[[base]], [[finger]]], <reason>: they touch}]
-      <spheres>: {[[tool]]: [{<xyz>: [0, 0, 0], <radius>: 1 cm}]}
-      <joint_properties>: {[[turn]]: {speed: 1}}
-    <actuators>: {motor: {<type>: motor, <joint>: [[slide]]}}
-    <constraints>: {held: {<type>: weld, <links>: [[[base]], [[finger]]]}}
-    <urdf_elements>: ['<gazebo reference="[[tool]]"/>']
-"""
-ROBOT = """\
-robot: two
-include: [arm.yaml]
-links: {base_link: {}}
-use:
-%soutputs:
-  urdf: {file: two.urdf, control: jazzy}
-  srdf: {file: two.srdf}
-  mjcf: {file: two.xml}
-  controllers: {file: controllers.yaml}
-"""
+PART, ROBOT = data_text("robots/mistakes_part.yaml"), data_text("robots/mistakes_robot.yaml")
 USES = {
     "once": "  left: {part: arm, parent: base_link}\n",
     "twice": "  left: {part: arm, parent: base_link}\n  right: {part: arm, parent: base_link, xyz: [1, 0, 0]}\n",

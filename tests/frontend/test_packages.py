@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.source.packages import Packages
 
 
@@ -87,33 +86,6 @@ links: {base: {}}
 urdf_elements: ["<plugin>${find('tool'OTHER)}/a.yaml</plugin>"]
 outputs: {urdf: {file: robot.urdf}}
 """
-
-
-@pytest.mark.parametrize("other", ["", ", 'nowhere'"])
-def test_an_expression_finds_the_folder_of_a_package(tmp_path, other):
-    package(tmp_path / "tool")
-    package(tmp_path / "robots")
-    path = tmp_path / "robots" / "robot.yaml"
-    path.write_text(FINDS.replace("OTHER", other))
-    made = compile_robot(path)
-    assert f"<plugin>{tmp_path / 'tool'}/a.yaml</plugin>" in made.artifacts[0].text
-    assert made.packages == {"tool": tmp_path / "tool"}
-
-
-def test_a_package_that_an_expression_does_not_find(tmp_path):
-    path = tmp_path / "robot.yaml"
-    path.write_text(FINDS.replace("OTHER", ", 'nowhere'"))
-    made = compile_robot(path)
-    assert "<plugin>nowhere/a.yaml</plugin>" in made.artifacts[0].text
-    assert made.packages == {}
-    path.write_text(FINDS.replace("OTHER", ""))
-    (problem,) = compile_robot(path).diagnostics
-    assert '"tool"' in problem.message
-    assert "--package tool=FOLDER" in problem.help
-    assert problem.span is not None
-    assert problem.span.line == 4
-    told = compile_robot(path, packages={"tool": tmp_path})
-    assert f"<plugin>{tmp_path}/a.yaml</plugin>" in told.artifacts[0].text
 
 
 def test_an_artifact_is_stale_once_a_package_is_elsewhere(tmp_path, monkeypatch, capsys):

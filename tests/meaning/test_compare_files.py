@@ -5,91 +5,29 @@ from __future__ import annotations
 import re
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.output.committed import Comparison, lines
 from support.comparing import BASE, COMMITTED, against, edited, meaning
+from support.paths import data_text
 from support.robots import compiled, copy_of_rosorin
 
 IF_MEANT = "if this is what you meant, run rosorin-compile all and commit what it writes"
 
-BEHIND = COMMITTED["rosorin.xml"].count(b"\n") + 1  # the line after its last one
-
-EDITS = [
-    pytest.param(
-        *("rosorin.urdf", "0.00074282 0.08513", "0.00074282 0.08613", 1),
-        "link3 moved 1.0 mm in link2: origin z 0.08613 -> 0.08513 m: urdf",
-        id="origin",
-    ),
-    pytest.param(
-        *("rosorin.urdf", '<box size="0.05377', '<box size="0.06377', 1),
-        "base_link collision: box min x 0.016206 -> 0.021206 m, max x 0.079976 -> 0.074976 m: urdf",
-        id="box",
-    ),
-    pytest.param(
-        *("rosorin.xml", 'axis="0 1 0" range="-2.09 2.09"', 'axis="0 1 0.5" range="-2.09 2.09"', 1),
-        "joint3 axis 0 1 0.5 -> 0 1 0 (turned 26.6 deg): mjcf",
-        id="axis",
-    ),
-    pytest.param(
-        *("frames.md", "| tuck         | joint1             | 0 rad", "| tuck         | joint1             | 1 rad", 1),
-        "pose tuck: joint1 1 -> 0 rad (-57.3 deg): frames",
-        id="pose",
-    ),
-    pytest.param(
-        *("frames.md", "slam_toolbox", "slam", 1),
-        "odom when slam: published by slam -> slam_toolbox: frames",
-        id="edge",
-    ),
-    pytest.param(
-        *("robot_model.json", "0.014 to 0.208 m", "0.014 to 0.218 m", 1),
-        'base_footprint height map stand_in "... cells, 0.014 to 0.218 m, a block at the rear) and nothing m..." ->'
-        ' "... cells, 0.014 to 0.208 m, a block at the rear) and nothing m...": robot_model',
-        id="text",
-    ),
-    pytest.param(*("rosorin.urdf", "\n", "\n\n", 99), "rosorin.urdf: same meaning, different text", id="lines"),
-    pytest.param(*("rosorin.urdf", "\n", "\r\n", 999), "rosorin.urdf: same meaning, different text", id="line-ends"),
-    pytest.param(*("rosorin.urdf", '"1"', '"1.0e0"', 9), "rosorin.urdf: same meaning, different text", id="spelling"),
-    pytest.param(*("rosorin.urdf", "<!--", "<!-- x", 1), "rosorin.urdf: same meaning, different text", id="comment"),
-    pytest.param(
-        *("robot_model.json", ": ", ":", 999), "robot_model.json: same meaning, different text", id="json-spaces"
-    ),
-    pytest.param(
-        *("static_tf.launch.py", "# factory", "# maker", 1),
-        "static_tf.launch.py: same meaning, different text",
-        id="python-comment",
-    ),
-    pytest.param(*("frames.md", "| ---", "| -----", 1), "frames.md: same meaning, different text", id="table"),
-    pytest.param(
-        *("rosorin.xml", "implicitfast", "Euler", 1),
-        "rosorin.xml: different text; nothing that is compared by meaning differs: "
-        'line 6: integrator="Euler" -> integrator="implicitfast"',
-        id="not-compared",
-    ),
-    pytest.param(
-        *("rosorin.xml", "</mujoco>", "", 1),
-        "rosorin.xml: the committed file is damaged and compared as text alone "
-        f"(no element found: line {BEHIND}, column 0): line {BEHIND - 1}: nothing -> </mujoco>",
-        id="damaged-xml",
-    ),
-    pytest.param(
-        *("robot_model.json", '"parent": "base_link"', '"parent": 7', 1),
-        "robot_model.json: the committed file is damaged and compared as text alone "
-        '(not a driver\'s model: 7 does not match type "string"): '
-        'line 1: 7, -> "base_link",',
-        id="damaged-json",
-    ),
-]
+END = COMMITTED["rosorin.xml"].count(b"\n")
 
 
-@pytest.mark.parametrize(("name", "old", "new", "count", "said"), EDITS)
-def test_an_edit_by_hand_is_named(name: str, old: str, new: str, count: int, said: str) -> None:
-    comparison = edited(name, old, new, count)
+@pytest.mark.parametrize("case", yaml.safe_load(data_text("cases/edits_by_hand.yaml")), ids=lambda case: case["id"])
+def test_an_edit_by_hand_is_named(case: dict[str, Any]) -> None:
+    comparison = edited(*(case[key] for key in ("file", "old", "new", "count")))
+    said = case["said"].replace("{last}", str(END)).replace("{behind}", str(END + 1))
     assert meaning(comparison) == [said]
-    assert [(text.file, text.kind) for text in comparison.texts] == [(name, "changed")]
+    assert [(text.file, text.kind) for text in comparison.texts] == [(case["file"], "changed")]
     assert lines(comparison)[-1] == IF_MEANT
 
 

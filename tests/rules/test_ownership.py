@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.compare.artifacts import agreement
-from rosorin_compile.formats import frames
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.frames import publishing
 from rosorin_compile.formats.static_tf import condition, in_frontends, in_python
@@ -24,7 +23,7 @@ from rosorin_compile.viewer.frames_picture import frame_trees
 from support import launch
 from support.launch import Context, Failed, Started, command_line, parsed, performed, run
 from support.paths import data_text
-from support.robots import compiled, found, rules
+from support.robots import found, rules
 
 MODES = ("m", "n")
 WHENS = ["", "m", "not m", "n", "m and n", "m and not n", "not (m or n)", "m or n", "m == n", "True"]
@@ -284,56 +283,10 @@ def test_launch_file_starts_the_publishers_of_a_mode(tmp_path, modes, names):
         assert pose.xyz == ((0.1, 0.0, 0.0) if child == "laser" else (0.0, 0.0, 0.0))
 
 
-def test_turn_that_always_holds_is_started(tmp_path):
-    """An entry without a condition, and one whose condition names no mode."""
-    text = (
-        "robot: turner\nlinks:"
-        + TURNS.split("\nlinks:")[1].split("  camera:")[0].split("    publisher:")[0]
-        + """
-    publisher: [{by: {static_transform_publisher: tf_laser}}]
-  camera:
-    type: imu
-    parent: base_link
-    frame: eye
-    publisher: [{by: {static_transform_publisher: tf_eye}, when: 'True'}]
-outputs:
-  urdf: {file: turner.urdf}
-  static_tf: {file: turner.launch.py}
-"""
-    )
-    assert [node.name for node in started(made(tmp_path, text), tmp_path)] == ["tf_laser", "tf_eye"]
-
-
 @pytest.mark.parametrize("state", ["maybe", "1", "on", ""])
 def test_launch_file_refuses_what_is_no_state(tmp_path, state):
     with pytest.raises(Failed, match=f"Argument 'simulated' provided value '{state}' is not valid"):
         started(made(tmp_path), tmp_path, simulated=state)
-
-
-def test_json_says_when(tmp_path):
-    import json
-
-    nodes = json.loads(made(tmp_path)["static_tf_json"])["static_transform_publisher"]
-    assert {node["name"]: node["when"] for node in nodes} == {
-        "tf_laser": "not simulated",
-        "tf_laser_too": "simulated and urdf_file",
-        "tf_camera": "not simulated",
-        "tf_camera_optical": "not simulated",
-    }
-
-
-def test_frames_show_each_turn(tmp_path):
-    text = made(tmp_path)["frames"]
-    rows = [[cell.strip() for cell in line.split(" | ")] for line in text.splitlines() if "| laser " in line]
-    assert [(row[2], row[-1].rstrip(" |").replace("\\", "")) for row in rows] == [
-        ("tf_laser", "not simulated"),
-        ("bridge", "simulated and not urdf_file"),
-        ("tf_laser_too", "simulated and urdf_file"),
-    ]
-    turns = {edge.when: edge.publisher.name for edge in frames.read(text).frames if edge.child == "laser"}
-    assert turns["simulated and not urdf_file"] == "bridge"
-    assert "Checked in all 4 combinations of simulated and urdf_file: each of 3 frames has one parent" in text
-    assert "- lidar (lidar_2d): laser\n- camera (camera): camera_link, camera_link_optical\n" in text
 
 
 def test_artifacts_agree_and_a_wrong_one_does_not(tmp_path):
@@ -351,10 +304,6 @@ def test_artifacts_agree_and_a_wrong_one_does_not(tmp_path):
         texts = [replace(a, text=a.text.replace(old, new)) if a.output == output else a for a in result.artifacts]
         assert texts != list(result.artifacts), output
         assert agreement(result.robot, texts) != [], (output, old)
-
-
-def test_urdf_has_no_joint_that_takes_turns(tmp_path):
-    assert "laser" not in made(tmp_path)["urdf"]
 
 
 def in_launch(when: str, modes: tuple[str, ...], states: dict[str, bool]) -> set[str]:
@@ -395,121 +344,3 @@ CONDITIONS = st.recursive(
 def test_any_condition_has_the_truth_table_of_its_launch(when):
     for states in combinations(list(SOME)):
         assert in_launch(when, SOME, dict(states)) == {str(holds(when, states)).lower()}
-
-
-def test_parts_rename_publishers_and_stamps(tmp_path):
-    text = data_text("robots/ownership_parted.yaml")
-    artifacts = made(tmp_path, text)
-    assert '"name": "left_tf_laser"' in artifacts["static_tf_json"]
-    assert '"name": "right_tf_laser"' in artifacts["static_tf_json"]
-    assert "- left_lidar (lidar_2d): left_laser\n- right_lidar (lidar_2d): right_laser\n" in artifacts["frames"]
-    plain = text.replace(
-        "[{by: {static_transform_publisher: tf_laser}, when: not simulated}, {by: bridge, when: simulated}]",
-        "{static_transform_publisher: tf_laser}",
-    )
-    plain = plain.replace("modes: {simulated: it is}\npublishers: {bridge: {}}\n", "")
-    assert '"name": "left_tf_laser"' in made(tmp_path, plain)["static_tf_json"]
-
-
-def many_modes(edges: list[dict[str, str]], joints: dict[str, Any] | None = None) -> list[str]:
-    """Return what the rules say of a robot with eleven modes, none of whose frames depends on more than two."""
-    modes = [f"m{n}" for n in range(11)]
-    tags = [{"parent": "base", "child": f"t{mode}", "publisher": "a", "when": mode} for mode in modes]
-    tags += [{"parent": "base", "child": f"t{mode}", "publisher": "a", "when": f"not {mode}"} for mode in modes]
-    robot = {"robot": "r", "links": {"base": {}, "arm": {}}, "modes": dict.fromkeys(modes), "publishers": {"a": None}}
-    return rules({**robot, "joints": joints or {}, "edges": [*edges, *tags]})
-
-
-JOINT = {"j": {"type": "fixed", "parent": "base", "child": "arm"}}
-
-
-def test_a_circle_is_judged_by_its_own_modes():
-    way = [{"parent": "arm", "child": "dock", "publisher": "a", "when": "m0"}]
-    back = {"parent": "dock", "child": "base", "publisher": "a"}
-    way += [{"parent": "odom", "child": "dock", "publisher": "a", "when": "not m0"}]
-    assert many_modes([*way, {**back, "when": "not m0"}, {**back, "parent": "map", "when": "m0"}], JOINT) == [
-        "too-many-modes"
-    ]
-    assert "edge-cycle" in many_modes([*way, back], JOINT)
-
-
-def test_two_parents_in_two_modes_are_fine():
-    edges = [
-        {"parent": "map", "child": "base", "publisher": "a", "when": "m"},
-        {"parent": "odom", "child": "base", "publisher": "b", "when": "not m"},
-    ]
-    robot = {"robot": "r", "links": {"base": {}}, "modes": {"m": None}, "publishers": {"a": None, "b": None}}
-    assert rules({**robot, "edges": edges}) == []
-
-
-OWNERS: dict[str, Any] = {
-    "the URDF": ({"publisher": "robot_state_publisher"}, None),
-    "a static one": ({"publisher": {"static_transform_publisher": "tf_x"}}, None),
-    "a node of the joint": ({"publisher": "a"}, None),
-    "a turn": ({"publisher": [{"by": "a", "when": "m"}, {"by": NOBODY, "when": "not m"}]}, None),
-}
-
-
-@pytest.mark.parametrize("owner", OWNERS)
-@pytest.mark.parametrize("moving", [False, True])
-@pytest.mark.parametrize("parent", ["base", "odom"])
-@pytest.mark.parametrize("of_sensor", [False, True])
-def test_a_joint_and_an_edge_name_both_owners_and_both_lines(owner, moving, parent, of_sensor):
-    if owner == "a static one" and moving:
-        return
-    entry = OWNERS[owner][0]
-    description: dict[str, Any] = {
-        "robot": "r",
-        "modes": {"m": None},
-        "publishers": {"a": None, "b": None},
-        "links": {"base": {}},
-        "edges": [{"parent": parent, "child": "arm", "publisher": "b"}],
-        "outputs": OUTPUTS,
-    }
-    if of_sensor:
-        description["sensors"] = {"s": {"type": "camera", "parent": "base", "frame": "arm", **entry}}
-    else:
-        limit = {"limit": {"effort": 1, "velocity": 1}} if moving else {}
-        kind = "continuous" if moving else "fixed"
-        description["links"]["arm"] = {}
-        description["joints"] = {"j": {"type": kind, "parent": "base", "child": "arm", **limit, **entry}}
-    (said,) = [d for d in found(description) if d.rule == "two-publishers"]
-    assert len({said.span.line, *(r.span.line for r in said.related)}) == 2
-    named = {"the URDF": "robot_state_publisher", "a static one": '"tf_x"'}.get(owner, "a (joint")
-    assert named in said.message
-    assert " b " in said.message.replace(",", " ")
-    assert (parent == "odom") == ('below "base" and "odom"' in said.message)
-
-
-@pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
-def test_three_owners_in_any_order(order):
-    edges = [{"parent": "odom", "child": "base", "publisher": who} for who in ("a", "b", "c")]
-    description = {
-        "robot": "r",
-        "links": {"base": {}},
-        "publishers": dict.fromkeys("abc"),
-        "edges": [edges[index] for index in order],
-    }
-    (said,) = found(description)
-    assert said.rule == "two-publishers"
-    assert len({said.span.line, *(r.span.line for r in said.related)}) == 3
-
-
-def test_proof_of_the_reference_robot():
-    robot = compiled().robot
-    proof = publishing(robot)
-    edges = {edge.child for edge in robot.edges}
-    joints = {j.child for j in robot.joints if j.publisher.kind != "none" and j.publisher.name}
-    assert set(proof.published) == edges | joints
-    assert proof.gaps == proof.wrong == proof.unchecked == ()
-    words = proof.in_words()
-    assert words.startswith(
-        f"Checked with slam on and with it off: each of {len(proof.published)} frames has one parent"
-    )
-
-
-def test_no_proof_of_what_does_not_hold():
-    edges = [{"parent": "odom", "child": "base", "publisher": who} for who in ("a", "b")]
-    description = {"robot": "r", "links": {"base": {}}, "publishers": dict.fromkeys("ab"), "edges": edges}
-    assert publishing(model(description)).in_words() == ""
-    assert publishing(model({"robot": "r", "links": {"base": {}}})).in_words() == ""

@@ -1,11 +1,9 @@
 """Bodies that can be are never told, whatever their shape; a mass in grams, a size in millimetres always is."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -17,8 +15,7 @@ from rosorin_compile.model.mass import inertial_of
 from rosorin_compile.rules.check import check
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import parse_yaml
-from support.paths import ROOT, data_text
-from support.robots import compiled_text
+from support.paths import ROOT
 
 LENGTHS = st.floats(0.01, 0.5)
 TURNS = st.tuples(*[st.floats(-math.pi, math.pi)] * 3)
@@ -131,63 +128,7 @@ def surface(solid: Shape, rng: np.random.Generator) -> list[tuple[float, float, 
     return made
 
 
-def test_specks_in_one_place_are_no_twins():
-    """A hand whose fingers are drawn as boxes of 2 mm has them all at its palm; wheels are no specks."""
-    for size, expected in ((0.002, set()), (0.05, {"two-in-one-place"})):
-        box = f"{{collision: [{{box: {{size: [{size}, {size}, {size}]}}}}]}}"
-        text = f"robot: made\nlinks: {{palm: {{}}, thumb: {box}, index: {box}}}\njoints:\n"
-        for name in ("thumb", "index"):
-            text += f"  {name}_joint: {{type: fixed, parent: palm, child: {name}, xyz: [0, 0.1, 0]}}\n"
-        tree = parse_yaml(Source("made.yaml", text))
-        lowered = lower(tree)
-        assert lowered.robot is not None, lowered.diagnostics
-        rules = {one.rule for one in check(lowered.robot, tree, lowered.places, FORMATS)}
-        assert rules & {"two-in-one-place"} == expected
-
-
 # A sensor that sees nothing but its robot is told, and MuJoCo reads the same; one that looks out is left alone.
-
-
-HEAD = "robot: r\noutputs: {mjcf: {file: r.xml}}\n"
-BOX = "base_link: {collision: [{box: {size: [400 mm, 300 mm, 200 mm]}}], inertial: {mass: 1, of: collision}}"
-ROD = "{collision: [{cylinder: {radius: 40 mm, length: 50 mm}}]}"
-PLATE = "plate: {visual: [{box: {size: [2 mm, 300 mm, 300 mm]}}]}"
-MAP = "{origin: [-0.1, -0.1], cell: 0.1, heights: [[0.2, 0.2], [0.2, 0.2]]}"
-
-
-def robot(sensor: str, links: str = BOX, joints: str = "") -> str:
-    return f"links: {{{links}}}\njoints: {{{joints}}}\nsensors: {{s: {{{sensor}}}}}\n"
-
-
-def told_sight(text: str, folder: Path) -> list[str]:
-    made = compiled_text(folder, HEAD + text)
-    assert made.robot is not None, made.diagnostics
-    return [one.message for one in made.diagnostics if one.rule == "sensor-sees-itself"]
-
-
-CAMERA = "type: camera, parent: base_link, frame: c, xyz: [200 mm, 0, 0]"
-LIDAR = "type: lidar_2d, parent: base_link, frame: l"
-CASES = yaml.safe_load(data_text("cases/plausible.yaml"))
-OUTSIDE = CASES["outside"]
-
-
-@pytest.mark.parametrize("name", OUTSIDE)
-def test_what_looks_out_is_left_alone(name: str, tmp_path: Path) -> None:
-    assert told_sight(OUTSIDE[name], tmp_path) == []
-
-
-INSIDE = CASES["inside"]
-
-
-@pytest.mark.parametrize("name", INSIDE)
-def test_what_sees_nothing_else_is_told_once(name: str, tmp_path: Path) -> None:
-    assert len(told_sight(INSIDE[name], tmp_path)) == 1
-
-
-def test_it_may_be_accepted(tmp_path: Path) -> None:
-    for name in ("l", "l_joint"):
-        entry = f"accept: [{{rule: sensor-sees-itself, of: [{name}], reason: a dummy}}]\n"
-        assert told_sight(entry + INSIDE["a lidar"], tmp_path) == []
 
 
 def test_the_lidar_of_the_reference_robot_sees() -> None:

@@ -2,7 +2,6 @@
 
 import io
 import json
-import re
 from collections.abc import Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
@@ -14,7 +13,7 @@ from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.importing.same_model import model_differences
 from rosorin_compile.model import Robot
 from rosorin_compile.output.committed import Comparison, compare, lines
-from support.paths import DATA, ROSORIN
+from support.paths import DATA
 from support.robots import compiled, copy_of_rosorin
 
 DIFF = DATA / "diff"
@@ -89,14 +88,6 @@ def edited(name: str, old: str, new: str, count: int = 1) -> Comparison:
     text = COMMITTED[name].decode()
     assert old in text, f"{old!r} is not in {name}"
     return against(BASE, {**COMMITTED, name: text.replace(old, new, count).encode()})
-
-
-def block(name: str, key: str) -> str:
-    """Return the lines of a key and what is below it, two spaces deep."""
-    text = (ROSORIN.parent / name).read_text("utf-8")
-    found = re.search(rf"^  {key}:.*\n(?:   .*\n)*", text, re.MULTILINE)
-    assert found, f"{key} is not in {name}"
-    return found[0]
 
 
 def different(one: Robot, other: Robot, tolerance: float, carried_by_urdf: bool) -> list[str]:

@@ -1,7 +1,6 @@
 """The command line is one house: all commands are listed, an option means one thing, a slip is met with a way out."""
 
 import errno
-import io
 import json
 import os
 import re
@@ -17,8 +16,7 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.cli.registry import commands
 from rosorin_compile.formats import schema_names as names
 from rosorin_compile.language.schema import own_schema
-from support.commands import parse
-from support.paths import DATA, IMPORTED, ROOT, ROSORIN, SCHEMAS
+from support.paths import ROOT, ROSORIN, SCHEMAS
 
 Shown = pytest.CaptureFixture[str]
 COMMANDS = commands()
@@ -60,15 +58,6 @@ def test_plugins_are_searched_without_importlib(home: Path) -> None:
     assert "importlib.metadata" not in ran.stderr.splitlines()[-1].split()
 
 
-@pytest.mark.usefixtures("rosorin")
-def test_all_is_called_compile_as_well(capsys: Shown) -> None:
-    assert main(["compile", "rosorin"]) == main(["all", "rosorin"]) == 0
-    first, second = capsys.readouterr().out.splitlines()
-    assert second == f"{first.partition(', written')[0]}, unchanged".replace(", unchanged, unchanged", ", unchanged")
-    assert "Alias: all." in help_of(capsys, "compile")
-    assert "Alias: compile." in help_of(capsys, "all")
-
-
 WAYS = [["extract", way] for way in ("boxes", "heightmap", "factory")]
 
 
@@ -85,36 +74,6 @@ def test_help_of_each_command(words: list[str], capsys: Shown) -> None:
     assert capsys.readouterr().out == shown
 
 
-def test_exit_codes_are_those_of_the_help(rosorin: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One call a command that ends with 1, where it has such an end that takes no engine."""
-    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"no sound of a robot")))
-    (rosorin / "broken.yaml").write_text("robot: a\nlinks: {}\njoints: 1\n")
-    (rosorin / "broken.urdf").write_text("<robot>")
-    calls = """all broken.yaml/all -n/print broken.yaml urdf/check broken.yaml/import broken.urdf
-        diff broken.urdf rosorin/explain broken.yaml a/tf broken.yaml a b/frames broken.yaml
-        tf laser odom --table --strict --joint joint1=170deg
-        pulses broken.yaml/args --args broken.yaml/package broken.yaml -o made/deploy broken.yaml -o .
-        verify rosorin -"""
-    for call in (call.strip() for line in calls.splitlines() for call in line.split("/")):
-        assert main(call.split()) == 1, call
-        assert capsys.readouterr().err, call
-    assert main(["init", "a/b"]) == main(["schema", "x"]) == main(["all", "nobody"]) == main([]) == 2
-
-
-@pytest.mark.parametrize(
-    ("words", "wanted"),
-    [
-        (["--xyz", "-12.5mm,-1cm,0"], ((-0.0125, -0.01, 0.0), False, ["a.stl"])),
-        (["--xyz=-1cm,0,0", "--bottom"], ((-0.01, 0.0, 0.0), True, ["a.stl"])),
-        (["--xyz", "-.5,0,0"], ((-0.5, 0.0, 0.0), False, ["a.stl"])),
-        (["--bottom", "--xyz", "-1cm,0,0", "b.stl"], ((-0.01, 0.0, 0.0), True, ["a.stl", "b.stl"])),
-    ],
-)
-def test_number_below_zero_is_the_value_of_an_option(words: list[str], wanted: tuple[object, bool, list[str]]) -> None:
-    options = parse(["extract", "heightmap", "a.stl", *words])
-    assert (tuple(options.xyz), options.bottom, options.words) == wanted
-
-
 def test_every_schema_is_printed(capsys: Shown) -> None:
     assert {f"{name}.schema.json" for name in names()} == {path.name for path in (SCHEMAS).glob("*.schema.json")}
     for name in names():
@@ -127,36 +86,6 @@ def test_every_schema_is_printed(capsys: Shown) -> None:
         assert "json-schema.org" in json.loads(shown)["$schema"]
     assert main(["schema"]) == 0
     assert capsys.readouterr().out == (SCHEMAS / "authoring.schema.json").read_text("utf-8")
-
-
-@pytest.mark.slow
-def test_a_mode_is_said_in_the_same_ways_everywhere(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(ROOT)
-    session = str(DATA / "recordings" / "session.txt")
-    for words in (["tf", "rosorin", "map", "odom"], ["frames", "rosorin"], ["verify", "rosorin", session]):
-        said = set()
-        for form in ("not slam", "slam=off"):
-            main([*words, "--mode", form])
-            said.add(capsys.readouterr())
-        assert len(said) == 1
-        for form, message in (
-            ("slm", 'rosorin has no mode "slm"; did you mean "slam"?'),
-            ("slam=of", '"slam=of" is not a mode: write slam, "not slam", slam=on or slam=off'),
-        ):
-            assert main([*words, "--mode", form]) == 2
-            assert message in capsys.readouterr().err
-
-
-def test_import_names_a_file_that_is_nearly_called_so(capsys: Shown) -> None:
-    known = IMPORTED / "little_arm" / "little_arm.urdf"
-    assert main(["import", str(known.with_suffix(".udf"))]) == 2
-    assert capsys.readouterr().err.endswith(f'little_arm.udf is not there; did you mean "{known}"?\n')
-
-
-def test_import_refuses_arguments_that_nothing_takes(capsys: Shown, tmp_path: object) -> None:
-    known = IMPORTED / "little_arm" / "little_arm.urdf"
-    assert main(["import", str(known), "-o", f"{tmp_path}/new", "height:=2"]) == 2
-    assert "little_arm.urdf takes no arguments: only a xacro does" in capsys.readouterr().err
 
 
 def test_without_a_word_it_shows_its_help(capsys: Shown) -> None:
@@ -251,22 +180,6 @@ def test_a_removed_folder_is_no_traceback(tmp_path: Path) -> None:
     assert ran.returncode == 2
     assert ran.stderr.splitlines()[-1].startswith("rosorin-compile: ")
     assert "Traceback" not in ran.stderr
-
-
-WARNS = "robot: r\nlinks: {a: {collision: [{capsule: {radius: 0.1, length: 0.2}}]}}\noutputs: {urdf: {file: r.urdf}}\n"
-
-
-@pytest.mark.parametrize(
-    ("fail_on", "warned", "broken"), [([], 0, 1), (["error"], 0, 1), (["warning"], 1, 1), (["never"], 0, 0)]
-)
-def test_the_severity_that_fails(fail_on: list[str], warned: int, broken: int, home: Path, capsys: Shown) -> None:
-    (home / "warned.yaml").write_text(WARNS)
-    (home / "broken.yaml").write_text("robot: r\nlinks: 1\n")
-    options = [f"--fail-on={one}" for one in fail_on]
-    assert main(["all", "warned.yaml", *options]) == warned
-    assert "warning[" in capsys.readouterr().err
-    assert main(["check", "warned.yaml", "-q", *options]) == warned
-    assert main(["all", "broken.yaml", *options]) == main(["check", "broken.yaml", *options]) == broken
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@
 
 import ast
 import json
-import textwrap
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
@@ -20,8 +19,7 @@ from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import NOTE
 from rosorin_compile.source.diagnostics import text as report
 from support.engines import pose as placed
-from support.pages import blocks
-from support.paths import DOCS, ROOT
+from support.paths import ROOT
 from support.robots import compiled, texts
 from support.round_trip import differences
 
@@ -91,29 +89,11 @@ def test_every_artifact_can_be_made(name: str) -> None:
             json.loads(text)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_every_entry_says_its_source(name: str) -> None:
-    robot = robot_of(name)
-    for entry in (*robot.links, *robot.joints, *robot.sensors, *robot.poses):
-        assert entry.source.status, entry.name
-        assert entry.source.note, entry.name
-
-
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_is_the_robot_of_its_xacro(name: str) -> None:
     # How it drives is said in elements that are none of URDF: to one simulator there, to ros2_control here.
     found = differences(expanded_xacro(name).encode(), artifact(name, ".urdf").encode(), tolerance=1e-12)
     assert [line for line in found if not line.startswith("('robot', 'kept')")] == []
-
-
-def test_page_quotes_the_examples() -> None:
-    page = (DOCS / "examples.md").read_text("utf-8")
-    assert all(name in page for name in NAMES)
-    descriptions = "\n".join(path.read_text("utf-8") for folder in EXAMPLES for path in sorted(folder.glob("*.yaml")))
-    for block in blocks(page):
-        if block.language == "yaml" and not block.mark[0]:
-            text = "\n".join(block.lines)
-            assert any(textwrap.indent(text, " " * depth) in descriptions for depth in range(8)), text
 
 
 def test_turtlebot_drives_on_wheels_of_the_published_size() -> None:

@@ -1,6 +1,5 @@
 """No command replaces a file of somebody else in silence, and what a kill leaves is gone after the next run."""
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +11,6 @@ from rosorin_compile.importing.extract.results import save
 from rosorin_compile.model.mesh_triangles import ExtractProblem
 from rosorin_compile.output import OutputError, write_artifacts
 from support.kills import at_each_step
-from support.paths import DATA
 
 BY_HAND = "# written by hand\n"
 ROBOT = """\
@@ -22,7 +20,6 @@ outputs:
   urdf: {file: mine.urdf}
   table: {file: table.txt, backend: template, template: table.txt.jinja}
 """
-URDF = '<robot name="mine"><link name="base_link"/></robot>\n'
 
 
 def describe(home: Path, text: str = ROBOT, table: str = "one\n") -> Path:
@@ -33,35 +30,6 @@ def describe(home: Path, text: str = ROBOT, table: str = "one\n") -> Path:
     outputs = home / "outputs" / "mine"
     outputs.mkdir(parents=True, exist_ok=True)
     return outputs
-
-
-@pytest.mark.parametrize("text", [BY_HAND, URDF, "\0\xff"])
-def test_all_refuses_a_file_that_it_did_not_write(home: Path, capsys: pytest.CaptureFixture[str], text: str) -> None:
-    outputs = describe(home)
-    (outputs / "mine.urdf").write_text(text)
-    assert main(["all"]) == 1
-    said = capsys.readouterr().err
-    assert "error[output-not-ours]: this tool did not write outputs/mine/mine.urdf: it is not replaced\n" in said
-    assert "    move it away, or give the new file another name or folder\n" in said
-    assert [path.name for path in outputs.iterdir()] == ["mine.urdf"]
-    assert (outputs / "mine.urdf").read_text() == text
-    assert main(["all", "--prune"]) == 0, "which removes what is no artifact"
-
-
-def test_all_keeps_what_may_be_of_somebody_else(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A file without the line that tells, where nothing was written before."""
-    outputs = describe(home)
-    (outputs / "table.txt").write_text(BY_HAND)
-    assert main(["all"]) == 0
-    told = "warning[output-kept]: outputs/mine/table.txt may be of somebody else; it is table.txt.kept now\n"
-    assert told in capsys.readouterr().err
-    assert (outputs / "table.txt").read_text() == "one\n"
-    assert (outputs / "table.txt.kept").read_text() == BY_HAND
-    for table in ("two\n", "three\n"):
-        describe(home, table=table)
-        assert main(["all"]) == 0
-        assert "output-kept" not in capsys.readouterr().err
-        assert (outputs / "table.txt").read_text() == table
 
 
 @pytest.mark.parametrize("cache", ["cache", "off"])
@@ -80,47 +48,10 @@ def test_artifacts_that_came_with_the_project_are_ours(
     assert sorted(path.name for path in outputs.iterdir()) == ["mine.urdf", "table.txt"]
 
 
-def test_import_keeps_a_description_that_somebody_changed(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (home / "mine.urdf").write_text(URDF)
-    assert main(["import", "mine.urdf", "-o", "to"]) == 0
-    path = home / "to" / "robot.yaml"
-    path.write_text(path.read_text() + BY_HAND)
-    changed = path.read_text()
-    assert main(["import", "mine.urdf", "-o", "to"]) == 0  # put together: the source says what it said
-    assert path.read_text() == changed
-    assert main(["import", "mine.urdf", "-o", "to", "--force"]) == 0
-    assert "to/robot.yaml may be of somebody else; it is robot.yaml.kept now" in capsys.readouterr().err
-    assert path.with_name("robot.yaml.kept").read_text() == changed
-    assert main(["import", "mine.urdf", "-o", "to", "--force"]) == 0
-    assert "output-kept" not in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("name", ["joints.yaml", "boxes.yaml"])
-def test_extract_factory(home: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
-    pytest.importorskip("trimesh")
-    (home / "pkg").mkdir()
-    (home / "pkg" / "mine.urdf").write_text(URDF)
-    (home / "to").mkdir()
-    (home / "to" / name).write_text(BY_HAND)
-    assert main(["extract", "factory", "pkg", "-o", "to"]) == 1
-    assert f"error[output-not-ours]: this tool did not write to/{name}: it is not replaced" in capsys.readouterr().err
-    assert [path.name for path in (home / "to").iterdir()] == [name]
-    (home / "to" / name).unlink()
-    assert main(["extract", "factory", "pkg", "-o", "to"]) == 0
-    assert main(["extract", "factory", "pkg", "-o", "to"]) == 0
-
-
-def test_extract_and_init(home: Path) -> None:
+def test_extract(home: Path) -> None:
     (home / "a.yaml").write_text(BY_HAND)
     with pytest.raises(ExtractProblem, match="extract did not make it"):
         save(home / "a.yaml", "new")
-    (home / "descriptions" / "mine").mkdir(parents=True)
-    assert main(["init", "mine"]) == 2
-    schema = home / "descriptions/.schema/rosorin-compile.schema.json"
-    schema.parent.mkdir()
-    schema.write_text(BY_HAND)
-    assert main(["init", "other"]) == 0
-    assert schema.read_text() == BY_HAND
 
 
 PAGES = [(["view", "--html", "mine"], 1), (["check", "--html", "mine"], 2)]
@@ -172,26 +103,6 @@ def test_a_summary_is_appended(home: Path) -> None:
     (home / "job.md").write_text(BY_HAND)
     assert main(["check", "--summary", "job.md"]) == 0
     assert (home / "job.md").read_text().startswith(f"{BY_HAND}## Robots: no problems\n")
-
-
-def test_what_is_no_file_is_not_read(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    describe(home)
-    os.mkfifo(home / "pipe")
-    for name in ("pipe", "/dev/full", "outputs"):
-        assert main(["collisions", "-o", name]) == 2
-        assert f"{name} cannot be written: it is not a regular file" in capsys.readouterr().err
-
-
-def test_verify(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    describe(home)
-    (home / "notes.md").write_text(BY_HAND)
-    recording = str(DATA / "recordings" / "session.txt")
-    assert main(["verify", recording, "--junit", "notes.md"]) == 2
-    assert "this tool did not write notes.md: it is not replaced; name another file" in capsys.readouterr().err
-    assert (home / "notes.md").read_text() == BY_HAND
-    for _ in range(2):
-        assert main(["verify", recording, "--junit", "new.xml"]) == 1
-    assert "<testsuites" in (home / "new.xml").read_text()
 
 
 def hidden(folder: Path) -> list[str]:

@@ -6,7 +6,7 @@ import random
 import re
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -17,7 +17,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-import rosorin_compile
 from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
@@ -38,7 +37,6 @@ from rosorin_compile.model import (
 from rosorin_compile.model import Robot as Model
 from rosorin_compile.model.joint import UNPUBLISHED, Mimic
 from rosorin_compile.model.looks import own_colours, with_visuals
-from rosorin_compile.source.diagnostics import text as report
 from support import sdformat
 from support.paths import ROOT
 from support.robots import compiled, compiled_text, sound, texts
@@ -290,58 +288,11 @@ def links(text: str) -> dict[str, ET.Element]:
     return {str(link.get("name")): link for link in ET.fromstring(text).iter("link")}
 
 
-def test_bodies_are_what_weighs_what_moves_and_what_holds_them_together(tmp_path: Path) -> None:
-    made = compiled_text(tmp_path, HELD)
-    sound(made)
-    sim = links(texts(made)["sim.urdf"])
-    assert set(sim) == {"chassis", "battery", "mast", "fan"}
-    # Without an inertial, simulators would invent one for the chassis.
-    assert sim["chassis"].find("inertial/mass").get("value") == "0"  # type: ignore[union-attr]
-    # The tip weighs nothing: its shape is one of the fan.
-    assert {one.tag for one in sim["fan"].findall(".//geometry/*")} == {"box", "sphere"}
-    assert "urdf-without-mass" not in {d.rule for d in made.diagnostics}
-
-
 def test_gazebo_reads_bodies_that_a_link_without_mass_holds(tmp_path: Path) -> None:
     sdformat.need()
     model, said = sdformat.as_sdf(texts(compiled_text(tmp_path, HELD))["sim.urdf"], tmp_path)
     assert (said, {link.get("name") for link in model.iter("link")}) == ("", {"chassis", "fan"})
     assert sum(float(one.text or "") for one in model.iter("mass")) == pytest.approx(3.0)
-
-
-def remarks(folder: Path, urdf: str, more: str = "") -> Iterator[str]:
-    """Yield the rules that say something of masses, where the first output of HELD is another."""
-    text = HELD.replace("  urdf: {file: held.urdf, elements: [collision]}", f"  urdf: {urdf}")
-    made = compiled_text(folder, "\n".join(line for line in text.splitlines() if "simulated" not in line) + more)
-    assert made.artifacts, report(made.diagnostics)
-    yield from (d.rule for d in made.diagnostics if d.rule in ("urdf-without-mass", "accept-unused"))
-
-
-ACCEPTED = "\naccept: [{rule: urdf-without-mass, reason: nobody simulates it}]\n"
-
-
-@pytest.mark.parametrize(
-    ("urdf", "more", "said"),
-    [
-        ("{file: held.urdf, elements: [collision]}", "", ["urdf-without-mass"]),
-        ("{file: held.urdf, elements: []}", "", ["urdf-without-mass"]),
-        ("{file: held.urdf, elements: [collision]}", ACCEPTED, []),
-        ("{file: held.urdf, elements: [inertial]}", "", []),
-        ("{file: held.urdf, elements: [inertial]}", ACCEPTED, ["accept-unused"]),
-    ],
-)
-def test_who_will_not_read_it_is_told(tmp_path: Path, urdf: str, more: str, said: list[str]) -> None:
-    assert sorted(remarks(tmp_path, urdf, more)) == said
-
-
-def test_robot_state_publisher_is_never_given_the_urdf_of_simulators(tmp_path: Path) -> None:
-    first = HELD.replace("  simulated:", "  a_simulated:")
-    launch = texts(compiled_text(tmp_path, first))["held.launch.py"]
-    assert "held.urdf" in launch
-    assert "sim.urdf" not in launch
-    alone = "\n".join(line for line in HELD.splitlines() if "held.urdf" not in line)
-    made = compiled_text(tmp_path, alone)
-    assert "unpublished-edge" in {d.rule for d in made.diagnostics if d.severity == "error"}
 
 
 # Visuals that come from collision shapes.
@@ -370,21 +321,6 @@ def test_a_link_without_visuals_is_seen_as_its_collision_shapes_in_one_colour() 
     assert "<visual" not in emit(boxes("a", "b"))
 
 
-def test_a_material_of_the_same_name_stays_what_it_is(tmp_path: Path) -> None:
-    text = """robot: r
-materials: {a_colour: {rgba: [1, 0, 0, 1]}}
-links:
-  a: {inertial: {mass: 1, of: collision}, collision: [{box: {size: [0.1, 0.1, 0.1]}}]}
-outputs: {urdf: {file: r.urdf, frames: bodies, visuals: from_collision}}
-"""
-    _, made, _ = sound(compiled_text(tmp_path, text))
-    colours = {m.get("name"): m.find("color") for m in ET.fromstring(made["urdf"]).findall("material")}
-    assert {name: one.get("rgba") for name, one in colours.items() if one is not None} == {
-        "a_colour": "1 0 0 1",
-        "a_colour_": "0.495 0.318 0.722 1",
-    }
-
-
 def test_frames_in_the_urdf_of_simulators_are_proved(tmp_path: Path) -> None:
     """A mass that is carried is held against the sum, not against that of the link alone."""
     text = HELD.replace("elements: [collision]}", "number_format: exact}")
@@ -395,17 +331,6 @@ def test_frames_in_the_urdf_of_simulators_are_proved(tmp_path: Path) -> None:
     assert [d.message for d in agreement(robot, spoilt)] == [
         "held.urdf is not as it is meant to be: mast mass 2 -> 1 kg (-1.0 kg)"
     ]
-
-
-@pytest.mark.parametrize("file", ["sim.urdf", "held.urdf"])
-def test_what_it_carries_is_no_difference(tmp_path: Path, file: str) -> None:
-    made = compiled_text(tmp_path, HELD.replace("elements: [collision]}", "number_format: exact}"))
-    path = tmp_path / file
-    path.write_text(texts(made)[file], "utf-8")
-    assert rosorin_compile.diff(tmp_path / "robot.yaml", path).same
-    assert rosorin_compile.diff(path, tmp_path / "robot.yaml").same
-    path.write_text(path.read_text("utf-8").replace('<mass value="1"/>', '<mass value="1.1"/>'), "utf-8")
-    assert not rosorin_compile.diff(tmp_path / "robot.yaml", path).same
 
 
 def of(robot: Model) -> Mapping[str, float]:

@@ -9,11 +9,9 @@ import yourdfpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.output.committed import compare, lines
 from rosorin_compile.source.xml.elements import damage, indented
 from support.images import png
 from support.paths import DATA
-from support.reading import leaves_of
 from support.robots import compiled_text, sound
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
@@ -59,86 +57,6 @@ def test_yourdfpy_has_the_materials(tmp_path):
     assert link.collisions[0].name == "c 1"
     joint = read.joint_map["joint 1/a"]
     assert (joint.calibration.rising, joint.safety_controller.k_position) == (pytest.approx(0.17453293), 15)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "told"),
-    [
-        ("rgba: [0.7,", "rgba: [0.6,", "material Light Grey colour 0.6 0.7 0.7 1 -> 0.7 0.7 0.7 1 (and therefore the"),
-        (
-            '{texture: "package://carrier/wood.png"}',
-            "{texture: b.png}",
-            "material wood texture b.png -> package://carrier",
-        ),
-        ("  empty: {}\n", "", "new: material empty"),
-        ("name: top", "name: lid", "base link visual: box name lid -> top: urdf"),
-        ("rising: 10 deg", "rising: 0.2", "joint 1/a calibration rising 0.2 -> 0.174533 rad"),
-        ("k_velocity: 10", "k_velocity: 11", "joint 1/a safety k velocity 11 -> 10 N*m*s/rad"),
-        ("<mu1>0.2</mu1>", "<mu1>0.3</mu1>", "robot element mu1 0.3 -> 0.2"),
-        ('<controller:x a="1"/>', '<controller:x a="2"/>', "base link element controller:x a 2 -> 1"),
-        ("[<x/>]", "[]", "joint 1/a element x: new"),
-    ],
-)
-def test_check_compares_them_by_meaning(tmp_path, old, new, told):
-    robot, _, made = sound(compiled_text(tmp_path, ROBOT + OUTPUTS))
-    assert ROBOT.count(old) >= 1
-    _, _, other = sound(compiled_text(tmp_path, ROBOT.replace(old, new) + OUTPUTS))
-    committed = {artifact.file: artifact.text.encode() for artifact in other.artifacts}
-    said = lines(compare(robot, made.artifacts, committed))
-    assert told in said[0], said[0]
-
-
-def test_white_space_in_kept_elements_is_no_change_of_meaning(tmp_path):
-    robot, _, made = sound(compiled_text(tmp_path, ROBOT + OUTPUTS))
-    committed = {a.file: a.text.replace("<type>a/B</type>", "<type> a/B </type>").encode() for a in made.artifacts}
-    comparison = compare(robot, made.artifacts, committed)
-    assert comparison.changes == ()
-
-
-@pytest.mark.parametrize("version", ["1.2", '"1.2"'])
-def test_a_capsule_in_urdf_1_2(tmp_path, version):
-    _, artifacts, made = sound(
-        compiled_text(tmp_path, f"{ROBOT}outputs: {{urdf: {{file: a.urdf, version: {version}}}}}\n")
-    )
-    assert '<robot name="carrier" version="1.2">' in artifacts["urdf"]
-    assert '<geometry><capsule radius="0.1" length="0.5"/></geometry>' in artifacts["urdf"]
-    assert not [d for d in made.diagnostics if d.rule == "urdf-cannot-say"]
-    assert leaves_of("urdf", artifacts["urdf"])["link", "base link", "collision"].solids()[0].sizes == (0.1, 0.5)
-
-
-def test_elements_of_links_that_are_not_carried_are_named(tmp_path):
-    text = """
-robot: a
-publishers: {node: {}}
-links: {base: {}, arm: {}, hand: {urdf_elements: [<x/>]}}
-joints:
-  shoulder: {type: fixed, parent: base, child: arm}
-  wrist: {type: fixed, parent: arm, child: hand, publisher: node, urdf_elements: [<y/>]}
-outputs: {urdf: {file: a.urdf}}
-"""
-    _, artifacts, made = sound(compiled_text(tmp_path, text))
-    assert "<x/>" not in artifacts["urdf"]
-    assert [d.message for d in made.diagnostics] == [
-        "not in the URDF, because robot_state_publisher does not publish them:"
-        " hand (urdf_elements), wrist (urdf_elements)"
-    ]
-
-
-def test_materials_of_included_files_are_joined(tmp_path):
-    (tmp_path / "more.yaml").write_text(
-        "materials: {red: {rgba: [1, 0, 0, 1]}}\nurdf_elements: [<b/>]\naccept: []\n", "utf-8"
-    )
-    text = """
-robot: a
-include: [more.yaml]
-materials: {blue: {rgba: [0, 0, 1, 1]}}
-links: {base: {}}
-urdf_elements: [<a/>]
-outputs: {urdf: {file: a.urdf}}
-"""
-    robot, _, _ = sound(compiled_text(tmp_path, text))
-    assert [material.name for material in robot.materials] == ["blue", "red"]
-    assert robot.urdf_elements == ("<b/>", "<a/>")
 
 
 # --- texts of elements

@@ -28,6 +28,7 @@ from support.paths import ROOT, ROSORIN, data_text
 from support.schemas import schema
 
 OUTPUTS = ROOT / "outputs" / "rosorin"
+CASES = yaml.safe_load(data_text("cases/diff_formats.yaml"))
 
 
 @pytest.fixture(scope="module")
@@ -50,14 +51,9 @@ def test_the_artifacts_of_the_reference_robot_are_that_robot(file: str) -> None:
     assert compared(OUTPUTS / file, ROSORIN)["differences"] == []
 
 
-# What a file of each format has no word for.
-CASES = yaml.safe_load(data_text("cases/diff_formats.yaml"))
-SILENT = CASES["silent"]
-
-
-@pytest.mark.parametrize("file", SILENT)
+@pytest.mark.parametrize("file", CASES["silent"])
 def test_the_artifacts_of_the_arm_are_the_arm(arm: Path, file: str) -> None:
-    expected = [line.format(arm=DIFF / "arm.yaml", file=arm / file) for line in SILENT[file]]
+    expected = [line.format(arm=DIFF / "arm.yaml", file=arm / file) for line in CASES["silent"][file]]
     for one, other in ((DIFF / "arm.yaml", arm / file), (arm / file, DIFF / "arm.yaml")):
         found = compared(one, other)
         assert found["differences"] == []
@@ -78,21 +74,18 @@ def test_the_artifacts_of_the_arm_are_one_robot(arm: Path, one: str, other: str,
     assert told(arm / other, arm / one) == [line.replace("new:", "removed:") for line in said]
 
 
-# What each format carries, planted in the description and told of its artifacts.
-CARRIED = CASES["carried"]
-
-
-@pytest.mark.parametrize(("old", "new", "line", "files"), CARRIED, ids=[line for _, _, line, _ in CARRIED])
-def test_a_change_is_told_of_every_artifact_that_carries_it(
-    arm: Path, tmp_path: Path, old: str, new: str, line: str, files: str
-) -> None:
-    path = changed(tmp_path, (old, new))
+@pytest.mark.parametrize("case", CASES["carried"], ids=lambda case: case["line"])
+def test_a_change_is_told_of_every_artifact_that_carries_it(arm: Path, tmp_path: Path, case: dict[str, str]) -> None:
+    path = changed(tmp_path, (case["old"], case["new"]))
     for suffix in ("urdf", "xml", "json"):
         # The artifacts of the arm as it was, against the description as it is.
         found = told(arm / f"arm.{suffix}", path)
-        if suffix in files.split():
+        if suffix in case["files"].split():
             assert len(found) == 1, (suffix, found)
-            assert found[0].startswith(line) or (suffix == "urdf" and "mast collision" in found[0]), (suffix, found)
+            assert found[0].startswith(case["line"]) or (suffix == "urdf" and "mast collision" in found[0]), (
+                suffix,
+                found,
+            )
         else:
             assert found == [], suffix
 

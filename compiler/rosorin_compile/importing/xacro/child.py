@@ -56,22 +56,6 @@ def out_of_time(seconds: float) -> str:
     return f"it calculates for more than {seconds:g} s"
 
 
-class Arguments(dict[str, str]):
-    """The arguments of a run; records which names were read."""
-
-    def __init__(self, given: dict[str, str]) -> None:
-        super().__init__(given)
-        self.asked: dict[str, None] = {}
-
-    def __contains__(self, name: object) -> bool:
-        self.asked[str(name)] = None
-        return super().__contains__(name)
-
-    def __getitem__(self, name: str) -> str:
-        self.asked[name] = None
-        return super().__getitem__(name)
-
-
 class Context(dict[str, Any]):
     """The context of substitutions. xacro 2.1.1 does not set the file that is read, which $(dirname) needs."""
 
@@ -152,10 +136,9 @@ class Expansion:
         except ImportError:
             return {"absent": "xacro"}
         self.prepare(xacro)
-        arguments = Arguments(self.given)
         answer: dict[str, Any] = {}
         try:
-            document = self.expanded(xacro, arguments)
+            document = self.expanded(xacro, dict(self.given))
             _name_packages(document, self.packages, [*map(str, xacro.all_includes), self.file])
             answer["places"] = [_place(node) for node in elements(document)]
             answer["folders"] = _folders(self.packages, xacro.all_includes, self.file)
@@ -169,9 +152,8 @@ class Expansion:
             answer["error"] = "it ends the program that expands it"
         if "text" not in answer:
             answer["stack"] = [name for name in xacro.filestack or [] if name]
-            answer["macros"] = [macro.body.getAttribute("name") for macro in xacro.macrostack or []]
         answer["files"] = list(dict.fromkeys(map(str, xacro.all_includes)))
-        return answer | {"arguments": list(arguments.asked), "read": list(self.files), "calls": self.calls}
+        return answer | {"read": list(self.files), "calls": self.calls}
 
     def expanded(self, xacro: Any, arguments: dict[str, str]) -> Any:
         """Return the expanded document, without the banner that names the file."""

@@ -361,3 +361,27 @@ def test_colcon_installs_the_description_and_runs_the_test(
     (package / "urdf" / "keep").write_text("")
     colcon(tmp_path, "test")
     assert "1 test, 0 errors, 0 failures, 1 skipped" in colcon(tmp_path, "test-result", "--all")
+
+
+@pytest.mark.slow
+def test_a_newer_state_is_merged_into_the_package(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert into(package) == 0
+    mine = package / "descriptions" / "cart" / "robot.yaml"
+    mine.write_text(mine.read_text().replace("mass: 2,", "mass: 3,"))
+    (package / "urdf" / "cart.urdf").write_text(OTHER)
+    assert into(package) == 0
+    said = capsys.readouterr().out
+    assert "cart_description: written: descriptions/cart\nchanges of the newer cart.urdf: robot.yaml\n" in said
+    assert "[0, 0, 0.4]" in mine.read_text()
+    assert "mass: 3," in mine.read_text()
+    (package / "urdf" / "cart.urdf").write_text(OTHER.replace('value="2"', 'value="4"'))
+    assert into(package) == 1
+    assert "error[import-conflict]" in capsys.readouterr().err
+    assert "<<<<<<< edited here\n" in mine.read_text()
+    for rule in ("yaml-syntax", "import-no-record"):
+        before = files(package)
+        assert into(package) == 1
+        assert files(package) == before
+        assert f"error[{rule}]" in capsys.readouterr().err
+        (package / RECORD).unlink(missing_ok=True)
+    assert into(package, "--name", "other") == 0

@@ -24,7 +24,7 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.xml.elements import canonical, tree_of
 
-from ..same_model import model_differences, read_back
+from ..same_model import model_differences
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -116,7 +116,7 @@ def compare(
             errors = [one for one in compiled.diagnostics if one.severity == ERROR]
             if errors or compiled.robot is None:
                 return Comparison([_error(one, stage, row) for one in errors[:5]], compared, refused)
-            found = _differences(stage, compiled, made, row, source.name)
+            found = _differences(compiled, made, row, source.name)
             if found:
                 return Comparison(found, compared, refused)
             compared.append(row)
@@ -139,17 +139,15 @@ def _error(diagnostic: Diagnostic, stage: Path, row: Combination) -> Fault:
     return Fault(diagnostic.message.replace(f"{stage}/", "") + where, tuple(dict.fromkeys(macros)), row)
 
 
-def _differences(stage: Path, compiled: Any, made: Imported, row: Combination, name: str | None) -> list[Fault]:
+def _differences(compiled: Any, made: Imported, row: Combination, name: str | None) -> list[Fault]:
     """Return what differs between the compiled robot and that of xacro."""
-    back = read_back(stage, {one.backend: one.text for one in compiled.artifacts}, made.whole)
-    source, again = made.robot, back.robot
+    source, again = made.robot, compiled.robot
     if source is None or again is None:
-        broken = [one.message for one in back.diagnostics if one.severity == ERROR]
-        return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row)]
+        return [Fault("what is compiled is no robot", (), row)]
     if name is not None:
         source = replace(source, name=name)
     source, again = _settled(source), _settled(again)
-    texts = [one for one in model_differences(source, again, carried_by_urdf=True) if " element " not in one]
+    texts = [one for one in model_differences(source, again) if " element " not in one]
     texts += _differing_elements(source, again)
     return [Fault(text[:200], tuple(_macros(text, made)), row) for text in texts[:8]]
 

@@ -48,7 +48,10 @@ class NotMarkup(Exception):
 
 
 class MissingPackage(Exception):
-    """A package that is not found."""
+    """A package that is not found, by its name."""
+
+    def __str__(self) -> str:
+        return f'the package "{self.args[0]}" is not found'
 
 
 def out_of_time(seconds: float) -> str:
@@ -306,7 +309,7 @@ def _error(problem: BaseException) -> dict[str, Any]:
     """Return the cause of an exception; xacro wraps one into another."""
     for cause in causes(problem):
         if isinstance(cause, MissingPackage):
-            return {"missing": ["package", str(cause)]}
+            return {"missing": ["package", cause.args[0]]}
         if isinstance(cause, NotMarkup):
             return {"markup": cause.args[0], "message": cause.args[1]}
         if isinstance(cause, RecursionError):

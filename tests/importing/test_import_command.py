@@ -248,7 +248,7 @@ def test_xacro_is_imported_with_its_arguments(here: Path, capsys: pytest.Capture
     (here / "arm.xacro").write_text(text.replace('upper="2.5"', 'upper="$(arg upper)"'), "utf-8")
     assert run("arm.xacro", "upper:=2.25", "-o", "one") == 0
     assert "warning[xacro-runs-code]" in capsys.readouterr().err
-    assert "  upper: {type: angle, default: 2.25}\n" in (here / "one" / "robot.yaml").read_text("utf-8")
+    assert "  upper: {type: number, default: 2.25}\n" in (here / "one" / "robot.yaml").read_text("utf-8")
     assert 'upper: "${upper}"' in (here / "one" / "robot.yaml").read_text("utf-8")
     assert run("arm.xacro", "-a", "upper=2", "-o", "two", "--flat") == 0
     assert "upper: 2," in (here / "two" / "robot.yaml").read_text("utf-8")

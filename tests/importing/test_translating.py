@@ -4,7 +4,6 @@ What a xacro becomes is in the folders of ``data/translated``, see ``test_transl
 """
 
 import json
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -87,7 +86,7 @@ def test_some_rows_of_the_table_are_translated_or_flattened_with_a_reason() -> N
 @pytest.mark.tier("fuzz")
 def test_every_row_of_the_table_is_translated_or_flattened_with_a_reason() -> None:
     found = {case.name: outcome(case) for case in CASES}
-    assert Counter(found.values()) == {"kept": 68, "in part": 5, "": 14}, found
+    assert [name for name, end in found.items() if end == "flat"] == ["77-yaml-duplicate"], found
 
 
 @pytest.mark.parametrize("name", ["46-macro", "97-choice-of-plugin"])

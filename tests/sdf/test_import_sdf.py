@@ -76,7 +76,7 @@ def test_a_robot_comes_back_as_it_was(seed, tmp_path):
     path.write_text(written(robot), "utf-8")
     weightless = frozenset(content_of(robot).weightless)
     back = as_in_sdf(robot_in(path), weightless)
-    assert different(as_in_sdf(robot, weightless), back, 0.0, carried_by_urdf=False) == []
+    assert different(as_in_sdf(robot, weightless), back, 0.0) == []
 
 
 @pytest.mark.slow
@@ -93,7 +93,7 @@ def test_the_reference_robot_and_the_examples_come_back_as_they_were(file, tmp_p
     # Hardware and controllers are said in a URDF and beside it.
     plain = replace(robot, control=(), controllers=())
     sides = (as_in_sdf(one, weightless) for one in (plain, robot_in(path)))
-    assert different(*sides, 1e-12, carried_by_urdf=True) == []
+    assert different(*sides, 1e-12) == []
 
 
 def test_a_difference_is_seen(tmp_path):
@@ -101,7 +101,7 @@ def test_a_difference_is_seen(tmp_path):
     robot = robot_of(random.Random(3))  # noqa: S311 - a case, no secret
     path = tmp_path / "robot.sdf"
     path.write_text(re.sub(r"<mass>(\d)", r"<mass>1\1", written(robot), count=1), "utf-8")
-    assert different(as_in_sdf(robot), as_in_sdf(robot_in(path)), 0.0, carried_by_urdf=False) != []
+    assert different(as_in_sdf(robot), as_in_sdf(robot_in(path)), 0.0) != []
 
 
 @pytest.mark.parametrize("path", sorted((SDF / "corners").glob("*.sdf")), ids=lambda path: path.stem)
@@ -109,7 +109,7 @@ def test_what_is_written_is_read_as_the_same(path, tmp_path):
     robot = robot_in(path)
     again = tmp_path / path.name
     again.write_text(written(robot), "utf-8")
-    assert different(as_in_sdf(robot), as_in_sdf(robot_in(again)), 1e-12, carried_by_urdf=False) == []
+    assert different(as_in_sdf(robot), as_in_sdf(robot_in(again)), 1e-12) == []
 
 
 def test_a_model_that_is_included_is_that_model_within(tmp_path):
@@ -130,7 +130,7 @@ def test_a_model_that_is_included_is_that_model_within(tmp_path):
     whole = tmp_path / "whole.sdf"
     whole.write_text(re.sub(r"<include>.*?</include>", inline, text, flags=re.DOTALL), "utf-8")
     robot = robot_in(source)
-    assert different(robot, robot_in(whole), 0.0, carried_by_urdf=False) == []
+    assert different(robot, robot_in(whole), 0.0) == []
     assert [link.name for link in robot.links] == ["a", "left_palm", "left_tip", "right_palm", "right_tip"]
     assert robot.link["left_palm"].visual[0].geometry.file == "part/meshes/palm.stl"
 
@@ -409,4 +409,4 @@ def test_any_tree_of_frames_is_read_and_comes_back_or_is_refused(seed, tmp_path)
     assert again.tree is not None, [one.message for one in again.diagnostics]
     back = lower(again.tree).robot
     assert back is not None
-    assert different(as_in_sdf(robot), as_in_sdf(back), 1e-9, carried_by_urdf=False) == []
+    assert different(as_in_sdf(robot), as_in_sdf(back), 1e-9) == []

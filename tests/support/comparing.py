@@ -10,7 +10,7 @@ from typing import Any
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import Compiled
-from rosorin_compile.importing.same_model import model_differences
+from rosorin_compile.importing.round_trip import model_differences
 from rosorin_compile.model import Robot
 from rosorin_compile.output.committed import Comparison, compare, lines
 from support.paths import DATA
@@ -90,6 +90,6 @@ def edited(name: str, old: str, new: str, count: int = 1) -> Comparison:
     return against(BASE, {**COMMITTED, name: text.replace(old, new, count).encode()})
 
 
-def different(one: Robot, other: Robot, tolerance: float, carried_by_urdf: bool) -> list[str]:
+def different(one: Robot, other: Robot, tolerance: float) -> list[str]:
     """Return in which values two robots differ, to a proof."""
-    return model_differences(one, other, tolerance, carried_by_urdf=carried_by_urdf)
+    return model_differences(one, other, tolerance)

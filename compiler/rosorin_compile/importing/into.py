@@ -236,7 +236,7 @@ def _lines_with(name: str, package: Path) -> Iterator[str]:
     """Yield the lines with a file name in launch files and CMakeLists.txt of a package and those next to it."""
     root = resolve(package)
     with suppress(OSError):
-        others = [one for one in sorted(root.parent.iterdir()) if is_file(one / "package.xml") and one != root]
+        others = [one for one in sorted(root.parent.iterdir()) if is_file(one / "package.xml") and resolve(one) != root]
         for folder in [package, *others[:_MOST_PACKAGES]]:
             for file in files_below(folder, skip_built=True):
                 path = folder / file

@@ -10,10 +10,15 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from rosorin_compile.compare.artifacts import agreement
+from rosorin_compile.compare.describe import Describer
+from rosorin_compile.compare.precision import NOISE, Precision
+from rosorin_compile.compare.walk import compare_leaves, leaves
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import Compiled, compile_robot
+from rosorin_compile.formats.gazebo_elements import element_differences, followers_of
 from rosorin_compile.formats.imported import Imported, Outputs, Proof
 from rosorin_compile.formats.reading import outputs_of
+from rosorin_compile.model import Robot
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import (
@@ -34,7 +39,7 @@ from rosorin_compile.source.tree import Map
 from .description import write
 from .repeats import with_parts
 from .report import seen_from
-from .same_model import element_changes, model_differences, without_words
+from .words.sensors import without_collisions
 
 _MAX_MESSAGE = 300
 _MAX_DIFFERENCES = 20
@@ -196,3 +201,47 @@ def _some(texts: Sequence[str]) -> tuple[Related, ...]:
     """Return the first of some differences, with the number of the others."""
     more = [and_more(len(texts) - _MAX_DIFFERENCES).strip()] if len(texts) > _MAX_DIFFERENCES else []
     return tuple(Related(text, None) for text in [*texts[:_MAX_DIFFERENCES], *more])
+
+
+def model_differences(one: Robot, other: Robot, tolerance: float = NOISE) -> list[str]:
+    """Return the differences between two robots, one sentence each.
+
+    Numbers may differ by ``tolerance``, absolute or relative.
+    """
+
+    def precision(key: object, *values: object) -> float:  # noqa: ARG001
+        return tolerance / 2
+
+    sides = leaves(replace(one, source=other.source)), leaves(other)
+    known: tuple[Precision, Precision] = (precision, precision)
+    describer = Describer(one, sides, known, tolerance)
+    return [text for _, text in describer.describe(compare_leaves(*sides, known, tolerance))]
+
+
+def element_changes(source: Robot, made: Robot) -> list[str]:
+    """Return how the elements of a URDF of a source differ from those of its description.
+
+    Both have elements for Gazebo for friction and springs; the description has some for sensors and hardware, too.
+    """
+    format = FORMATS.published()
+    output = next((one for one in made.outputs if one.backend == format.name), None)
+    before, after = list(source.urdf_elements), list(made.urdf_elements)
+    if output is not None and format.brings is not None:
+        before += format.brings(replace(source, sensors=(), control=(), controllers=()), output)
+        after += format.brings(made, output)
+    texts = without_collisions(before), without_collisions(after)
+    return element_differences(*texts, followers_of(source, made.asks_for_humble))
+
+
+def without_words(robot: Robot, source: Robot) -> Robot:
+    """Return a robot with the sections of its source instead of those that elements became."""
+    return replace(
+        robot,
+        urdf_elements=source.urdf_elements,
+        sensors=source.sensors,
+        edges=source.edges,
+        publishers=source.publishers,
+        modes=source.modes,
+        control=source.control,
+        drive=source.drive,
+    )

@@ -48,28 +48,15 @@ class NotMarkup(Exception):
 
 
 class MissingPackage(Exception):
-    """A package that is not found."""
+    """A package that is not found, by its name."""
+
+    def __str__(self) -> str:
+        return f'the package "{self.args[0]}" is not found'
 
 
 def out_of_time(seconds: float) -> str:
     """Return the error of a file that calculates for more than some seconds."""
     return f"it calculates for more than {seconds:g} s"
-
-
-class Arguments(dict[str, str]):
-    """The arguments of a run; records which names were read."""
-
-    def __init__(self, given: dict[str, str]) -> None:
-        super().__init__(given)
-        self.asked: dict[str, None] = {}
-
-    def __contains__(self, name: object) -> bool:
-        self.asked[str(name)] = None
-        return super().__contains__(name)
-
-    def __getitem__(self, name: str) -> str:
-        self.asked[name] = None
-        return super().__getitem__(name)
 
 
 class Context(dict[str, Any]):
@@ -152,10 +139,9 @@ class Expansion:
         except ImportError:
             return {"absent": "xacro"}
         self.prepare(xacro)
-        arguments = Arguments(self.given)
         answer: dict[str, Any] = {}
         try:
-            document = self.expanded(xacro, arguments)
+            document = self.expanded(xacro, dict(self.given))
             _name_packages(document, self.packages, [*map(str, xacro.all_includes), self.file])
             answer["places"] = [_place(node) for node in elements(document)]
             answer["folders"] = _folders(self.packages, xacro.all_includes, self.file)
@@ -169,9 +155,8 @@ class Expansion:
             answer["error"] = "it ends the program that expands it"
         if "text" not in answer:
             answer["stack"] = [name for name in xacro.filestack or [] if name]
-            answer["macros"] = [macro.body.getAttribute("name") for macro in xacro.macrostack or []]
         answer["files"] = list(dict.fromkeys(map(str, xacro.all_includes)))
-        return answer | {"arguments": list(arguments.asked), "read": list(self.files), "calls": self.calls}
+        return answer | {"read": list(self.files), "calls": self.calls}
 
     def expanded(self, xacro: Any, arguments: dict[str, str]) -> Any:
         """Return the expanded document, without the banner that names the file."""
@@ -324,7 +309,7 @@ def _error(problem: BaseException) -> dict[str, Any]:
     """Return the cause of an exception; xacro wraps one into another."""
     for cause in causes(problem):
         if isinstance(cause, MissingPackage):
-            return {"missing": ["package", str(cause)]}
+            return {"missing": ["package", cause.args[0]]}
         if isinstance(cause, NotMarkup):
             return {"markup": cause.args[0], "message": cause.args[1]}
         if isinstance(cause, RecursionError):

@@ -90,11 +90,12 @@ class Conditions:
             is_endless = any(isinstance(one, RecursionError) for one in chain)
             if any(isinstance(one, Restart) for one in chain) or (value == holds and not is_endless):
                 raise
+            reason = f"with another value of it, {' '.join(str(problem).split())[:120] or type(problem).__name__}"
             if is_endless or any(isinstance(one, Failed) for one in chain):
-                reason = " ".join(str(problem).split())[:120] or type(problem).__name__
-                if not program.blamed([test.node], f"with another value of it, {reason}"):
+                if not program.blamed([test.node], reason):
                     raise
                 raise Restart from None
+            program.refused |= dict.fromkeys(variables_in([test.node]), reason)
             for table, values, unevaluated in before:  # xacro refuses the other value as well
                 dict.clear(table)
                 dict.update(table, values)

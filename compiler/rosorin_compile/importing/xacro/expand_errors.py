@@ -6,6 +6,7 @@ import os
 import re
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from rosorin_compile.source.xml.markup import Document, Element, MarkupError, pa
 
 Place = Sequence[int]  # the number of a file, the offset of an element, the number of the call of a macro or -1
 COMMENT = re.compile("<!--.*?-->", re.DOTALL)
-_ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']""")
+_ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']|\$\(arg\s+([^\s)]+)""")
 _EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
 _MOST_RELATED = 12
 
@@ -108,7 +109,7 @@ def expand_errors(
         message = "xacro, which expands .xacro files, is not installed"
         return [error("extra-missing", message, document.root.span, pip_install("import"))]
     kind, name = answer.get("missing", ("", ""))
-    known = _declared(answer, files)
+    known = _named(files)
     unknown = [one for one in arguments if one not in known]
     # What a missing package declares is not known; if nothing is missing, xacro ignores an unknown argument.
     if unknown and "markup" not in answer and kind != "package":
@@ -122,14 +123,13 @@ def expand_errors(
     return [_failure(answer, document, path, sources)] if "error" in answer else []
 
 
-def _declared(answer: Mapping[str, Any], files: Sequence[Path]) -> list[str]:
-    known = dict.fromkeys(answer.get("arguments", ()))
+def _named(files: Sequence[Path]) -> list[str]:
+    """Return the arguments that files declare or read."""
+    found: set[str] = set()
     for file in files:
-        try:
-            known |= dict.fromkeys(_ARGUMENT.findall(read_source(file).text))
-        except MarkupError:
-            continue
-    return sorted(known)
+        with suppress(MarkupError):
+            found |= {declared or read for declared, read in _ARGUMENT.findall(read_source(file).text)}
+    return sorted(found)
 
 
 def _missing(

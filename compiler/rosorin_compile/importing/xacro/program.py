@@ -82,6 +82,8 @@ class Program(Expansion):
         Symbol.tokens.clear()
         self.variables: list[Variable] = []
         self.arguments: dict[str, Variable] = {}
+        self.constants: dict[str, Any] = {}  # the values of arguments that are not kept
+        self.refused: dict[Variable, str] = {}  # variables with values that xacro refuses, with the reason
         self.names: set[str] = set()
         self.defined: dict[str, tuple[str, Any]] = {}
         self.bound: dict[tuple[int, str], tuple[Any, str, Symbol]] = {}
@@ -110,13 +112,12 @@ class Program(Expansion):
 
     # Values.
 
-    def variable(self, kind: str, name: str, value: Any, kind_of: str, macro: Macro | None = None) -> Variable:
+    def variable(self, kind: str, name: str, value: Any, declared_type: str, macro: Macro | None = None) -> Variable:
         """Return a new variable, with a name that is free where it is read."""
         own = macro.names if macro is not None else set()
         taken = {"argument": set(), "parameter": own, "let": own | self.names}[kind]
-        made = Variable(
-            kind, name, usable(name, taken, kind == "argument"), value, kind_of, owner=macro.key if macro else ""
-        )
+        ours, owner = usable(name, taken, kind == "argument"), macro.key if macro is not None else ""
+        made = Variable(kind, name, ours, value, declared_type, owner=owner)
         own.add(made.ours)
         if kind != "parameter":
             self.names.add(made.ours)
@@ -135,10 +136,9 @@ class Program(Expansion):
                 return value
             first, *inner, last = value.pieces
             return joined([first[1:], *inner, last[:-1]])
-        is_flag = isinstance(made, bool)
-        return Symbol(
-            value.as_flag() if is_flag else value.as_number(), made, "boolean" if is_flag else "number", value.known
-        )
+        if isinstance(made, bool):
+            return Symbol(value.as_flag(), made, "boolean", value.known)
+        return Symbol(value.as_number(), made, "number", value.known)
 
     def note_comparison(self, items: list[Symbol]) -> None:
         """Record the values that an argument is compared with: they are used to verify the translation."""
@@ -165,7 +165,7 @@ class Program(Expansion):
     def argument(self, name: str) -> Any:
         """Return the value of an argument."""
         if name in self.fixed:
-            return self.fixed[name][0]
+            return self.constants.get(name, self.fixed[name][0])
         if name not in self.arguments:
             raise import_module("xacro.substitution_args").ArgException(name)
         made = self.arguments[name]
@@ -363,9 +363,11 @@ class Program(Expansion):
             xacro.grab_macro(node, macros)
         elif tag == "xacro:arg":
             self.take_comments(node)
-            name = node.getAttribute("name")
+            name, default = node.getAttribute("name"), self.eval_text(node.getAttribute("default"), symbols)
             if name not in self.fixed:
-                self.declare(name, self.eval_text(node.getAttribute("default"), symbols), node)
+                self.declare(name, default, node)
+            elif example_of(default) == self.fixed[name][0] and is_known(default):
+                self.constants.setdefault(name, default)  # it may begin with the folder of a package
             xacro.replace_node(node, by=None)
         elif tag == "xacro:insert_block":
             self.insert(node, macros, symbols)

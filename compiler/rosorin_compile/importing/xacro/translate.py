@@ -169,6 +169,7 @@ class _Search:
         fixed = [name for name, _ in row if name not in self.fixed]
         if not macros and not fixed:
             macros = [key for _, _, key in answer["macros"]]
+            fixed = [one["name"] for one in answer["arguments"] if one["used"]]
         if macros:
             self.inlined |= dict.fromkeys(macros, f"not proven: {text}")
             return
@@ -244,7 +245,7 @@ class _Search:
 
     def report_arguments(self, answer: Mapping[str, Any], used: Sequence[str]) -> Iterator[str]:
         """Yield the lines about arguments."""
-        unused = [one["name"] for one in answer["arguments"] if one["name"] not in used]
+        unused = [one["name"] for one in answer["arguments"] if one["name"] not in (*used, *self.fixed)]
         environment = [one["name"] for one in answer["arguments"] if one["environment"] and one["name"] in used]
         if used:
             yield f"arguments kept: {listed(list(used))}"

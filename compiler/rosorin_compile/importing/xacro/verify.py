@@ -24,7 +24,7 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.xml.elements import canonical, tree_of
 
-from ..same_model import model_differences
+from ..round_trip import model_differences
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

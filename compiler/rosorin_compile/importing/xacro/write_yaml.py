@@ -65,6 +65,7 @@ class Writer:
             self._write_lets("")
         for file in self.file_names.values():
             self.documents.setdefault(file, {})
+        refused = {one: why for one, why in program.refused.items() if one.kind == "argument" and not one.used}
         calls, defined = program.macro_calls, program.defined
         lost = {key: reason for key, reason in program.inlined.items() if key in calls.called and key in defined}
         return {
@@ -85,7 +86,7 @@ class Writer:
             "silent": [defined[key][0] for key, has_made in calls.called.items() if not has_made and key in defined],
             "uncalled": [name for key, (name, _) in defined.items() if key not in calls.called],
             "inlined": program.inlined,
-            "fixed": program.fixed,
+            "fixed": program.fixed | {one.name: [str(one.value), why] for one, why in refused.items()},
         }
 
     def _argument(self, variable: Variable) -> dict[str, Any]:
@@ -362,6 +363,9 @@ class Writer:
         }
         for variable, value in values.items():
             written_in[isinstance(value, Expression)].append(variable)
+        for one in values:
+            if one.printed and one.names_file:
+                raise Failed("it is the name of a file that is loaded, and a text", one.node)
         for file in self.documents.values():
             file.pop("args", None)
         for is_composed, variables in written_in.items():

@@ -385,3 +385,20 @@ def test_a_newer_state_is_merged_into_the_package(package: Path, capsys: pytest.
         assert f"error[{rule}]" in capsys.readouterr().err
         (package / RECORD).unlink(missing_ok=True)
     assert into(package, "--name", "other") == 0
+
+
+def test_a_file_that_two_robots_include_is_written_once(package: Path) -> None:
+    pytest.importorskip("xacro")
+    head = '<robot name="NAME" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+    macro = '<xacro:macro name="box" params="name size"><link name="${name}"><visual><geometry>'
+    macro += '<box size="${size} 1 1"/></geometry></visual></link></xacro:macro>'
+    (package / "urdf" / "box.xacro").write_text(f"{head}{macro}</robot>")
+    call = '<xacro:include filename="box.xacro"/><xacro:box name="base" size="2"/>'
+    for name in ("two", "four", "two"):
+        source = package / "urdf" / f"{name}.urdf.xacro"
+        source.write_text(f"{head.replace('NAME', name)}{call}</robot>")
+        assert run(source, "--into", package, "--trust") == 0
+    descriptions = package / "descriptions"
+    assert [path.parent.name for path in descriptions.rglob("box.yaml")] == ["two"]
+    assert "include: [../two/box.yaml]" in (descriptions / "four" / "robot.yaml").read_text()
+    assert main(["all", str(descriptions / "four"), "-o", str(package.parent / "outputs")]) == 0

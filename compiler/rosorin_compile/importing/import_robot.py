@@ -210,7 +210,7 @@ class _Import:
         lines = [*repeated(tree_of(trip.shown), trip.reordered), *told_words(in_words)]
         translated: Sequence[str] = ()
         if keeps and self.source is not Description.ON_STDIN:
-            target = Target(folder, schema_beside(folder), options.name, named.meshes)
+            target = Target(folder, schema_beside(folder), options.name, named.meshes, self.package is not None)
             translation = translate(self.source, self.reading, read, trip.outputs, target)
             translated = translation.report
             if translation.files:  # it keeps elements as they are

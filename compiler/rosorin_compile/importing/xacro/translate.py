@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.imported import Imported, Outputs, ReadOptions
 from rosorin_compile.source.diagnostics import counted, listed
+from rosorin_compile.source.files import exists, read_text
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.xml.markup import MarkupError
 
@@ -36,13 +37,23 @@ class Target(NamedTuple):
     """Where a description is going to be, and what it has other than the xacro.
 
     ``schema`` is the address of the schema for editors; ``name`` another name of the robot; ``meshes`` is put before
-    relative names of meshes.
+    relative names of meshes. ``shares``: files are included from other descriptions next to it that have the same.
     """
 
     folder: Path
     schema: str = ""
     name: str | None = None
     meshes: str | None = None
+    shares: bool = False
+
+    def address(self, name: str, text: str) -> str:
+        """Return the name of a file as the description includes it: that of another description if it is the same."""
+        if not self.shares or exists(self.folder / name):
+            return name
+        others = (
+            one for one in sorted(self.folder.parent.glob(f"*/{name}")) if read_text(one, errors="replace") == text
+        )
+        return next((f"../{one.relative_to(self.folder.parent).as_posix()}" for one in others), name)
 
 
 class WrittenOut(NamedTuple):
@@ -201,25 +212,25 @@ class _Search:
         remarks: dict[str, dict[tuple[Any, ...], list[str]]] = {}
         for file, path, lines in answer["remarks"]:
             remarks.setdefault(file, {}).setdefault(tuple(path), []).extend(lines)
-        sections = documents.get(root, {})
-        included = [name for name in documents if name != root and documents[name]]
+
+        def text(name: str, content: Mapping[str, Any], first: Sequence[str] = ()) -> str:
+            lines = Remarks({(): [*first, *answer["heads"].get(name, ())], **remarks.get(name, {})})
+            return layout({key: content[key] for key in sorted(content, key=_rank) if content[key]}, lines)
+
+        made = {name: text(name, one) for name, one in documents.items() if name != root and one}
+        if not answer["copied"]:  # tables are named from the file
+            made = {self.target.address(name, one): one for name, one in made.items()}
         head: dict[str, Any] = {"rosorin_compile": Verbatim("1"), "robot": self.target.name or decoded(answer["name"])}
         head |= {"source": dict(tree["source"])} if "source" in tree else {}
-        head |= {"include": included} if included else {}
+        head |= {"include": list(made)} if made else {}
         document = _Document(tree)
         others = {name: value for name, value in tree.items() if name not in (*_HEAD, *_TAIL)}
         tail = {name: document.value(value, (name,), None) for name, value in sorted_sections(others).items()}
         self.accepted_before = self.accepted()
         tail["accept"] = self.accepted_before
         tail["outputs"] = {one: _written(entry) for one, entry in self.outputs.items()}
-        made: dict[str, str] = {}
-        for name, content in {root: {**head, **tail, **sections}, **{one: documents[one] for one in included}}.items():
-            schema = self.target.schema if name == root else ""
-            first = [f"yaml-language-server: $schema={schema}"] if schema else []
-            lines = Remarks({(): [*first, *answer["heads"].get(name, ())], **remarks.get(name, {})})
-            ordered = {key: content[key] for key in sorted(content, key=_rank) if content[key]}
-            made[name] = layout(ordered, lines)
-        return {**made, **answer["copied"]}
+        first = [f"yaml-language-server: $schema={self.target.schema}"] if self.target.schema else []
+        return {root: text(root, {**head, **tail, **documents.get(root, {})}, first), **made, **answer["copied"]}
 
     def finished(
         self,
@@ -241,6 +252,7 @@ class _Search:
             )
         report += _report_proof(result.compared, is_part, refused, late)
         fixed = tuple((name, value) for name, (value, _) in self.fixed.items())
+        files = {name: text for name, text in files.items() if not name.startswith("../")}
         return Translation(files, kept, lost, used, fixed, tuple(result.compared), tuple(report))
 
     def report_arguments(self, answer: Mapping[str, Any], used: Sequence[str]) -> Iterator[str]:

@@ -100,7 +100,7 @@ def compare(
     compared: list[Combination] = []
     refused: list[Combination] = []
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-        stage = Path(name, "robot")
+        stage = Path(name, Description.FOLDER, "robot")  # other descriptions are next to it
         for file, text in files.items():
             (stage / file).parent.mkdir(parents=True, exist_ok=True)
             (stage / file).write_text(text, "utf-8")

@@ -2,16 +2,14 @@
 
 Functions of larger features are defined in their modules and have the same form; the package lists all of them.
 Errors in the files of a robot are among the ``diagnostics`` of the result. An invalid argument, a missing package or a
-file that must not be replaced raises ``RequestError``, an unknown name ``UnknownName``, which has a suggestion. Many
-functions have these arguments:
+file that must not be replaced raises ``RequestError``, an unknown name ``UnknownName``. Many functions have these
+arguments:
 
 - ``robot``: a description, as its main file, its folder, or its name in ``descriptions/``. Functions that do not
-  compile also accept a URDF, xacro, SDF, MJCF or ``robot_model`` JSON file. The command line passes a ``Request``.
-- ``arguments``: arguments of the description or the xacro by name. Values are texts as in ``-a NAME=TEXT``, numbers in
-  SI units, truth values, None, lists and dicts.
+  compile also accept a robot in another format. The command line passes a ``Request``.
+- ``arguments``: arguments of the description or the xacro by name, as texts (``-a NAME=TEXT``) or values in SI units.
 - ``packages``: folders of ROS packages by name.
-- ``trust``: run the Python code of a xacro without a warning in ``diagnostics``. ``warn`` receives the warning before
-  the code is run.
+- ``trust``: run the Python code of a xacro without a warning. ``warn`` receives the warning before the code is run.
 - ``output``: the file or folder to write. ``force`` replaces a file that this tool did not write.
 """
 
@@ -41,15 +39,7 @@ from rosorin_compile.output import OutputError, read_set, write_artifacts
 from rosorin_compile.output.committed import Committed, compare_committed, judged
 from rosorin_compile.request import EXECUTED, FilePath, Packages, Request, Values
 from rosorin_compile.rules.check import plugged
-from rosorin_compile.source.diagnostics import (
-    ERROR,
-    NOTE,
-    Diagnostic,
-    RequestError,
-    UnknownName,
-    error,
-    has_errors,
-)
+from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, RequestError, UnknownName, error, has_errors
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.project import Description, all_here
@@ -164,13 +154,7 @@ def compile(  # noqa: A001 - re.compile has this name, too
         >>> [artifact.file for artifact in compiled.artifacts][:4]
         ['controllers.yaml', 'frames.md', 'frames_amcl.svg', 'frames_slam.svg']
     """
-    request = Request.of(robot, arguments, packages, trust=trust)
-    compiled, path = request.compile(outputs, meshes=meshes), request.description.path
-    if compiled.robot is None and not request.problems and os.path.lexists(path) and request.is_foreign:
-        message = f"{path.name} is not called as a description is, such as robot.yaml"
-        help = "rosorin_compile.read takes robots in other formats"
-        compiled.diagnostics.append(Diagnostic("wrong-format", NOTE, message, help=help))
-    return compiled
+    return Request.of(robot, arguments, packages, trust=trust).compile(outputs, meshes=meshes)
 
 
 def read(
@@ -295,8 +279,7 @@ def diff(
         tolerance: The largest difference to ignore, in metres, radians or relative to the number.
         prefix: The prefix of all names in ``b``; by default it is detected.
         arguments: Arguments of both robots.
-        a_arguments: Arguments of ``a`` only.
-        b_arguments: Arguments of ``b`` only.
+        a_arguments: Arguments of ``a`` only, as ``b_arguments`` are of ``b``.
         brief: Shorten the lists of what is not compared.
 
     Example:

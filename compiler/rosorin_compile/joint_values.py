@@ -7,7 +7,6 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Literal
 
 from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.model import Joint, Robot
@@ -168,7 +167,7 @@ class JointPulse:
     servos: str
     pulse: int
     position: float
-    unit: Literal["rad", "m"]
+    unit: str
     degrees: float | None
     asked: float | None
     off: float | None
@@ -249,12 +248,11 @@ def _joint_pulse(robot: Robot, name: str, pulse: int | None, requested: float) -
     """Return the row of a pulse or, without one, of the pulse nearest to a position."""
     joint, group = robot.joint[name], servo_of(robot, name)
     limits = within(group, joint.limit)
-    unit: Literal["rad", "m"] = "m" if joint.type == "prismatic" else "rad"
     asked = off = None
     if pulse is None:
         pulse, reached, off = nearest(group, requested, name)
         asked = requested
     else:
         reached = to_radians(robot, {name: pulse})[name]
-    degrees = None if unit == "m" else math.degrees(reached)
-    return JointPulse(name, group.name, pulse, reached, unit, degrees, asked, off, limits)
+    degrees = None if joint.unit == "m" else math.degrees(reached)
+    return JointPulse(name, group.name, pulse, reached, joint.unit, degrees, asked, off, limits)

@@ -73,10 +73,7 @@ class Request:
         trust: bool = False,
         warn: Warn = None,
     ) -> Request:
-        """Return the request for a robot that an argument of the API names.
-
-        ``outputs`` is the folder that contains a folder of artifacts for each robot.
-        """
+        """Return the request for a robot; ``outputs`` is the folder that contains a folder for each robot."""
         if isinstance(robot, Request):
             return robot
         found = of_api(robot, arguments, packages)
@@ -87,9 +84,7 @@ class Request:
                 description = Description.find([found.name], None if outputs is None else os.fsdecode(outputs))[0]
             except (NoDescription, OSError) as problem:
                 if description.path.suffix.lower() in ("", *ENDINGS):  # otherwise its reader reports the reason
-                    is_deleted = isinstance(problem, OSError) and problem.filename is None
-                    message = "the working directory was deleted" if is_deleted else str(problem)
-                    problems = [error("file-unreadable", message, None)]
+                    problems = [error("file-unreadable", str(problem), None)]
         return cls(description, found.arguments, (), found.packages, trust, warn, tuple(problems))
 
     @property
@@ -193,7 +188,7 @@ def read_options(
 
 def prove(compiled: Compiled) -> Compiled:
     """Read the artifacts back; if one contradicts the robot, return the result without them and with the reason."""
-    from rosorin_compile.compare.agreement import agreement
+    from rosorin_compile.compare.artifacts import agreement
 
     wrong = agreement(compiled.robot, compiled.artifacts) if compiled.robot is not None else []
     return replace(compiled, artifacts=(), diagnostics=[*compiled.diagnostics, *wrong]) if wrong else compiled

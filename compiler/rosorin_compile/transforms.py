@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from rosorin_compile.joint_values import beyond_limits, combine_sweeps, positions, sweep_of
-from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Publisher, Robot, Transform, Vector
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Robot, Transform, Vector
 from rosorin_compile.model.geometry import Quaternion, minus, quaternion_of
 from rosorin_compile.model.joint import NODE
 from rosorin_compile.model.kinematics import Graph, NoWay, Position, Positions, Step
@@ -31,19 +31,11 @@ from rosorin_compile.source.wording import listed
 
 
 @dataclass(frozen=True)
-class TransformPublisher:
-    """A node that publishes an edge. ``when`` is the condition in modes, or "always"."""
-
-    name: str
-    kind: str
-    when: str
-
-
-@dataclass(frozen=True)
 class TransformStep:
     """An edge between two frames; ``direction`` is "up" to a parent or "down" to a child.
 
-    ``joint`` is None, and ``type`` is "node", for an edge that another node publishes.
+    ``joint`` is None, and ``type`` is "node", for an edge that another node publishes. Each of the ``publishers`` has a
+    ``name``, a ``kind``, and the condition in modes ``when`` it publishes the edge, or "always".
     """
 
     parent: str
@@ -51,7 +43,7 @@ class TransformStep:
     direction: Literal["up", "down"]
     joint: str | None
     type: str
-    publishers: tuple[TransformPublisher, ...]
+    publishers: tuple[Mapping[str, str], ...]
 
 
 @dataclass(frozen=True)
@@ -141,15 +133,14 @@ def transform(
     for number, state in enumerate(states):
         Progress.step("looking up", number, len(states))
         found.append(lookup(graph, source, target, state))
-    units = {name: "m" if case.robot.joint[name].type == "prismatic" else "rad" for name in swept}
+    units = {name: case.robot.joint[name].unit for name in swept}
     return Transforms(tuple(found), units, (*diagnostics, *_remarks(case, steps)), case.robot)
 
 
 def _graph(robot: Robot, source: str, target: str, modes: Mapping[str, bool]) -> Graph:
-    """Return the graph of the edges that are published in some modes, or of all edges without modes.
+    """Return the graph of the edges that are published in some modes (others are off), or of all edges without modes.
 
-    Modes that are left out are off. Raises UnknownName for an unknown frame, and NotPublished for one that nobody
-    publishes in these modes.
+    Raises UnknownName for an unknown frame, and NotPublished for one that nobody publishes in these modes.
     """
     every = graph = Graph(robot)
     if modes:
@@ -184,7 +175,7 @@ def lookup(graph: Graph, source: str, target: str, positions: Positions) -> Fram
     chain = []
     for step, up in way:
         name, kind = (None, "node") if step.joint is None else (step.joint.name, step.joint.type)
-        nodes = tuple(TransformPublisher(one.name, one.kind, when or "always") for one, when in step.publishers)
+        nodes = tuple({"name": n.name, "kind": n.kind, "when": when or "always"} for n, when in step.publishers)
         chain.append(TransformStep(step.parent, step.child, "up" if up else "down", name, kind, nodes))
     angles = (roll, pitch, yaw)
     return FrameTransform(
@@ -221,9 +212,15 @@ def _no_way(case: Case, problem: NoWay) -> Diagnostic:
     paths: list[Path] = [("edges", case.robot.edges.index(edge)) for edge in missing]
     related = []
     for edge, path in zip(missing, paths, strict=True):
+        node = edge.publisher
+        publisher = node.name
+        if node.kind == STATIC_TRANSFORM_PUBLISHER:
+            publisher = f"the static_transform_publisher {node.name}"
+        elif node.kind == NODE and node.about:
+            publisher = f"{node.name} ({node.about})"
         numbers = "a pose of its own" if edge.pose is not None else "known to that node alone"
         when = f"when {edge.when}" if edge.when else "always"
-        message = f"{edge.parent} -> {edge.child}: {_publisher(edge.publisher)} publishes it {when}, {numbers}"
+        message = f"{edge.parent} -> {edge.child}: {publisher} publishes it {when}, {numbers}"
         related.append(case.related(message, path))
     edges = listed(f"{step.parent} -> {step.child}" for step in problem.missing)
     if all(edge.pose is not None for edge in missing):
@@ -233,12 +230,6 @@ def _no_way(case: Case, problem: NoWay) -> Diagnostic:
         message = f"the description has no numbers for {edges}, on the way from {source} to {target}"
         help = f"ask the running robot, ros2 run tf2_ros tf2_echo {source} {target}; or give the edge xyz and rpy"
     return case.problem("transform-not-known", message, paths[0], help, related=related)
-
-
-def _publisher(publisher: Publisher) -> str:
-    if publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-        return f"the static_transform_publisher {publisher.name}"
-    return f"{publisher.name} ({publisher.about})" if publisher.kind == NODE and publisher.about else publisher.name
 
 
 def _remarks(case: Case, steps: Iterable[Step]) -> Iterator[Diagnostic]:

@@ -91,7 +91,7 @@ def test_what_is_wrong_is_said_when_it_is_new(project: Path, watch: Running) -> 
     assert "error[unknown-key]" in watch.until("the artifacts stay as they are")[0]
     edit(project, "wheel_radius: 40 mm", "\n\n  wheel_radius: 41 mm")
     told = watch.until("the artifacts stay as they are")
-    assert told == ["bot: 1 error, as before; the artifacts stay as they are"], "its line has only moved"
+    assert told == ["bot: 1 error; the artifacts stay as they are"], "its line has only moved"
     edit(project, "wheel_radius: 41 mm", "wheel_radius: 41 mn")
     told = watch.until("the artifacts stay as they are")
     assert "error[expression]" in told[0], "what cannot be asked any more is not said to be gone"

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import re
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 from click.shell_completion import CompletionItem
@@ -34,32 +34,30 @@ def of(*kinds: str) -> Complete:
 
     def offered(ctx: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
         found: dict[str, str] = {}
-        for kind in kinds:
+        for kind in reversed(kinds):
             suffix = "=" if kind.endswith("=") else ":=" if kind == "argument" else ""
             with suppress(Exception):
-                found = {**{name + suffix: help for name, help in _names(kind.rstrip("="), ctx).items()}, **found}
+                found |= {name + suffix: help for name, help in _names(kind.rstrip("="), ctx).items()}
         shown = ((name, help) for name, help in found.items() if name.startswith(incomplete) and name.isprintable())
-        items = [CompletionItem(name, help=" ".join(help.split()) or None) for name, help in shown]
+        items = [CompletionItem(name, help=help or None) for name, help in shown]
         return items or ([CompletionItem(incomplete, type="file")] if {"robot", "file"} & set(kinds) else [])
 
     return offered
 
 
 def _names(kind: str, ctx: click.Context) -> dict[str, str]:
+    """Return the names of a kind, with their help if there is any."""
     from rosorin_compile.formats import FORMATS, schema_names
     from rosorin_compile.source.project import Description, all_here, here
     from rosorin_compile.source.rule_registry import find
 
     if kind in _OF_ROBOT:
-        robots, found = list[Description](), dict[str, str]()
+        robots: list[Description] = []
         for word in ctx.params.get("words") or ():
             with suppress(Exception):
                 robots.append(Description.find([word])[0])
         robots = (robots or here())[:_MAX_ROBOTS]
-        for robot in robots:
-            for name, help in _names_of_robot(kind, robot, ctx).items():
-                found.setdefault(name, help if len(robots) == 1 else f"{robot.name} {help}")
-        return found
+        return {name: robot.name for robot in reversed(robots) for name in _names_of_robot(kind, robot, ctx)}
     if kind == "robot":
         return {path.parent.name: "robot of this project" for path in all_here()}
     if kind == "format":
@@ -69,41 +67,29 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
     return schema_names() if kind == "schema" else names(kind) if kind in ("commands", "checks") else {}
 
 
-def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> dict[str, str]:
+def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> Iterable[str]:
     """Return the names of one kind of a robot, which is read without running anything, within a time limit."""
     from rosorin_compile.language.arguments import declared
     from rosorin_compile.language.symbols import SymbolTable
     from rosorin_compile.request import Request, is_foreign
-    from rosorin_compile.source.tree import at
 
     def stop(*_: object) -> NoReturn:
         raise TimeoutError
 
     path = description.path
     if kind == "argument" and is_foreign(path):
-        return dict.fromkeys(_XACRO_ARGUMENT.findall(path.read_text("utf-8", "replace")), "argument of the xacro")
+        return _XACRO_ARGUMENT.findall(path.read_text("utf-8", "replace"))
     arguments = dict(text.split("=", 1) for text in ctx.params.get("arg") or () if "=" in text)
     if hasattr(signal, "SIGALRM"):  # not on Windows
         signal.signal(signal.SIGALRM, stop)
         signal.setitimer(signal.ITIMER_REAL, SECONDS)
     try:
         if kind == "argument":
-            return {argument.name: argument.help for argument in declared(path, {})[0]}
+            return [argument.name for argument in declared(path, {})[0]]
         tree = Request(description, arguments, warn=stop).understand().expanded.tree  # a xacro file can run code
     finally:
         if hasattr(signal, "SIGALRM"):
             signal.setitimer(signal.ITIMER_REAL, 0)
-    found: dict[str, str] = {}
-    if tree is None:
-        return found
-    for symbol in SymbolTable(tree).definitions(implied=True):
-        if symbol.kind in _OF_ROBOT[kind]:
-            found.setdefault(symbol.name, _help(at(tree, symbol.path[:2])))
-    return {f"{name}{state}": "" for name in found for state in ("", "=off")} if kind == "mode" else found
-
-
-def _help(entry: Any) -> str:
-    """Return what an entry of a section is: its type and the links that it connects, or its file."""
-    values = entry if isinstance(entry, dict) else {}
-    ends = f"{values['parent']} -> {values['child']}" if "child" in values and "parent" in values else ""
-    return ", ".join(str(value) for value in (values.get("type"), ends, values.get("file")) if value)
+    symbols = SymbolTable(tree).definitions(implied=True) if tree is not None else ()
+    found = dict.fromkeys(symbol.name for symbol in symbols if symbol.kind in _OF_ROBOT[kind])
+    return [f"{name}{state}" for name in found for state in ("", "=off")] if kind == "mode" else found

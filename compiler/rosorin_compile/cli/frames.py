@@ -58,30 +58,12 @@ def _text(robot: Robot, found: Frames, options: cli.Options) -> str:
             shown = way(shown, options.frame)
         drawn = tuple(tree(shown, style)) if shown else (f"{options.frame} is not there",)
         blocks.setdefault(drawn, []).append(situation.label)
-    text = [*_publishers_of(robot, found, options.frame), ""] if options.frame is not None else []
+    text: list[str] = []
     for number, (drawn, labels) in enumerate(blocks.items()):
         # A tree that is the same in all situations needs no heading.
         label = ", or ".join(labels) if len(blocks) > 1 or len(found.trees) == 1 else ""
         text += [""] * (number > 0) + [style.paint(label, BOLD)] * bool(label) + list(drawn)
     return "\n".join(text)
-
-
-def _publishers_of(robot: Robot, found: Frames, frame: str) -> list[str]:
-    """Return who publishes a frame, in a sentence for each edge into it."""
-    from rosorin_compile.model.frame_tree import rows
-
-    into = [row for row in rows(robot) if row.child == frame]
-    shown = {row for one in found.trees for row in one.edges}
-    sentences = []
-    for row in (row for row in into if row in shown):
-        edge, joint = f"{row.parent} -> {row.child}", f", joint {row.joint}" if row.joint else ""
-        if row.published:
-            when = f"when {row.when}" if row.when else "always"
-            sentences.append(f"{row.publisher} publishes {edge} on {row.topic}, {when}{joint}")
-        else:
-            sentences.append(f"no node publishes {edge}{joint}{f': {row.why}' if row.why else ''}")
-    none = f"no node publishes {frame} in these modes" if into else f"nothing is above {frame}: it is a root"
-    return sentences or [none]
 
 
 @cli.command("graph", exits="0 shown or written, 1 errors or open ends")

@@ -69,7 +69,7 @@ def run(options: Options) -> int:
     if options.junit:
         _save(options.junit, as_junit(result, options.strict), b"<testsuites")
     if options.picture:
-        from rosorin_compile.recordings.picture import as_svg
+        from rosorin_compile.recordings.verification import as_svg
 
         try:
             _save(options.picture, as_svg(result.data), b"<svg")
@@ -79,15 +79,13 @@ def run(options: Options) -> int:
 
 
 def _requested(run: Run) -> tuple[str, Description]:
+    """Return the recording and the robot. Raises RequestError."""
     words = run.words
     if words.count(Description.STDIN) > 1:
         raise RequestError("standard input is the recording or the robot, not both")
-    robot, source = words[0] if len(words) == 2 else "", words[-1]
+    source = words[-1]
     if _is_robot(source):
-        if robot and not _is_robot(robot):
-            raise RequestError(f"the robot comes first: write verify {source} {robot}")
-        what = "a second robot" if robot else "a robot"
-        raise RequestError(f"{source} is {what}: write verify {robot or source} SOURCE; SOURCE is {_SOURCES}")
+        raise RequestError(f"{source} is a robot: write verify {words[0]} SOURCE; SOURCE is {_SOURCES}")
     try:
         if source != "-":
             Path(source).stat()
@@ -98,18 +96,16 @@ def _requested(run: Run) -> tuple[str, Description]:
 
 
 def _is_robot(source: str) -> bool:
+    """Return True for a description or a robot in another format; messages may be pasted as YAML of any name."""
     from rosorin_compile.formats import FORMATS
 
-    path = Path(source)
     try:
-        if is_folder(path):
-            names = [inner.name for inner in path.iterdir()]
-            return Description.ROOT_FILE in names and not any(map(_RECORDED.search, names))
-        found = path if is_file(path) else Description.find([source])[0].path
+        path = Path(source) if is_file(source) else Description.find([source])[0].path
     except (NoDescription, OSError, ValueError):
         return False
-    # Messages may be pasted as JSON or as YAML of any name.
-    return found.name == Description.ROOT_FILE or found.suffix.lower() in FORMATS.endings(include=True)
+    in_recording = is_folder(source) and any(_RECORDED.search(inner.name) for inner in Path(source).iterdir())
+    is_robot = path.name == Description.ROOT_FILE or path.suffix.lower() in FORMATS.endings(include=True)
+    return is_robot and not in_recording
 
 
 def _save(name: str, text: str, kind: bytes) -> None:

@@ -9,7 +9,7 @@ from contextlib import suppress
 from rosorin_compile.output import OutputError, read_set, write_artifacts
 from rosorin_compile.output.committed import compare
 from rosorin_compile.output.watched_files import INTERVAL, WatchedFiles
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic
+from rosorin_compile.source.diagnostics import ERROR
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
 from rosorin_compile.source.wording import and_more, counted
@@ -58,13 +58,6 @@ def run(options: Options) -> int:
     return FINE
 
 
-def _key(diagnostic: Diagnostic) -> tuple[str, ...]:
-    """Return what identifies a diagnostic whose line has moved."""
-    span = diagnostic.span
-    place = (span.source.path, span.source.line(span.line).strip()) if span else ()
-    return (diagnostic.severity, diagnostic.rule, diagnostic.message, *place)
-
-
 class WatchedRobot:
     """One robot that is watched."""
 
@@ -72,7 +65,7 @@ class WatchedRobot:
         self.description = description
         self.request, self.console = run.request(description), run.console
         self.inputs = WatchedFiles(description.outputs)
-        self.reported: set[tuple[str, ...]] = set()
+        self.reported: set[tuple[str, str, str]] = set()  # severity, rule and message of diagnostics
 
     def compile(self) -> None:
         """Compile the robot and write its artifacts; after an error nothing is written."""
@@ -83,17 +76,14 @@ class WatchedRobot:
         compiled = self.request.compile()
         self.console.print_read(self.request.inputs(compiled))
         errors = sum(diagnostic.severity == ERROR for diagnostic in compiled.diagnostics)
-        keys = {_key(diagnostic): diagnostic for diagnostic in compiled.diagnostics}
-        new = [diagnostic for key, diagnostic in keys.items() if key not in self.reported]
-        self.console.show(new)
+        keys = {(one.severity, one.rule, one.message): one for one in compiled.diagnostics}
+        self.console.show([diagnostic for key, diagnostic in keys.items() if key not in self.reported])
         # While there are errors, not all rules are checked: their warnings and notes are not reported again afterwards.
         hidden = {key for key in self.reported if key[0] != ERROR} if errors else set()
         self.reported = {*keys, *hidden}
         name, folder = self.description.name, self.description.outputs
         if errors:
-            old = errors - sum(diagnostic.severity == ERROR for diagnostic in new)
-            also = "" if not old else ", as before" if old == errors else f", {old} as before"
-            self.console.warn(f"{name}: {counted(errors, 'error')}{also}; the artifacts stay as they are")
+            self.console.warn(f"{name}: {counted(errors, 'error')}; the artifacts stay as they are")
         elif not compiled.artifacts:
             _say(f"{name}: nothing to emit; say under outputs: what you want")
         if errors or not compiled.artifacts or compiled.robot is None:

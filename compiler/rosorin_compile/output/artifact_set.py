@@ -20,16 +20,7 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.wording import printable
 
 from .single_file import OutputError, is_generated, kept_name
-from .staging import (
-    STAGING_NAME,
-    entries_below,
-    link_or_copy,
-    locked,
-    put_in_place,
-    staging_folder,
-    sync,
-    write_files,
-)
+from .staging import STAGING_NAME, entries_below, link_or_copy, locked, put_in_place, staging_folder, sync, write_files
 
 MAX_FOREIGN = 200  # files that are not artifacts, above which this does not look like an output folder
 Decision = Literal["replace", "keep", "refuse"]  # keep: under another name

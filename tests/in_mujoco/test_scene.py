@@ -92,11 +92,6 @@ def test_a_scene_of_one_of_two_in_another_folder(tmp_path: Path) -> None:
     assert mujoco.MjModel.from_xml_path(str(scene)).nq == 8
 
 
-def test_a_robot_of_frames_alone_has_a_scene(tmp_path: Path) -> None:
-    text = "robot: bare\nlinks: {base: {}}\noutputs: {mjcf: {file: bare.xml}, scene: {file: scene.xml}}\n"
-    mujoco.MjModel.from_xml_path(str(written(tmp_path, text) / "scene.xml"))
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_the_scene_of_every_robot_here_loads_and_has_a_key_home(name: str, tmp_path: Path) -> None:

@@ -75,14 +75,6 @@ def test_meshes_are_files_that_mujoco_can_open():
     assert (model.mesh_scale[0] == (0.1, 0.1, 0.2)).all()
 
 
-def test_a_mesh_may_be_a_file_address(tmp_path):
-    (tmp_path / "part.obj").write_bytes(TETRAHEDRON)
-    link = Link("a", collision=(Shape(Mesh(f"file://{tmp_path}/part.obj")),))
-    text, said = emitted(Robot("meshes", (link,), ()))
-    assert said == []
-    assert load(text)[0].nmesh == 1
-
-
 def test_a_link_called_world_has_a_body_of_another_name():
     links = (Link("world"), Link("world_link", BODY), Link("arm", BODY, collision=(Shape(Sphere(0.1)),)))
     joints = (

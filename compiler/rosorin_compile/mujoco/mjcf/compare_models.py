@@ -59,7 +59,7 @@ DERIVED = re.compile(
     r"|flex_(elemedge|elemlayer|shell)|flex_\w*(bodyid|matid)|flexedge_(invweight0|rigid)"
     r"|.*_rownnz|.*(?<!ctrl|.out|.act)num|.*adr"
 )
-APPEARANCE = re.compile(r"(mat|tex|light|skin)_.*|.*_(rgba|matid|group|texcoord)|tendon_width|geom_plugin")
+APPEARANCE = re.compile(r"(mat|tex|light|skin)_.*|.*_(rgba|matid|group|texcoord)|tendon_width")
 _BY_METHODS = re.compile(  # fields that methods of ``Comparison`` compare
     r"body_(parentid|pos|quat|mass|ipos|iquat|inertia|mocapid)|jnt_(bodyid|pos|axis)|(geom|site|cam)_bodyid"
     r"|(geom|site|cam|mesh)_(pos|quat)|geom_dataid|key_(q|c|a|m).*"

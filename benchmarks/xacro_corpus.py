@@ -28,8 +28,7 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing.description import tree_of
 from rosorin_compile.importing.round_trip import check_round_trip
-from rosorin_compile.importing.xacro.documents import Target
-from rosorin_compile.importing.xacro.translate import translate
+from rosorin_compile.importing.xacro.translate import Target, translate
 from rosorin_compile.source.diagnostics import ERROR
 
 NICE = 10

@@ -32,8 +32,7 @@ if TYPE_CHECKING:
     from rosorin_compile.recordings.results import Verified
     from rosorin_compile.ros.check_parameters.checking import check_parameters
     from rosorin_compile.ros.graph import graph
-    from rosorin_compile.ros.package.checking import check_deployed
-    from rosorin_compile.ros.package.deploy import deploy
+    from rosorin_compile.ros.package.deploy import check_deployed, deploy
     from rosorin_compile.ros.package.package import package
     from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName
     from rosorin_compile.transforms import FrameTransform, Transforms, transform
@@ -62,8 +61,7 @@ _MODULES = {
     "recordings.results": "Verified",
     "ros.check_parameters.checking": "check_parameters",
     "ros.graph": "graph",
-    "ros.package.checking": "check_deployed",
-    "ros.package.deploy": "deploy",
+    "ros.package.deploy": "check_deployed deploy",
     "ros.package.package": "package",
     "source.diagnostics": "Diagnostic RequestError UnknownName",
     "transforms": "FrameTransform Transforms transform",

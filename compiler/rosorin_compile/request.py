@@ -188,7 +188,7 @@ def read_options(
 
 def prove(compiled: Compiled) -> Compiled:
     """Read the artifacts back; if one contradicts the robot, return the result without them and with the reason."""
-    from rosorin_compile.compare.agreement import agreement
+    from rosorin_compile.compare.artifacts import agreement
 
     wrong = agreement(compiled.robot, compiled.artifacts) if compiled.robot is not None else []
     return replace(compiled, artifacts=(), diagnostics=[*compiled.diagnostics, *wrong]) if wrong else compiled

@@ -11,8 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.compare.agreement import agreement
-from rosorin_compile.compare.pairs import output_of, under_names
+from rosorin_compile.compare.artifacts import agreement, output_of, under_names
 from rosorin_compile.compare.precision import printed
 from rosorin_compile.compare.walk import Address, compare_leaves, leaves
 from rosorin_compile.formats import FORMATS

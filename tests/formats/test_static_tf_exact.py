@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.compare.agreement import agreement
+from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (
@@ -96,7 +96,7 @@ def in_every_form(robot: Robot, made: dict[str, Artifact], folder: Path) -> list
     (folder / "r.urdf").write_text(made["urdf"].text)
     started = run(text, folder / "r.launch.py")
     found = [nodes, [node.arguments for node in started if node.executable == "static_transform_publisher"]]
-    for name, data in make(robot, list(made.values()), Options("made"), (), folder).files.items():
+    for name, data in make(robot, list(made.values()), Options("made"), (), folder)[0].items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(data)
     for form in FORMS:
@@ -171,8 +171,8 @@ def test_a_package_follows_the_data_where_there_is_no_launch_file(tmp_path: Path
     pose = Pose((1 / 3, 0.0, 0.0))
     robot = chain([pose], EXACT)
     robot = replace(robot, outputs=tuple(o for o in robot.outputs if o.backend != "static_tf"))
-    package = make(robot, list(emitted(robot).values()), Options("made"), (), tmp_path)
-    assert b"'--x', '0.3333333333333333'" in package.files["launch/description.launch.py"]
+    files, _ = make(robot, list(emitted(robot).values()), Options("made"), (), tmp_path)
+    assert b"'--x', '0.3333333333333333'" in files["launch/description.launch.py"]
 
 
 @pytest.mark.parametrize("name", ["static_tf", "static_tf_json"])

@@ -195,12 +195,12 @@ def altered(old: str, new: str) -> Callable[..., Any]:
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("upper: 2.5,", "upper: 2.6,", "description: elbow limit upper 2.5 -> 2.6 rad (+5.7 deg)"),
-        ("mass: 2.5,", "mass: 2.6,", "description: base_link mass 2.5 -> 2.6 kg (+100.0 g)"),
+        ("upper: 2.5,", "upper: 2.6,", "elbow limit upper 2.5 -> 2.6 rad (+5.7 deg)"),
+        ("mass: 2.5,", "mass: 2.6,", "base_link mass 2.5 -> 2.6 kg (+100.0 g)"),
         ("radius: .1,", "radius: .11,", "base_link collision: cylinder radius 0.1 -> 0.11 m (+10.0 mm)"),
         ("  tool0: {}\n", "  tool0: {}\n  more: {}\n", ""),
         ("Gazebo/Orange", "Gazebo/Blue", "robot element material Gazebo/Orange -> Gazebo/Blue"),
-        ("${meshes}/upper", "${meshes}/lower", "upper_arm.dae -> package://little_arm/meshes/visual/lower_arm.dae"),
+        ("visual/upper", "visual/lower", "upper_arm.dae -> package://little_arm/meshes/visual/lower_arm.dae"),
         ("material: orange", "rgba: [1, 1, 1, 1]", "base_link visual colour none -> 1 1 1 1"),
     ],
 )

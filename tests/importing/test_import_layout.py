@@ -80,7 +80,7 @@ def test_comments_change_nothing(document: dict[str, Any], data: st.DataObject) 
         elif isinstance(value, list) and any(isinstance(item, (dict, list)) for item in value):
             paths += [(key, index) for index in range(len(value))]
     lines = st.lists(st.sampled_from(["a: b", "- c", "word " * 40, "", "#", "'"]), min_size=1, max_size=2)
-    said = Remarks(*(data.draw(st.dictionaries(st.sampled_from(paths), lines, max_size=3)) for _ in range(3)))
+    said = Remarks(*(data.draw(st.dictionaries(st.sampled_from(paths), lines, max_size=3)) for _ in range(2)))
     inside = {path: lines for path, lines in said.inside.items() if not path or _holds(document, path)}
     assert expanded(layout(document, said._replace(inside=inside))) == plain(document)
 

@@ -15,8 +15,7 @@ import pytest
 
 from rosorin_compile.formats.imported import Outputs, ReadOptions
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.importing.xacro.documents import Target
-from rosorin_compile.importing.xacro.translate import translate
+from rosorin_compile.importing.xacro.translate import Target, translate
 from support.paths import DATA
 
 pytest.importorskip("xacro")

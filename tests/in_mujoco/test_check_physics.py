@@ -100,22 +100,6 @@ def test_it_finds_the_meshes_that_check_finds(home: Path, capsys: Shown) -> None
     assert shown.out.endswith("bad: physics of zero and 2 meshes: nothing to say\n")
 
 
-def test_a_robot_in_another_format_is_checked(home: Path, capsys: Shown) -> None:
-    (home / "two.urdf").write_text("""<robot name="two">
-  <link name="a"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="b"><collision><geometry><box size="0.02 0.02 0.02"/></geometry></collision></link>
-  <joint name="turn" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>
-</robot>
-""")
-    assert main(["check", "physics", "two.urdf"]) == 0
-    shown = capsys.readouterr()
-    assert (
-        'two.urdf:4:16: warning[part-inside-part]: link "b" is inside link "a" with 100% of its volume at zero'
-        in shown.err
-    )
-    assert shown.out == "two: physics of zero and the ranges of 1 joint: 1 warning\n"
-
-
 @pytest.mark.usefixtures("rosorin")
 def test_what_is_not_installed_is_named_with_the_command(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     absent = ("mujoco", "collada")
@@ -123,9 +107,3 @@ def test_what_is_not_installed_is_named_with_the_command(capsys: Shown, monkeypa
     assert main(["check", "physics"]) == 2
     said = "rosorin-compile: check physics needs what is not installed: pip install 'mujoco>=3.12' pycollada\n"
     assert capsys.readouterr().err == said
-
-
-@pytest.mark.usefixtures("rosorin")
-def test_it_does_not_go_with_other_comparisons(capsys: Shown) -> None:
-    assert main(["check", "physics", "--every-argument"]) == 2
-    assert 'check physics has no option "--every-argument"' in capsys.readouterr().err

@@ -1,7 +1,6 @@
 """The scene of a robot: MuJoCo loads it, the robot stands on its floor, and its camera sees all of it, in light."""
 
 import os
-import struct
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +14,6 @@ from support.robots import compiled_text, of_this_project  # noqa: E402
 from support.scenes import BACK_END, seen  # noqa: E402
 
 ROBOTS = {path.parent.name: path for path in [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))]}
-
-TETRAHEDRON = [
-    (0, 0, 0, 0, 1, 0, 1, 0, 0),
-    (0, 0, 0, 1, 0, 0, 0, 0, 1),
-    (0, 0, 0, 0, 0, 1, 0, 1, 0),
-    (1, 0, 0, 0, 1, 0, 0, 0, 1),
-]
 
 # CI has the libraries: there it is no reason.
 needs_screen = pytest.mark.skipif(
@@ -103,20 +95,6 @@ def test_a_scene_of_one_of_two_in_another_folder(tmp_path: Path) -> None:
 def test_a_robot_of_frames_alone_has_a_scene(tmp_path: Path) -> None:
     text = "robot: bare\nlinks: {base: {}}\noutputs: {mjcf: {file: bare.xml}, scene: {file: scene.xml}}\n"
     mujoco.MjModel.from_xml_path(str(written(tmp_path, text) / "scene.xml"))
-
-
-def test_of_a_robot_of_meshes_mujoco_says_how_large_it_is(tmp_path: Path) -> None:
-    triangle = b"".join(struct.pack("<12fH", 0, 0, 0, *corners, 0) for corners in TETRAHEDRON)
-    (tmp_path / "part.stl").write_bytes(bytes(80) + struct.pack("<I", len(TETRAHEDRON)) + triangle)
-    text = """robot: meshed
-links: {base: {}, part: {collision: [{mesh: {file: part.stl}}]}}
-joints: {hold: {type: fixed, parent: base, child: part, xyz: [0, 0, 1]}}
-outputs: {mjcf: {file: meshed.xml}, scene: {file: scene.xml}}
-"""
-    model = mujoco.MjModel.from_xml_path(str(written(tmp_path, text) / "scene.xml"))
-    assert model.stat.extent > 0.5
-    camera = model.camera("overview")
-    assert np.linalg.norm(camera.pos - [0, 0, 0.5]) > 1.0
 
 
 @pytest.mark.slow

@@ -6,13 +6,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import yaml
 
-from rosorin_compile.compare.agreement import agreement
+from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from support.comparing import BASE, COMMITTED
 from support.machines import machine
+from support.paths import data_text
 from support.robots import compiled, compiled_text, sound
 
 
@@ -78,42 +80,8 @@ def spoiled(name: str, old: str, new: str) -> list[str]:
     return [d.message for d in found]
 
 
-SPOILED = [
-    ("rosorin.urdf", "0.00074282 0.08513", "0.00074282 0.0852", "link3 moved 0.07 mm in link2"),
-    ("rosorin.xml", 'pos="0.048156 7.5552e-05 0.106748"', 'pos="0.048156 7.5552e-05 0.106749"', "laser moved"),
-    ("static_tf.launch.py", "'--yaw', '3.14159265'", "'--yaw', '3.14159255'", "laser turned"),
-    ("static_tf.json", '"--x",\n        "0.048156"', '"--x",\n        "0.0481561"', "laser moved"),
-    ("robot_model.json", '"limit": [-2.09, 2.09]', '"limit": [-2.09, 2.1]', "joint1 limit upper 2.09 -> 2.1 rad"),
-    ("frames.md", "0.00074282  0.08513", "0.00074282  0.08512", "link3 moved 0.01 mm in link2"),
-    ("frames.md", "0           -0.0087266  1.5707 ", "0           -0.0087266  1.5717 ", "imu_link turned"),
-    (
-        "robot_model.json",
-        '"rpy": [-3.1416, -1.5681, 3.1416]',
-        '"rpy": [-3.1416, -1.5671, 3.1416]',
-        "gripper_link turned",
-    ),
-    (
-        "rosorin.xml",
-        'axis="0 1 0" range="-2.09 2.09"',
-        'axis="0 1.5 0" range="-2.09 2.09"',
-        "joint3 axis 0 1 0 -> 0 1.5 0",
-    ),
-    ("rosorin.xml", 'mass="0.01059727718133"', 'mass="0.0106"', "link1 mass 0.0105973 -> 0.0106 kg"),
-    ("rosorin.xml", 'joint2="r_joint"', 'joint2="joint1"', "l_joint mimics r_joint"),
-    ("rosorin.urdf", '<box size="0.05377', '<box size="0.06377', "base_link collision: box"),
-    (
-        "robot_model.json",
-        '"max": [0.02398, 0.02399, 0.03955]',
-        '"max": [0.02398, 0.02399, 0.04]',
-        "link1 collision: box max z",
-    ),
-    ("rosorin.xml", 'type="box" size="0.0239', 'type="box" size="0.0479', "link1 collision: box"),
-    ("static_tf.launch.py", "[frame_prefix, 'imu_link']", "[frame_prefix, 'imu']", "removed: frame imu_link"),
-    ("static_tf.json", '"imu_link"\n      ]', '"imu"\n      ]', "tf_base_imu goes from base_link to imu_link"),
-    ("rosorin.urdf", '<parent link="link2"/>', '<parent link="link1"/>', "link3 parent link2 -> link1"),
-    ("rosorin_sim.urdf", '<mass value="0.02222218845453"/>', '<mass value="0.0322221884545253"/>', "laser mass"),
-    ("rosorin.xml", "</mujoco>", "", "cannot be read back"),
-]
+CASES = yaml.safe_load(data_text("cases/agreement.yaml"))
+SPOILED = CASES["spoiled"]
 
 
 @pytest.mark.parametrize(("name", "old", "new", "message"), SPOILED)
@@ -142,26 +110,7 @@ def test_a_json_artifact_that_does_not_fit_its_schema_is_found() -> None:
     assert found.startswith("robot_model.json does not fit schemas/robot_model.schema.json: pulse_to_rad")
 
 
-BLANKS = """
-robot: "r  r"
-links: {b: {}, "a  b": {LINK}, "c   c": {LINK}}
-joints:
-  "j  j": {type: continuous, parent: b, child: "a  b", axis: [0, 0, 1]}
-  "k  k": {type: fixed, parent: "a  b", child: "c   c", xyz: [0, 0, 0.3], publisher: {static_transform_publisher: t}}
-sensors: {"i  i": {type: imu, parent: "a  b", frame: "i  f"}}
-publishers: {"n  n": {package: x}}
-modes: {m: mapping}
-poses: {"p  p": {positions: {"j  j": 0.5}}}
-edges:
-  - {parent: "odom  x", child: b, publisher: "n  n", when: "m  and m"}
-  - {parent: "map  x", child: b, publisher: "n  n", when: "not  m"}
-moveit: {groups: {"g  g": {joints: ["j  j"]}}}
-control: {"h  h": {plugin: mock_components/GenericSystem, joints: {"j  j": {command: position, state: position}}}}
-controllers: {"arm": {type: position_group, hardware: "h  h"}}
-outputs:
-  urdf: {file: r.urdf, control: jazzy}
-  controllers: {file: c.yaml, distribution: jazzy}
-""".replace("{LINK}", "{inertial: {mass: 1, of: collision}, collision: [{box: {size: [0.1, 0.1, 0.1]}}]}")
+BLANKS = data_text("robots/agreement_blanks.yaml")
 
 
 def test_blanks_within_names_are_kept_by_every_format(tmp_path: Path) -> None:

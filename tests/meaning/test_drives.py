@@ -8,18 +8,10 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from support.commands import Shown
+from support.paths import data_text
 
 TYRE = "collision: [{cylinder: {radius: 5 cm, length: 2 cm}, rpy: [90 deg, 0, 0]}]"
-ROBOT = f"""\
-robot: r
-links: {{base: {{}}, l: {{{TYRE}}}, r: {{{TYRE}}}, s: {{}}, f: {{}}}}
-joints:
-  lj: {{type: continuous, parent: base, child: l, xyz: [0, 0.1, 0], axis: [0, 1, 0]}}
-  rj: {{type: continuous, parent: base, child: r, xyz: [0, -0.1, 0], axis: [0, 1, 0]}}
-  sj: {{type: continuous, parent: base, child: s, xyz: [0.3, 0, 0], axis: [0, 0, 1]}}
-  fj: {{type: continuous, parent: base, child: f, axis: [0, 1, 0]}}
-outputs: {{urdf: {{file: r.urdf}}}}
-"""
+ROBOT = data_text("robots/drives_robot.yaml")
 DIFFERENTIAL = "drive: {differential: {left: [lj], right: [rj]}}\n"
 TRICYCLE = "drive: {tricycle: {steering: sj, driven: [lj, rj]}}\n"
 

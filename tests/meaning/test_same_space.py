@@ -7,19 +7,10 @@ from pathlib import Path
 import pytest
 
 from support.comparing import compared
+from support.paths import data_text
 from support.robots import compiled_text
 
-ROBOT = """robot: cart
-links:
-  base:
-    collision:
-      - height_map: {{origin: [0, 0], cell: 0.1, step: 0.05, bottom: {bottom}, heights: [[0.1, 0.2], [0.2, 0.2]]}}
-outputs:
-  urdf: {{file: a.urdf}}
-  merged: {{backend: urdf, file: b.urdf, height_maps: merged}}
-  grounded: {{backend: urdf, file: c.urdf, height_maps: grounded}}
-  mjcf: {{file: a.xml}}
-"""
+ROBOT = data_text("robots/same_space_robot.yaml")
 
 
 @pytest.fixture

@@ -3,58 +3,22 @@
 from __future__ import annotations
 
 import pytest
+import yaml
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.source.diagnostics import ERROR
+from support.paths import data_text
 from support.robots import compiled_text
 
-ROBOT = """robot: r
-let: {gain: 3}
-links:
-  base:
-    inertial: {mass: 1, of: collision}
-    collision: [{box: {size: [0.2, 0.2, 0.1]}, contact: {condim: 4, friction: [0.5]}}]
-    sites: {mark: {xyz: [0, 0, 0.1]}}
-    cameras: {eye: {fovy: 60}}
-    mjcf_elements: [<light name="lamp" pos="0 0 1"/>]
-  arm: {inertial: {mass: 1, of: [sphere: {radius: 0.1}]}}
-joints:
-  hip:
-    {type: continuous, parent: base, child: arm, axis: [0, 1, 0], dynamics: {stiffness: 2, spring_reference: 0.1},
-    actuator: {type: velocity, kv: 0.5, gear: 2}}
-constraints: {shut: {type: connect, links: [base, arm], at: [0, 0, 0]}}
-actuators: {pull: {tendon: both, type: position, kp: "${gain}", range: [0, 1]}}
-poses: {home: {positions: {hip: 0.1}, controls: {pull: 0.2}}}
-mjcf:
-  - <tendon><fixed name="both" range="0 1"><joint joint="hip" coef="1"/></fixed></tendon>
-  - <custom><text name="note" data="x"/></custom>
-outputs: {mjcf: {file: r.xml}}
-"""
-CHANGES = {
-    ("condim: 4", "condim: 6"): "base collision: box condim 4 -> 6",
-    ("xyz: [0, 0, 0.1]}}", "xyz: [0, 0, 0.2]}}"): "site mark pose xyz 0 0 0.1 rpy 0 0 0 -> xyz 0 0 0.2 rpy 0 0 0",
-    ("fovy: 60", "fovy: 50"): "camera eye fovy 60 -> 50",
-    ("stiffness: 2", "stiffness: 3"): "hip stiffness 2 -> 3 N*m/rad (+50.0 %)",
-    ("spring_reference: 0.1", "spring_reference: 0.2"): "hip spring reference 0.1 -> 0.2 rad (+5.7 deg)",
-    ("kv: 0.5", "kv: 0.6"): "hip kv 0.5 -> 0.6 N*m*s/rad (+20.0 %)",
-    ("gear: 2", "gear: 3"): "hip actuator gear 2 -> 3",
-    ("type: velocity", "type: damper, range: [0, 1]"): "hip actuator type velocity -> damper",
-    ("{gain: 3}", "{gain: 4}"): "actuator pull kp 3 -> 4",
-    ('coef="1"', 'coef="2"'): "robot mjcf element fixed both joint hip coef 1 -> 2",
-    ("controls: {pull: 0.2}", "controls: {pull: 0.3}"): "pose home: controls pull 0.2 -> 0.3",
-    ('data="x"', 'data="y"'): "robot mjcf element text note data x -> y",
-    ('pos="0 0 1"', 'pos="0 0 2"'): 'base mjcf element light lamp pos "0 0 1" -> "0 0 2"',
-    ("at: [0, 0, 0]", "at: [0, 0, 0.1]"): "constraint shut anchor 0 0 0 -> 0 0 0.1",
-    ("connect, links: [base, arm], at: [0, 0, 0]", "weld, links: [base, arm], xyz: [0, 0, 0.1]"): (
-        "constraint shut relpose: new, 0 0 0.1 1 0 0 0"
-    ),
-}
+ROBOT = data_text("robots/simulation_robot.yaml")
+CASES = yaml.safe_load(data_text("cases/simulation.yaml"))
+CHANGES = CASES["changes"]
 
 
-@pytest.mark.parametrize(("change", "told"), CHANGES.items(), ids=map(str, CHANGES.values()))
-def test_each_change_is_told(home, capsys, change, told):
+@pytest.mark.parametrize(("old", "new", "told"), CHANGES)
+def test_each_change_is_told(home, capsys, old, new, told):
     (home / "a.yaml").write_text(ROBOT)
-    (home / "b.yaml").write_text(ROBOT.replace(*change))
+    (home / "b.yaml").write_text(ROBOT.replace(old, new))
     assert main(["diff", "a.yaml", "b.yaml"]) == 1
     assert told in capsys.readouterr().out.splitlines()
 

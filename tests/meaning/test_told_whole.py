@@ -11,6 +11,7 @@ from html import unescape
 from pathlib import Path
 
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -28,7 +29,7 @@ from rosorin_compile.viewer.changed import change_data
 from rosorin_compile.viewer.page import data_of
 from support.commands import Shown, edit, write_files
 from support.machines import exact_urdf, machine, robot_of
-from support.paths import ROOT
+from support.paths import ROOT, data_text
 from support.planting import DESCRIPTION, URDF, Planted, at, kind_of, leaves, other, plant, put, told
 from support.robots import compiled
 
@@ -39,22 +40,8 @@ BACKENDS = ("urdf", "mjcf", "sdf")
 FOLLOWS = {"contact", "contacts", "pose"}
 
 # What no comparison reads, and why.
-NOT_TOLD = {
-    "name": "a note: two robots may differ in nothing else",
-    "joints.*.axis.*": "its length means nothing",
-    "collision.*.pose.rpy.*": "what is round has no angle about its axis",
-    "visual.*.pose.rpy.*": "what is round has no angle about its axis",
-    "sensors.*.joint": "told as the name of the joint",
-    "edges.*.joint": "which joint takes turns is told where its publishers are",
-    "edges.*.publisher.kind": "follows from the list of publishers",
-    "joints.*.publisher.kind": "follows from the list of publishers",
-    "edges.*.publisher.about": "told of the publisher",
-    "edges.*.publisher.package": "told of the publisher",
-    "joints.*.publisher.about": "told of the publisher",
-    "joints.*.publisher.package": "told of the publisher",
-    "poses.*.pulses.{}": "told as positions",
-    "moveit.matrix": "how it was computed: told when it is computed anew",
-}
+CASES = yaml.safe_load(data_text("cases/told_whole.yaml"))
+NOT_TOLD = CASES["not_told"]
 # Where a number comes from and where outputs go is no part of a robot.
 NOT_OF_A_ROBOT = ("source", "outputs", "stand_in", "stand_ins", "mesh_files", "missing_meshes", "mesh_contents")
 
@@ -198,30 +185,14 @@ def test_a_new_name_hides_no_other_change() -> None:
         }
 
 
-CART = """\
-robot: cart
-links:
-  base: {collision: [{cylinder: {radius: 0.1, length: 0.2}, xyz: [0, 0, 0.1]}, {sphere: {radius: 0.3}}]}
-  arm: {inertial: {mass: 2, inertia: {ixx: 0.1, iyy: 0.1, izz: 0.1}}}
-joints:
-  hip: {type: revolute, parent: base, child: arm, xyz: [1, 0, 0], axis: [0, 0, 1],
-        limit: {lower: -1, upper: 1, effort: 5, velocity: 1}}
-outputs: {urdf: {file: cart.urdf}, mjcf: {file: cart.xml}}
-"""
+CART = data_text("robots/told_whole_cart.yaml")
 EDITS = (
     ("radius: 0.1, length: 0.2}, xyz: [0, 0, 0.1]", "radius: 0.11, length: 0.2}, xyz: [0, 0, 0.6]"),
     ("mass: 2", "mass: 3"),
     ("xyz: [1, 0, 0], axis: [0, 0, 1]", "xyz: [2, 0.001, 0], axis: [0, 1, 0]"),
     ("upper: 1, effort: 5", "upper: 1.5, effort: 6"),
 )
-TOLD = [
-    "base collision: cylinder radius 0.1 -> 0.11 m (+10.0 mm), moved 500.0 mm (origin z 0.1 -> 0.6 m)",
-    "arm moved 1.0 m in base: origin x 1 -> 2 m, y 0 -> 0.001 m",
-    "hip axis 0 0 1 -> 0 1 0 (turned 90.0 deg)",
-    "hip limit upper 1 -> 1.5 rad (+28.6 deg)",
-    "hip limit effort 5 -> 6 N*m (+20.0 %)",
-    "arm mass 2 -> 3 kg (+1.0 kg)",
-]
+TOLD = CASES["told"]
 
 
 def test_no_change_hides_another_in_any_form(home: Path, capsys: Shown) -> None:

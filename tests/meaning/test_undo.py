@@ -6,6 +6,7 @@ import random
 from pathlib import Path
 
 import pytest
+import yaml
 
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.model import Robot
@@ -13,34 +14,10 @@ from rosorin_compile.output.committed import compare
 from rosorin_compile.viewer.overlay import moves
 from rosorin_compile.viewer.overlay import robot_before as undo_all
 from support.moving import random_state
+from support.paths import data_text
 from support.robots import compiled, compiled_text, copy_of_rosorin, sound
 
-ROBOT = """\
-robot: crane
-let: {solid: {mass: 30 g, inertia: {ixx: 1e-5, iyy: 1e-5, izz: 1e-5}}}
-links:
-  base_link: {collision: [{box: {size: [400 mm, 300 mm, 100 mm]}}], visual: [{box: {size: [400 mm, 300 mm, 100 mm]}}]}
-  boom: {inertial: '${solid}', collision: [{cylinder: {radius: 30 mm, length: 500 mm}, xyz: [0, 0, 250 mm]}]}
-  hook: {inertial: '${solid}', collision: [{sphere: {radius: 40 mm}},
-                                           {box: {size: [20 mm, 20 mm, 60 mm]}, xyz: [0, 0, -50 mm]}]}
-  jaw: {inertial: '${solid}', collision: [{box: {size: [10 mm, 30 mm, 40 mm]}}]}
-  other_jaw: {inertial: '${solid}'}
-  lamp: {inertial: '${solid}', visual: [{sphere: {radius: 20 mm}, rgba: [1, 1, 0, 1]}]}
-joints:
-  slew: {type: revolute, parent: base_link, child: boom, xyz: [100 mm, 0, 50 mm], rpy: [0, 10 deg, 0], axis: [0, 0, 1],
-         limit: {lower: -2 rad, upper: 2 rad, effort: 5, velocity: 1}}
-  hoist: {type: prismatic, parent: boom, child: hook, xyz: [0, 50 mm, 500 mm], axis: [0, 1, 0],
-          limit: {lower: 0 m, upper: 300 mm, effort: 5, velocity: 1}}
-  grip: {type: revolute, parent: hook, child: jaw, xyz: [0, 20 mm, -80 mm], axis: [1, 0, 0],
-         limit: {lower: -1 rad, upper: 1 rad, effort: 5, velocity: 1}}
-  other_grip: {type: revolute, parent: hook, child: other_jaw, xyz: [0, -20 mm, -80 mm], axis: [1, 0, 0],
-               limit: {lower: -1 rad, upper: 1 rad, effort: 5, velocity: 1}, mimic: {joint: grip, multiplier: -1}}
-  lamp_joint: {type: fixed, parent: boom, child: lamp, xyz: [0, 0, 300 mm]}
-sensors:
-  lidar: {type: lidar_2d, parent: base_link, frame: laser, joint: laser_joint, xyz: [0, 0, 120 mm],
-          publisher: {static_transform_publisher: tf_laser}, with: {rays: 36, max_range: 5 m}}
-outputs: {OUTPUTS}
-"""
+ROBOT = data_text("robots/undo_robot.yaml")
 OUTPUTS = {
     "all": "{urdf: {file: crane.urdf}, mjcf: {file: crane.xml}, static_tf: {file: tf.py}, frames: {file: frames.md}}",
     "urdf": "{urdf: {file: crane.urdf}, static_tf: {file: tf.py}}",
@@ -50,47 +27,8 @@ OUTPUTS = {
 }
 # What the new robot has (the first text) in the place of what the old one had, what became of links, and of what the
 # artifacts of some outputs alone cannot know.
-CHANGES = {
-    "a sensor moved": ("xyz: [0, 0, 130 mm]", "xyz: [0, 0, 120 mm]", {"laser": "moved"}),
-    "a joint moved": (
-        "xyz: [100 mm, 0, 60 mm]",
-        "xyz: [100 mm, 0, 50 mm]",
-        {"boom": "moved", **dict.fromkeys(["hook", "jaw", "other_jaw", "lamp"], "carried")},
-    ),
-    "a joint turned": (
-        "rpy: [0, 20 deg, 5 deg]",
-        "rpy: [0, 10 deg, 0]",
-        {"boom": "moved", **dict.fromkeys(["hook", "jaw", "other_jaw", "lamp"], "carried")},
-    ),
-    "another axis": (
-        "xyz: [0, 50 mm, 500 mm], axis: [0, 0, 1]",
-        "xyz: [0, 50 mm, 500 mm], axis: [0, 1, 0]",
-        {"hook": "moved", "jaw": "carried", "other_jaw": "carried"},
-    ),
-    "another leader": (
-        "mimic: {joint: grip, multiplier: 1}",
-        "mimic: {joint: grip, multiplier: -1}",
-        {"other_jaw": "moved"},
-    ),
-    "another parent": (
-        "lamp_joint: {type: fixed, parent: hook",
-        "lamp_joint: {type: fixed, parent: boom",
-        {"lamp": "moved"},
-    ),
-    "it moves now": (
-        "lamp_joint: {type: continuous, axis: [0, 1, 0], parent: boom",
-        "lamp_joint: {type: fixed, parent: boom",
-        {"lamp": "moved"},
-    ),
-    "another size": ("{sphere: {radius: 50 mm}}", "{sphere: {radius: 40 mm}}", {"hook": "shaped"}),
-    "another place of a shape": ("xyz: [0, 0, -60 mm]}]", "xyz: [0, 0, -50 mm]}]", {"hook": "shaped"}),
-    "a shape more": (
-        "collision: [{sphere: {radius: 5 mm}, xyz: [0, 0, 100 mm]}, {sphere: {radius: 40 mm}}",
-        "collision: [{sphere: {radius: 40 mm}}",
-        {"hook": "shaped"},
-    ),
-    "nothing": ("robot: crane", "robot: crane", {}),
-}
+CASES = yaml.safe_load(data_text("cases/undo.yaml"))
+CHANGES = CASES["changes"]
 
 
 def _old(new: Compiled, before: Compiled, only: str = "") -> Robot:

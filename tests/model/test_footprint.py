@@ -23,7 +23,6 @@ from rosorin_compile.model import (
     Vector,
 )
 from rosorin_compile.ros.nav2.footprint import Footprint, Solid, footprint, holds, padded, solids_of
-from support.robots import compiled
 
 FLOAT32 = 2e-7  # m; a costmap has 32 bits
 CLOUDS: dict[str, list[Vector]] = {}
@@ -176,15 +175,6 @@ def test_the_circle_holds_what_the_corners_leave_out_for_the_digits_of_a_costmap
         made = of(shape)
         assert set(made.corners) == {(-1, -1), (1, -1), (1, 1), (-1, 1)}
         assert math.hypot(half, half) <= made.circumscribed < math.hypot(1, 1) + 5 * more
-
-
-def test_the_reference_robot_is_as_measured() -> None:
-    """The hull was measured apart: x -0.1427 to 0.1573, y -0.106 to 0.104; the wheels are within."""
-    robot = compiled().robot
-    made = footprint(solids_of(robot, "base_link", {}, cloud)[0])
-    xs, ys = zip(*made.corners, strict=True)
-    assert (min(xs), max(xs)) == pytest.approx((-0.1427, 0.1573), abs=2e-4)
-    assert (min(ys), max(ys)) == pytest.approx((-0.106, 0.104), abs=2e-3)
 
 
 def test_a_mesh_without_vertices_is_reported() -> None:

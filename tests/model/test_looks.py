@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from rosorin_compile.cli.main import main
 from rosorin_compile.model import Joint, Link, Robot
 from rosorin_compile.model.looks import is_own, own_colours
+from support.paths import data_text
 
 names = st.text(st.characters(codec="utf-8", exclude_characters="\0"), min_size=1, max_size=8)
 
@@ -49,17 +50,7 @@ def test_a_link_is_told_from_what_it_hangs_on(robot: Robot) -> None:
         assert apart > 24  # colours have three digits
 
 
-ROBOT = """\
-robot: r
-links:
-  base_link: {{collision: [{{box: {{size: [1, 1, 1]}}}}]{more}}}
-  z: {{collision: [{{box: {{size: [1, 1, 1]}}}}]}}
-joints: {{j: {{type: fixed, parent: base_link, child: z, xyz: [0, 0, 2]}}}}
-outputs:
-  urdf: {{file: r.urdf, visuals: from_collision}}
-  sdf: {{file: r.sdf, visuals: from_collision}}
-  mjcf: {{file: r.xml, visuals: from_collision}}
-"""
+ROBOT = data_text("robots/looks_robot.yaml")
 OWN = ", visual: [{box: {size: [1, 1, 1]}, rgba: [1, 0, 0, 1]}]"
 # As links were coloured by their numbers.
 BEFORE = "0.722 0.318 0.389 1"

@@ -10,7 +10,7 @@ import pytest
 
 from rosorin_compile.output import MANIFEST, OutputError, digest, open_package_folder, read_manifest
 from rosorin_compile.output.ros_packages import files_below
-from rosorin_compile.ros.package.checking import unfinished_runs
+from rosorin_compile.ros.package.deploy import unfinished_runs
 from support.kills import ended_at
 
 NEW = {"urdf/a.urdf": b"new a", "config/b.json": b"new b", "launch/c.py": b"new c"}

@@ -8,29 +8,26 @@ check --parameters, which reads files and tables by itself, and points of the sh
 import math
 import shutil
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import yaml
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.request import Request
-from rosorin_compile.ros.check_parameters import checking, nodes
+from rosorin_compile.ros.check_parameters import checking
 from rosorin_compile.ros.navigation import FILTER, frames_of, kind_of
-from rosorin_compile.ros.parameters.files import nodes_of, read_sections
-from rosorin_compile.ros.parameters.tables import fits, kinds, refused
+from rosorin_compile.ros.parameters.files import nodes_of
 from rosorin_compile.ros.robot_localization import STATES
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import Diagnostic, Source, has_errors
+from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.project import Description
 from support.paths import DATA, ROOT, ROSORIN, data_text
 from support.reading import leaves_of
-from support.robots import compiled, compiled_text
+from support.robots import compiled_text
 
 CASES = yaml.safe_load(data_text("cases/navigation.yaml"))
 
@@ -72,7 +69,7 @@ def written(robot: Robot, output: Output) -> str:
 
 
 def looked_at(robot: Case, paths: list[Path], distribution: str) -> list[Diagnostic]:
-    return list(checking.look(robot, checking.ParameterFiles(paths, distribution=distribution)).diagnostics)
+    return list(checking.look(robot, paths, distribution=distribution).diagnostics)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -99,63 +96,11 @@ def test_what_is_written_is_sound_for_check_parameters(path: Path, distribution:
     assert looked_at(robot, made, distribution) == []
 
 
-@pytest.mark.parametrize("path", EMITTED, ids=lambda path: f"{path.parent.name}-{path.stem}")
-def test_each_key_is_one_of_its_distribution_and_has_its_type(path: Path) -> None:
-    """Read as a node reads it, by the reader and the tables of check --parameters."""
-    said = path.read_text("utf-8").splitlines()[1].lower()
-    distribution = "humble" if "humble" in said else "jazzy"
-    sections, told = read_sections(Source(path.name, path.read_text("utf-8")))
-    assert told == []
-    made, told = nodes.nodes_of([sections], "", distribution)
-    assert told == []
-    for node in made:
-        kind = node.kind or kinds(distribution)["ekf"]  # a filter of another name
-        for name, parameter in node.parameters.items():
-            key = kind.key(name)
-            assert key is not None, (node.full, name)
-            assert distribution in key.only, (node.full, name)
-            assert fits(parameter.value, key.type), (node.full, name, parameter.value)
-            assert refused(key.valid, parameter.value) is None
-
-
-@pytest.mark.parametrize("path", EMITTED, ids=lambda path: f"{path.parent.name}-{path.stem}")
-def test_what_is_written_is_read_back(path: Path) -> None:
-    backend = "robot_localization" if path.stem.startswith("ekf") else "nav2"
-    text = path.read_text("utf-8")
-    found = leaves_of(backend, text)
-    flat = {(node, key): value for node, entries in nodes_of(text).items() for key, value in entries.items()}
-    assert {(name, quantity) for _, name, quantity in found} == set(flat)
-    for (_, name, quantity), value in found.items():
-        meant = flat[name, quantity]
-        assert list(value) == meant if isinstance(meant, list) else value == meant
-
-
 @pytest.mark.parametrize("text", ["a: [", "[1, 2]", "a: 1", "a: {b: {}}", "- a", ""])
 @pytest.mark.parametrize("backend", ["nav2", "robot_localization"])
 def test_a_damaged_artifact_is_an_error(backend: str, text: str) -> None:
     with pytest.raises(ValueError, match=r"\w"):
         leaves_of(backend, text)
-
-
-def test_an_artifact_with_too_small_a_footprint_disagrees() -> None:
-    made = compiled(FOLDER / "husky" / "robot.yaml")
-    robot = made.robot
-    (nav2,) = [one for one in made.artifacts if one.backend == "nav2"]
-    assert agreement(robot, made.artifacts) == []
-    small = nav2.text.replace('footprint: "[]"', 'footprint: "[[0.4, 0.3], [-0.49, 0.3], [-0.49, -0.3], [0.4, -0.3]]"')
-    assert small != nav2.text
-    assert agreement(robot, [replace(nav2, text=small)])
-
-
-def test_check_says_what_differs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A number and a frame of the description, and the sentences that the artifacts make of them."""
-    shutil.copytree(FOLDER / "lopsided", tmp_path / "lopsided")
-    path, committed = tmp_path / "lopsided" / "robot.yaml", ["-o", str(FOLDER / "outputs" / "lopsided")]
-    path.write_text(path.read_text("utf-8").replace("length: 1.2", "length: 1.6").replace("map,", "site,"), "utf-8")
-    assert main(["check", str(path), *committed]) == 1
-    shown = capsys.readouterr().out
-    assert "node amcl global_frame_id map -> site: nav2" in shown
-    assert "node local_costmap/local_costmap voxel_layer.max_obstacle_height 1.5 -> 1.7: nav2" in shown
 
 
 CAR = """robot: car

@@ -10,7 +10,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.compare.agreement import agreement
+from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.formats import frames
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.frames import publishing

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -16,7 +17,7 @@ from rosorin_compile.model.mass import inertial_of
 from rosorin_compile.rules.check import check
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import parse_yaml
-from support.paths import ROOT
+from support.paths import ROOT, data_text
 from support.robots import compiled_text
 
 LENGTHS = st.floats(0.01, 0.5)
@@ -166,25 +167,8 @@ def told_sight(text: str, folder: Path) -> list[str]:
 
 CAMERA = "type: camera, parent: base_link, frame: c, xyz: [200 mm, 0, 0]"
 LIDAR = "type: lidar_2d, parent: base_link, frame: l"
-OUTSIDE = {
-    "on the deck": robot(f"{LIDAR}, xyz: [0, 0, 110 mm]"),
-    "in a front face": robot(CAMERA),
-    "half of its view free": robot(f"{LIDAR}, xyz: [210 mm, 0, 0]"),
-    "in its own housing": robot(f"{LIDAR}, xyz: [0, 0, 150 mm]", f"{BOX}, l: {ROD}"),
-    "in the housing of its maker": robot(
-        "type: lidar_2d, parent: mount, frame: l",
-        f"{BOX}, mount: {ROD}, plug: {{}}",
-        "up: {type: fixed, parent: base_link, child: mount, xyz: [0, 0, 150 mm]},"
-        " side: {type: fixed, parent: mount, child: plug}",
-    ),
-    "a plate that slides away": robot(
-        CAMERA,
-        f"{BOX}, {PLATE}",
-        "j: {type: prismatic, parent: base_link, child: plate, xyz: [220 mm, 0, 0], axis: [0, 1, 0],"
-        " limit: {lower: 0, upper: 0.4, effort: 1, velocity: 1}}",
-    ),
-    "an imu in the body": robot("type: imu, parent: base_link, frame: i"),
-}
+CASES = yaml.safe_load(data_text("cases/plausible.yaml"))
+OUTSIDE = CASES["outside"]
 
 
 @pytest.mark.parametrize("name", OUTSIDE)
@@ -192,17 +176,7 @@ def test_what_looks_out_is_left_alone(name: str, tmp_path: Path) -> None:
     assert told_sight(OUTSIDE[name], tmp_path) == []
 
 
-INSIDE = {
-    "a lidar": robot(LIDAR),
-    "one ray": robot("type: range_finder, parent: base_link, frame: l, xyz: [199 mm, 0, 0]"),
-    "in a map of heights": robot(
-        "type: lidar_3d, parent: base_link, frame: l, xyz: [0.05, 0, 0.1], with: {vertical_fov: 10 deg}",
-        f"base_link: {{collision: [{{height_map: {MAP}}}]}}",
-    ),
-    "a camera behind a plate": robot(
-        CAMERA, f"{BOX}, {PLATE}", "j: {type: fixed, parent: base_link, child: plate, xyz: [220 mm, 0, 0]}"
-    ),
-}
+INSIDE = CASES["inside"]
 
 
 @pytest.mark.parametrize("name", INSIDE)

@@ -114,7 +114,7 @@ def made(folder: Path, robot: Robot) -> Path:
     from rosorin_compile.formats import Artifact
 
     artifact = Artifact("robot.urdf", '<robot name="r"><link name="base_link"/></robot>', "urdf", "urdf")
-    for name, data in make(robot, [artifact], Options("made"), (), folder).files.items():
+    for name, data in make(robot, [artifact], Options("made"), (), folder)[0].items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(data)
     return folder

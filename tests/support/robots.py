@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from rosorin_compile.compare.agreement import agreement
+from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.language.lower import lower

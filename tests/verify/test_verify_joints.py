@@ -65,15 +65,7 @@ def test_a_recording_of_any_robot_is_as_described(path: Path, tmp_path: Path) ->
     assert wrong == moving
 
 
-WHEELS = """\
-robot: wheels
-links: {base: {}, front: {}, rear: {}, geared: {}}
-joints:
-  front: {type: continuous, parent: base, child: front, axis: [0, 1, 0]}
-  rear: {type: continuous, parent: base, child: rear, axis: [0, 1, 0], mimic: {joint: front, multiplier: -2}}
-  geared: {type: continuous, parent: base, child: geared, axis: [0, 1, 0], mimic: {joint: front, multiplier: 0.5}}
-outputs: {urdf: {file: wheels.urdf}}
-"""
+WHEELS = data_text("robots/verify_joints_wheels.yaml")
 
 
 @pytest.mark.parametrize("off", [0.0, 0.3])

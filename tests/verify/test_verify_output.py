@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 from rosorin_compile.cli.console import plain
 from rosorin_compile.cli.main import main
 from rosorin_compile.model import Transform
-from rosorin_compile.recordings.picture import as_svg
 from rosorin_compile.recordings.results import as_junit, table
+from rosorin_compile.recordings.verification import as_svg
 from rosorin_compile.source.diagnostics import text as report
 from support import bags
 from support.bags import START, TYPES, Message, judged

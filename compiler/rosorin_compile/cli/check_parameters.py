@@ -3,9 +3,9 @@
 import re
 from pathlib import Path
 
+from rosorin_compile.formats.format import DISTRIBUTIONS
 from rosorin_compile.request import is_foreign
-from rosorin_compile.ros.check_parameters.checking import check_parameters
-from rosorin_compile.ros.parameters.files import DISTRIBUTION
+from rosorin_compile.ros.check_parameters.checking import check_parameters, summary
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.project import Description
@@ -26,13 +26,11 @@ _MAX_BYTES = 1_000_000  # of a file that are searched
     repeatable("--launch FILE", help="launch file to read remappings from; repeatable"),
     repeatable("--remap NODE:FROM:=TO", type=str, help="add a remapping"),
     option("--namespace NS", default="", help="namespace of the nodes"),
-    option(f"--distribution {'|'.join(DISTRIBUTION['enum'])}", help="ROS 2 distribution; default: that of the outputs"),
+    option(f"--distribution {'|'.join(DISTRIBUTIONS)}", help="ROS 2 distribution; default: that of the outputs"),
     section="Parameter files",
 )
 def run(options: Options) -> int:
     """Check the parameter files against the robot."""
-    from rosorin_compile.ros.check_parameters.checking import summary
-
     names = Run.of(options).words
     parameters = names[1:] if names and _is_robot(names[0]) else names
     if not parameters and not options.controllers:

@@ -3,8 +3,7 @@
 from contextlib import suppress
 from pathlib import Path
 
-from rosorin_compile.ros.package.checking import check_deployed
-from rosorin_compile.ros.package.deploy import deploy
+from rosorin_compile.ros.package.deploy import check_deployed, deploy
 from rosorin_compile.ros.package.package import package
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, error
 from rosorin_compile.source.project import Description
@@ -57,7 +56,6 @@ def run_package(options: cli.Options) -> int:
 @cli.robot_argument
 @cli.option("-o", "--output FOLDER", required=True, help="existing package or folder")
 @cli.repeatable("--map OUTPUT=PLACE", "places", help=_PLACES, offers="output=")
-@cli.option("--install FOLDER", help="install space; default: the one of the workspace, if any")
 @cli.dry_run_option
 @cli.full_option
 @cli.robot_options
@@ -66,7 +64,7 @@ def run_deploy(options: cli.Options) -> int:
     run, description = Run.alone(options, stdin=False)
     console = run.console
     console.begin(description.name)
-    result = deploy(run.request(description), options.output, **options.pick("places install dry_run full"))
+    result = deploy(run.request(description), options.output, **options.pick("places dry_run full"))
     console.print_read(result.inputs)
     failed = run.show(result)
     if not result.robot:

@@ -149,8 +149,7 @@ class Run:
         except OutputError as problem:
             raise RequestError(f"cannot write the page: {problem.diagnostic.message}") from None
         if not done.robots:
-            removed = "; the old one is removed" if done.removed else ""
-            self.console.warn(f"{done.file}: no page, because no robot compiles{removed}")
+            self.console.warn(f"{done.file}: no new page, because no robot compiles")
             return
         if done.left_out:
             self.console.warn(f"{done.file}: without {done.left_out}")

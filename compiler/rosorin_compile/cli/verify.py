@@ -69,7 +69,7 @@ def run(options: Options) -> int:
     if options.junit:
         _save(options.junit, as_junit(result, options.strict), b"<testsuites")
     if options.picture:
-        from rosorin_compile.recordings.picture import as_svg
+        from rosorin_compile.recordings.verification import as_svg
 
         try:
             _save(options.picture, as_svg(result.data), b"<svg")

@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.urdf.write import carriers
 from rosorin_compile.model import Box, Robot
 
+from .artifacts import Pair
 from .describe import MOVING, Describer, attached, joint_of, shapes_change, solids_left
 from .names import links_of
-from .pairs import Pair
 from .precision import NOISE
 from .sentences import NEW, REMOVED, renamed, with_remark
 from .solids import Solid, same_set

@@ -1,7 +1,7 @@
 """Write the plain tree of a robot as the files of a description: its sections and keys in the order of the schema.
 
-Folders that many meshes share get a name under ``let``. ``x-first`` of the schema names the keys that come first where
-the others stay as in the source; ``x-file`` is the file of a section in a description of several.
+``x-first`` of the schema names the keys that come first where the others stay as in the source; ``x-file`` is the file
+of a section in a description of several.
 """
 
 from __future__ import annotations
@@ -38,9 +38,6 @@ _ABOUT = {
 }
 _BEHIND = {"let": "parts", "joints": "use"}  # they hang on links, as joints do
 _LAST = 1_000  # the place of keys that the schema does not have
-_MIN_FILES = 3  # in a folder that gets a name
-_MIN_LENGTH = 20  # of the path of such a folder
-_MIN_SAVED = 50  # characters that a name has to save
 
 V = TypeVar("V")
 MAX_LINES = 150  # a longer description is split into files
@@ -97,16 +94,12 @@ class _Document:
 
     def __init__(self, tree: Map, packages: Mapping[str, FilePath] = {}) -> None:
         self.tree, self.packages = tree, packages
-        self.folders = mesh_folders(tree)
 
     def made(self, wanted: Outputs) -> dict[str, Any]:
         """Return the document of the whole description."""
         items = ((key, value) for key, value in self.tree.items() if value)
         body = {key: self.value(value, (key,), self.tree.value_spans.get(key)) for key, value in items}
-        lets: dict[str, Any] = {**self.folders, **body.pop("let", {})}
         document: dict[str, Any] = {"rosorin_compile": Verbatim("1"), **body}
-        if lets:
-            document["let"] = lets
         document["outputs"] = {name: _written(entry) for name, entry in wanted.entries.items()}
         return sorted_sections(document)
 
@@ -117,8 +110,6 @@ class _Document:
         if isinstance(value, Seq):
             return [self.value(v, (*path, i), s) for i, (v, s) in enumerate(zip(value, value.value_spans, strict=True))]
         if isinstance(value, str):
-            if path[-2:] == ("mesh", "file"):
-                return _below_folder(value, self.folders)
             return value if isinstance(value, Verbatim) else _in_packages(value, self.packages)
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             return number(value, span, angle_of(self.tree, path))
@@ -155,43 +146,6 @@ def _written(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [_written(item) for item in value]
     return number(value, None) if isinstance(value, (int, float)) and not isinstance(value, bool) else value
-
-
-def mesh_folders(tree: Map) -> dict[str, str]:
-    """Return the folders of meshes that are worth a name under ``let``, by that name, without a slash at the end."""
-    packages: dict[str, list[str]] = {}
-    for body in (tree, *(tree.get("parts") or {}).values()):
-        links = (body.get("links") or {}).values() if isinstance(body, Map) else ()
-        shapes = [shape for link in links if link for key in ("visual", "collision") for shape in link.get(key) or ()]
-        for mesh in (shape.get("mesh") for shape in shapes if isinstance(shape, Map)):
-            file = mesh.get("file") if isinstance(mesh, Map) else None
-            if isinstance(file, str):
-                scheme, mark, rest = file.partition("://")
-                is_package = mark and scheme in ("package", "model")
-                packages.setdefault(rest.partition("/")[0] if is_package else "", []).append(file)
-    folders = {package: folder for package, files in packages.items() if (folder := _common_folder(files))}
-    named: dict[str, str] = {}
-    for package, folder in folders.items():
-        name = "meshes" if len(folders) == 1 else f"{identifier(package or 'other')}_meshes"
-        named[free_name(name, named)] = folder
-    return named
-
-
-def _common_folder(files: list[str]) -> str:
-    """Return the longest folder of all files, or "" if a name for it would not be worth it."""
-    folder = os.path.commonprefix(files).rpartition("/")[0]  # noqa: RUF071 - letter by letter, up to a slash
-    saved = (len(folder) - len("${meshes}")) * len(files)
-    is_worth = len(files) >= _MIN_FILES and len(set(files)) > 1 and len(folder) >= _MIN_LENGTH and saved >= _MIN_SAVED
-    return folder if is_worth and not (folder.endswith((":", ":/")) or "${" in folder or "$(" in folder) else ""
-
-
-def _below_folder(file: str, folders: Mapping[str, str]) -> str:
-    """Return a mesh file with the name of its folder, if that has one."""
-    for name, folder in folders.items():
-        rest = file.removeprefix(f"{folder}/")
-        if rest != file and (isinstance(file, Expression) or not ("${" in rest or "$(" in rest)):
-            return Expression(f"${{{name}}}/{rest}")
-    return file if isinstance(file, Expression) else str(file)
 
 
 def identifier(text: str) -> str:

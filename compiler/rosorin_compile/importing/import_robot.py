@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import stat
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -26,46 +26,33 @@ from rosorin_compile.source.tree import Map
 from rosorin_compile.source.wording import suggest
 
 from .description import tree_of, write
-from .into import Package, in_the_end, inside, package_at, package_report, put_into, to_do
+from .into import Package, inside, package_at, put_into
 from .reimport import ENDING, Record, Request, import_again, is_record, record_of, recorded, remove
 from .report import accepted, kept, renamed, repeated, sizes
 from .round_trip import RoundTrip, check_round_trip, schema_beside
 from .words import Worded, told_words, worded
-from .xacro.documents import Target
-from .xacro.sharing import Sharing
-from .xacro.translate import translate
+from .xacro.translate import Target, translate
 
 _MJCF = "mjcf"
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
 
 
 @dataclass(frozen=True)
-class ImportOptions:
-    """The options of an import, named as those of ``rosorin-compile import``.
+class _Options:
+    """The options of ``import_robot``."""
 
-    ``arguments`` are those of a xacro, as text. ``into`` is the folder of the ROS package that gets the description,
-    ``output`` the folder of the description elsewhere. ``drives`` are the stand-ins for missing actuators: position,
-    velocity or none; None: position, if the source has no actuator. ``companions`` are files that are read too, by
-    their format. ``warn`` receives the warnings that have to be printed before code is executed.
-    """
-
-    into: Path | None = None
-    arguments: Mapping[str, str] = field(default_factory=dict)
-    packages: Mapping[str, Path] = field(default_factory=dict)
-    output: Path | None = None
-    name: str | None = None
-    meshes: str | None = None
-    companions: Mapping[str, Path] = field(default_factory=dict)
-    strict: bool = False
-    lenient: bool = False
-    parts: bool = True
-    verbatim: bool = False
-    flat: bool = False
-    drives: str | None = None
-    force: bool = False
-    ours: bool = False
-    trust: bool = False
-    warn: Callable[[Diagnostic], None] | None = None
+    into: Path | None
+    output: Path | None
+    name: str | None
+    meshes: str | None
+    companions: Mapping[str, Path]
+    strict: bool
+    parts: bool
+    verbatim: bool
+    flat: bool
+    drives: str | None
+    force: bool
+    ours: bool
 
 
 @dataclass(frozen=True)
@@ -136,29 +123,13 @@ def import_robot(
     reading, wrong = read_options(arguments, packages, trust, warn, lenient)
     if wrong:
         return ImportResult(str(source), diagnostics=tuple(wrong))
-    options = ImportOptions(
-        into=Path(into) if into is not None else None,
-        arguments=dict(reading.arguments),
-        packages=dict(reading.packages),
-        output=Path(output) if output is not None else None,
-        name=name,
-        meshes=meshes,
-        companions={format: Path(file) for format, file in (companions or {}).items()},
-        strict=strict,
-        lenient=lenient,
-        parts=parts,
-        verbatim=verbatim,
-        flat=flat,
-        drives=drives,
-        force=force,
-        ours=keep_edits,
-        trust=trust,
-        warn=warn,
-    )
+    package, folder = (Path(path) if path is not None else None for path in (into, output))
+    files = {format: Path(file) for format, file in (companions or {}).items()}
+    options = _Options(package, folder, name, meshes, files, strict, parts, verbatim, flat, drives, force, keep_edits)
     path = source if isinstance(source, Path) else Path(source)
     if path is not Description.ON_STDIN:
         _check_file(path)
-    return _Import(path, options).run()
+    return _Import(path, options, reading).run()
 
 
 def _check_file(path: Path) -> None:
@@ -177,19 +148,17 @@ def _check_file(path: Path) -> None:
 class _Import:
     """One import: the source with the options, and the diagnostics so far."""
 
-    def __init__(self, source: Path, options: ImportOptions) -> None:
+    def __init__(self, source: Path, options: _Options, reading: ReadOptions) -> None:
         self.source, self.options = source, options
         self.diagnostics: list[Diagnostic] = []
         self.package, self.name_in_package = self._package()
-        packages = dict(options.packages)
-        if self.package is not None:
-            packages.setdefault(self.package.name, self.package.folder)
+        own = {self.package.name: self.package.folder} if self.package is not None else {}
+        self.reading = replace(reading, packages={**own, **reading.packages})
         name, meshes = options.name, options.meshes
         if name is not None and not (_NAME.fullmatch(name) and name.isprintable()):
             raise RequestError(f'"{name}" cannot be the name of a robot: no markup, no quotes, spaces only within')
         if meshes is not None and (not meshes.isprintable() or not meshes.strip() or meshes.endswith("://")):
             raise RequestError(f'--meshes "{meshes}" is neither a folder nor package://NAME')
-        self.reading = ReadOptions(options.arguments, packages, options.lenient, tell=options.warn, trust=options.trust)
         self.request = Request(self._command_line(), options.ours)
 
     def _package(self) -> tuple[Package | None, str]:
@@ -209,7 +178,7 @@ class _Import:
         """Return the words of the command line that determine what is written; the next import needs the same."""
         options = self.options
         words = [self.name_in_package or self.source.name]
-        words += [f"{name}:={value}" for name, value in options.arguments.items()]
+        words += [f"{name}:={value}" for name, value in self.reading.arguments.items()]
         values = {"--name": options.name, "--meshes": options.meshes, "--drives": options.drives}
         words += [word for name, value in values.items() if value is not None for word in (name, value)]
         flags = {"--no-parts": not options.parts, "--verbatim": options.verbatim, "--flat": options.flat}
@@ -239,24 +208,23 @@ class _Import:
             return self._end(result)
         imported, files = in_words.imported, trip.files
         lines = [*repeated(tree_of(trip.shown), trip.reordered), *told_words(in_words)]
+        translated: Sequence[str] = ()
         if keeps and self.source is not Description.ON_STDIN:
-            sharing = Sharing(self.package.folder, folder) if self.package is not None else None
-            target = Target(folder, schema_beside(folder), options.name, named.meshes, options.verbatim, sharing)
+            target = Target(folder, schema_beside(folder), options.name, named.meshes)
             translation = translate(self.source, self.reading, read, trip.outputs, target)
-            if translation.files:  # it has words of its own: those of all combinations
-                imported, files = read._replace(tree=translation.plain or named.tree), translation.files
-                lines = list(translation.words)
-            lines += translation.report
+            translated = translation.report
+            if translation.files:  # it keeps elements as they are
+                imported, files, lines = read._replace(tree=named.tree), translation.files, []
         is_flat = files is trip.files
         trip = trip._replace(files=files)
         if self.package is not None:
-            return self._put_into(self.package, result, imported, trip, lines)
+            return self._put_into(self.package, result, imported, trip, [*lines, *translated])
         if record is not None:
             return self._import_again(result, record, _as_split(trip, record, folder) if is_flat else files)
         written = self._write(folder, {**files, **record_of(files, self.request.words)})
         if written is None:
             return self._end(result)
-        report = _report(folder, imported, trip, written.kept, lines)
+        report = [*_report(folder, imported, trip, written.kept, lines), *translated]
         return self._end(replace(result, written=written.written, report=tuple(report)))
 
     def _end(self, result: ImportResult) -> ImportResult:
@@ -267,7 +235,7 @@ class _Import:
     def _read(self) -> Imported:
         """Read the source and its companions. Raises RequestError."""
         imported = read_robot(self.source, self.reading)
-        if self.options.arguments and not imported.takes_arguments and imported.tree is not None:
+        if self.reading.arguments and not imported.takes_arguments and imported.tree is not None:
             raise RequestError(f"{self.source} takes no arguments: only a xacro does")
         for format, path in self.options.companions.items():
             _check_file(path)
@@ -305,7 +273,7 @@ class _Import:
             self.diagnostics.append(error("output-failed", message, None))
             return None
         untold = list(trip.untold)
-        if options.lenient and not options.strict:
+        if self.reading.lenient and not options.strict:
             untold = [replace(one, severity=WARNING, help="please report it with the file") for one in untold]
         self.diagnostics += arrange([*trip.diagnostics, *untold])
         return trip
@@ -314,21 +282,15 @@ class _Import:
         self, package: Package, result: ImportResult, imported: Imported, trip: RoundTrip, lines: Sequence[str]
     ) -> ImportResult:
         """Write the description to the package of its source."""
-        source, folder = self.name_in_package, Path(result.folder)
+        folder = Path(result.folder)
         try:
-            put = put_into(package, source, self.options.arguments, folder.name, trip.files, self.request)
+            put = put_into(package, self.name_in_package, self.reading.arguments, folder.name, trip.files, self.request)
         except OutputError as problem:
             self.diagnostics.append(problem.diagnostic)
             return self._end(result)
-        self.diagnostics += arrange([*put.refused, *(put.merged.diagnostics if put.merged else ())])
-        if put.refused:
-            return self._end(result)
-        report: list[str] = []
-        if put.merged is None and any(file.startswith(f"{Description.FOLDER}/") for file in put.written):
-            report += _report(folder, imported, trip, (), lines)
-        report += package_report(package, put)
-        to_do_lines, after = tuple(to_do(package, put)), tuple(in_the_end(source, put))
-        made = replace(result, written=put.written, report=tuple(report), to_do=to_do_lines, next_steps=after)
+        self.diagnostics += arrange(put.diagnostics)
+        report = (*(_report(folder, imported, trip, (), lines) if put.is_new else ()), *put.report)
+        made = replace(result, written=put.written, report=report, to_do=tuple(put.to_do), next_steps=tuple(put.after))
         return self._end(made)
 
     def _import_again(self, result: ImportResult, record: Record, files: Mapping[str, str]) -> ImportResult:

@@ -30,11 +30,11 @@ from .reimport import (
     recorded,
     remove,
     source_of,
-    text_of,
 )
 
 CMAKE, PYTHON = "ament_cmake", "ament_python"
 _BUILD_TYPE = re.compile(r"<build_type[^<>]*>\s*([^<\s]+)\s*</build_type>")
+_OURS = f"{Description.FOLDER}/"
 _NO_WORD = re.compile(r"\W+")
 _COMMENTS = ("#", "<!--")
 _LARGEST = 1_000_000  # bytes of a launch file
@@ -58,19 +58,16 @@ class Package(NamedTuple):
 class Put(NamedTuple):
     """The result of writing a description into a package.
 
-    ``written`` are new or changed files, ``kept`` existing files that differ. ``add`` are lines to add, by file, and
-    ``change`` lines that name the source, with their places. ``refused`` are the errors if nothing is written.
-    ``merged`` is the result for a description that existed.
+    ``written`` are new or changed files. ``report``, ``to_do`` and ``after`` are lines: what was done, what is left to
+    the user, and how both go on. ``is_new``: the description did not exist.
     """
 
-    description: str
-    test: str
     written: tuple[str, ...] = ()
-    kept: tuple[str, ...] = ()
-    add: Mapping[str, Sequence[str]] = {}
-    change: Sequence[tuple[str, str]] = ()
-    refused: Sequence[Diagnostic] = ()
-    merged: Merged | None = None
+    report: Sequence[str] = ()
+    to_do: Sequence[str] = ()
+    after: Sequence[str] = ()
+    diagnostics: Sequence[Diagnostic] = ()
+    is_new: bool = False
 
 
 def package_at(folder: Path) -> Package:
@@ -126,9 +123,9 @@ def put_into(
         if is_folder(folder) and any(folder.iterdir()):
             merged = _merged(package, description, files, request)
             if merged.refused:
-                return Put(description, test, refused=merged.diagnostics)
-        texts = merged.files if merged else {**files, **_records(folder, files, request)}
-        data = {os.path.normpath(f"{description}/{file}"): text.encode() for file, text in texts.items()}
+                return Put(diagnostics=merged.diagnostics)
+        texts = merged.files if merged else {**files, **record_of(files, request.words)}
+        data = {f"{description}/{file}": text.encode() for file, text in texts.items()}
         data[test] = _test(package, source, root, arguments).encode()
         kept = [
             file
@@ -140,31 +137,29 @@ def put_into(
         written = target.write({file: data[file] for file in order}, manifest=False)
         if merged:
             remove(folder, merged)
-    return Put(
-        description,
-        test,
-        tuple(file for file in written if not is_record(file)),
-        tuple(kept),
-        {file: lines for file, lines in _to_add(package, description, test, files).items() if lines},
-        list(_lines_with(Path(source).name, package.folder))[:_MOST_LINES],
-        merged=merged,
-    )
-
-
-def _records(folder: Path, files: Mapping[str, str], request: Request) -> dict[str, str]:
-    """Return the record of a new robot; that of a file of another robot stays as it is."""
-    made = record_of(files, request.words)
-    for file in files:
-        record = Path(os.path.normpath(folder / f"{file}{ENDING}"))
-        if file.startswith("../") and is_file(record):
-            made[f"{file}{ENDING}"] = text_of(record)
-    return made
+    written = tuple(file for file in written if not is_record(file))
+    name = resolve(package.folder).name
+    places = ["/".join(file.split("/")[:2]) if file.startswith(_OURS) else file for file in written]
+    report = [f"{name}: written: {', '.join(dict.fromkeys(places))}"] if written else []
+    report += [f"{name}: {file} was edited, and stays as it is" for file in kept]
+    report += [] if report else [f"{name}: unchanged"]
+    report += merged.lines if merged else []
+    to_do = list(_to_add(package, description, test, files))
+    lines = list(_lines_with(Path(source).name, package.folder))[:_MOST_LINES]
+    command = f"rosorin-compile print {root} urdf"
+    if lines:
+        to_do += [f"expand the description by {command} instead of the source in:", *(f"  {line}" for line in lines)]
+    after = [] if lines else [f"no launch file names {Path(source).name}; to expand the description: {command}"]
+    compares = "was edited and may compare something else" if test in kept else "compares both"
+    after.append(f"{listed([source])} stays; {test} {compares}: colcon test, or pytest")
+    is_new = merged is None and any(file.startswith(_OURS) for file in written)
+    return Put(written, report, to_do, after, merged.diagnostics if merged else (), is_new)
 
 
 def _merged(package: Package, description: str, files: Mapping[str, str], request: Request) -> Merged:
     """Merge the new state of a source with its description in a package. Raises RequestError."""
     folder = package.folder / description
-    previous = read_record(folder, files)
+    previous = read_record(folder)
     if previous is not None and not is_same_source(previous.words, request.words):
         message = (
             f'"{folder.name}" is taken in {package.name}: {description} was imported from '
@@ -172,7 +167,7 @@ def _merged(package: Package, description: str, files: Mapping[str, str], reques
         )
         help = f"give this robot another name with --name, or remove {description} to replace it"
         return Merged.refuse(error("import-name-taken", message, None, help))
-    record = recorded(folder, request.words, files)
+    record = recorded(folder, request.words)
     if record is not None:
         return import_again(folder, record, files, request)
     others = [file for file, text in files.items() if _differs(folder / file, text.encode())]
@@ -211,10 +206,9 @@ def _test(package: Package, source: str, description: str, arguments: Mapping[st
     return Templates().own("importing/test.py.jinja", values)
 
 
-def _to_add(package: Package, description: str, test: str, files: Mapping[str, str]) -> dict[str, list[str]]:
-    """Return the lines that the files of a package lack, by file."""
-    names = [os.path.normpath(f"{description}/{file}") for file in files]
-    absent = [file for file, _ in missing(package.folder, package.name, names)]
+def _to_add(package: Package, description: str, test: str, files: Mapping[str, str]) -> Iterator[str]:
+    """Yield the lines that the files of a package lack, below the names of the files."""
+    absent = [file for file, _ in missing(package.folder, package.name, [f"{description}/{file}" for file in files])]
     registry = _text(package.folder / package.registry)
     if package.build_type == PYTHON:
         rows: dict[str, list[str]] = {}
@@ -231,10 +225,14 @@ def _to_add(package: Package, description: str, test: str, files: Mapping[str, s
             install += [f"  ament_add_pytest_test({Path(test).stem} {test})", "endif()"]
         depends = "ament_cmake_pytest"
     is_declared = re.search(rf"<(test_|build_)?depend[^<>]*>\s*{depends}\s*<", _text(package.folder / "package.xml"))
-    return {package.registry: install, "package.xml": [] if is_declared else [f"<test_depend>{depends}</test_depend>"]}
+    needs = [] if is_declared else [f"<test_depend>{depends}</test_depend>"]
+    for file, lines in ((package.registry, install), ("package.xml", needs)):
+        if lines:
+            yield f"add to {package.folder / file}:"
+            yield from (f"  {line}" for line in lines)
 
 
-def _lines_with(name: str, package: Path) -> Iterator[tuple[str, str]]:
+def _lines_with(name: str, package: Path) -> Iterator[str]:
     """Yield the lines with a file name in launch files and CMakeLists.txt of a package and those next to it."""
     root = resolve(package)
     with suppress(OSError):
@@ -249,38 +247,4 @@ def _lines_with(name: str, package: Path) -> Iterator[tuple[str, str]]:
                     has_name = re.search(rf"(?<![\w.-]){re.escape(name)}", line)
                     if has_name and not line.lstrip().startswith(_COMMENTS):
                         place = os.path.normpath(package / os.path.relpath(path, package))
-                        yield f"{place}:{number}", line.strip()
-
-
-def package_report(package: Package, put: Put) -> Iterator[str]:
-    """Yield the lines about what was written into a package; a description is one entry."""
-    name = resolve(package.folder).name
-    if put.written:
-        in_description = f"{Description.FOLDER}/"
-        places = ["/".join(file.split("/")[:2]) if file.startswith(in_description) else file for file in put.written]
-        yield f"{name}: written: {', '.join(dict.fromkeys(places))}"
-    for file in put.kept:
-        yield f"{name}: {file} was edited, and stays as it is"
-    if not put.written and not put.kept:
-        yield f"{name}: unchanged"
-    yield from put.merged.lines if put.merged else ()
-
-
-def to_do(package: Package, put: Put) -> Iterator[str]:
-    """Yield the lines about changes that are left to the user."""
-    for file, lines in put.add.items():
-        yield f"add to {package.folder / file}:"
-        yield from (f"  {line}" for line in lines)
-    if put.change:
-        command = f"rosorin-compile print {put.description}/{Description.ROOT_FILE} urdf"
-        yield f"expand the description by {command} instead of the source in:"
-    for place, line in put.change:
-        yield f"  {place}: {line}"
-
-
-def in_the_end(source: str, put: Put) -> Iterator[str]:
-    """Yield the lines about the use of the source and its description."""
-    if not put.change:
-        yield f"no launch file names {Path(source).name}; to expand the description: rosorin-compile print FILE urdf"
-    compares = "was edited and may compare something else" if put.test in put.kept else "compares both"
-    yield f"{listed([source])} stays; {put.test} {compares}: colcon test, or pytest"
+                        yield f"{place}:{number}: {line.strip()}"

@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.imported import BESIDE, END, INSIDE, Comment
+from rosorin_compile.formats.imported import END, INSIDE, Comment
 from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.source.diagnostics import MadeSpan, Span, printable
 from rosorin_compile.source.numbers import exact
@@ -48,12 +48,11 @@ class Expression(str):
 class Remarks(NamedTuple):
     """Comments, as lines by the path of the entry that they belong to; every path is one of the document.
 
-    ``before`` are written above the entry, ``beside`` after it if it is short enough, else above it; ``inside`` at the
-    end of its block. Those of the empty path begin and end the file.
+    ``before`` are written above the entry, ``inside`` at the end of its block. Those of the empty path are at the
+    beginning and the end of the file.
     """
 
     before: Mapping[Path, Sequence[str]] = {}
-    beside: Mapping[Path, Sequence[str]] = {}
     inside: Mapping[Path, Sequence[str]] = {}
 
 
@@ -76,8 +75,8 @@ def layout(document: Mapping[str, Any], remarks: Remarks = _NONE) -> str:
     Values are mappings, lists, texts, ``Verbatim``, ``Expression``, booleans and None.
     """
     made = _Layout(remarks)
-    lines = [*made.above((), ""), *made.mapping(document, 0, ())]
-    end = list(made.comment(remarks.inside.get((), ()), ""))
+    lines = [*made.comment(remarks.before.get((), ()), ""), *made.mapping(document, 0, ())]
+    end = made.comment(remarks.inside.get((), ()), "")
     return "".join(f"{line}\n" for line in [*lines, *([""] if end else []), *end])
 
 
@@ -124,30 +123,19 @@ class _Layout:
     """Makes the lines of one document."""
 
     def __init__(self, remarks: Remarks) -> None:
-        self.written = remarks
-        below = (
-            path[:depth] for part in remarks[:2] for path, lines in part.items() if lines for depth in range(len(path))
-        )
-        self.open = {*below, *(path[:depth] for path in remarks.inside for depth in range(len(path) + 1))}
+        self.remarks = remarks
+        self.open = {path[:depth] for path, lines in remarks.before.items() if lines for depth in range(len(path))}
+        self.open |= {path[:depth] for path in remarks.inside for depth in range(len(path) + 1)}
 
-    def comment(self, lines: Iterable[str], pad: str) -> Iterator[str]:
-        """Yield lines as comments, no wider than the page."""
-        for line in lines:
-            for part in _wrapped(line, WIDTH - len(pad) - 2):
-                yield f"{pad}# {part}".rstrip()
-
-    def above(self, path: Path, pad: str) -> Iterator[str]:
-        """Yield the comments above an entry."""
-        return self.comment(self.written.before.get(path, ()), pad)
+    def comment(self, lines: Iterable[str], pad: str) -> list[str]:
+        """Return lines as comments, no wider than the page."""
+        parts = (part for line in lines for part in _wrapped(line, WIDTH - len(pad) - 2))
+        return [f"{pad}# {part}".rstrip() for part in parts]
 
     def commented(self, entry: list[str], pad: str, path: Path) -> tuple[list[str], list[str]]:
-        """Return the comments above an entry, and the entry with those after it or inside."""
-        above = list(self.above(path, pad))
-        inside = self.comment(self.written.inside.get(path, ()), f"{pad}  ")
-        beside = self.written.beside.get(path, ())
-        if len(entry) == len(beside) == 1 and len(entry[0]) + 4 + len(beside[0]) <= WIDTH:
-            return above, [f"{entry[0]}  # {beside[0]}", *inside]
-        return [*above, *self.comment(beside, pad)], [*entry, *inside]
+        """Return the comments above an entry, and the entry with those inside."""
+        above = self.comment(self.remarks.before.get(path, ()), pad)
+        return above, [*entry, *self.comment(self.remarks.inside.get(path, ()), f"{pad}  ")]
 
     def mapping(self, value: Mapping[str, Any], indent: int, path: Path) -> list[str]:
         """Return the lines of a mapping in block form."""
@@ -368,7 +356,6 @@ def placed(comments: Iterable[Comment], document: Mapping[str, Any], head: Seque
     the ``root`` file: at its beginning, or at its end if it was there.
     """
     before: dict[Path, list[str]] = {(): list(head)}
-    beside: dict[Path, list[str]] = {}
     inside: dict[Path, list[str]] = {}
     for comment in comments:
         lines = cleaned(comment.text)
@@ -381,13 +368,11 @@ def placed(comments: Iterable[Comment], document: Mapping[str, Any], head: Seque
             continue  # its section is in another file
         if comment.where == INSIDE and value and _is_block(value):
             inside.setdefault(path, []).extend(lines)
-        elif comment.where == BESIDE and path == tuple(comment.path) and len(lines) == 1:
-            beside.setdefault(path, []).extend(lines)
         elif (
             len(lines) == 1 or before.get(path, [])[-len(lines) :] != lines
         ):  # a file that is included twice has it twice
             before.setdefault(path, []).extend(lines)
-    return Remarks(before, beside, inside)
+    return Remarks(before, inside)
 
 
 def cleaned(text: str) -> list[str]:

@@ -87,31 +87,27 @@ def is_record(name: str) -> bool:
     return name.endswith(ENDING)
 
 
-def read_record(folder: Path, others: Iterable[str] = ()) -> Record | None:
-    """Return the record of the description in a folder, or None if it is missing or damaged.
-
-    ``others`` are names of files outside the folder that may have a record. Raises OSError.
-    """
+def read_record(folder: Path) -> Record | None:
+    """Return the record of the description in a folder, or None if it is missing or damaged. Raises OSError."""
     try:
-        first, _, root = text_of(folder / f"{Description.ROOT_FILE}{ENDING}").partition("\n")
+        first, _, root = _text(folder / f"{Description.ROOT_FILE}{ENDING}").partition("\n")
         words = shlex.split(first.removeprefix(_PROGRAM)) if first.startswith(_PROGRAM) else []
-        names = [path.relative_to(folder).as_posix() for path in sorted(folder.glob(f"**/*{ENDING}"))]
-        names += [f"{name}{ENDING}" for name in others if name.startswith("../")]
-        files = {name.removesuffix(ENDING): text_of(folder / name) for name in names if is_file(folder / name)}
+        paths = filter(is_file, sorted(folder.glob(f"**/*{ENDING}")))
+        files = {path.relative_to(folder).as_posix().removesuffix(ENDING): _text(path) for path in paths}
     except (ValueError, FileNotFoundError, NotADirectoryError):
         return None
     return Record(words, {**files, Description.ROOT_FILE: root}) if words else None
 
 
-def text_of(path: Path) -> str:
+def _text(path: Path) -> str:
     """Return the text of a file without converting line ends. Raises OSError, ValueError."""
     return read_bytes(path).decode()
 
 
-def recorded(folder: Path, words: Sequence[str], others: Iterable[str] = ()) -> Record | None:
+def recorded(folder: Path, words: Sequence[str]) -> Record | None:
     """Return the record of the description in a folder, or None. Raises RequestError if it is of another import."""
     try:
-        record = read_record(folder, others)
+        record = read_record(folder)
     except OSError as problem:
         raise RequestError(f"cannot read {folder}: {problem.strerror or type(problem).__name__}") from None
     if record is None or not os.path.lexists(folder / Description.ROOT_FILE):
@@ -190,7 +186,7 @@ def _read_files(folder: Path, names: Iterable[str]) -> dict[str, str]:
         path = folder / name
         try:
             if is_file(path):
-                texts[name] = text_of(path)
+                texts[name] = _text(path)
         except OSError as problem:
             raise RequestError(f"cannot read {path}: {problem.strerror or type(problem).__name__}") from None
         except ValueError:

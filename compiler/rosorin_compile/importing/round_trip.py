@@ -9,6 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
+from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.formats.imported import Imported, Outputs, Proof
@@ -20,7 +21,6 @@ from rosorin_compile.source.diagnostics import (
     Diagnostic,
     Related,
     Source,
-    Span,
     and_more,
     counted,
     error,
@@ -34,14 +34,7 @@ from rosorin_compile.source.tree import Map
 from .description import write
 from .repeats import with_parts
 from .report import seen_from
-from .same_model import (
-    by_elements,
-    model_differences,
-    read_back,
-    section_differences,
-    with_urdf_names,
-    without_words,
-)
+from .same_model import element_changes, model_differences, without_words
 
 _MAX_MESSAGE = 300
 _MAX_DIFFERENCES = 20
@@ -104,7 +97,7 @@ def _round_trip(
             compiled = _compiled(stage, texts, imported.packages)
         trip = RoundTrip(texts, outputs, _relocated(compiled.diagnostics, folder), shown)
         if not trip.diagnostics:
-            trip = _compared(imported, compiled, stage, trip, plain)
+            trip = _compared(imported, compiled, trip, plain)
         if trip.diagnostics:
             return trip
     proof = _proof(imported, shown, outputs, folder, packages)
@@ -124,29 +117,16 @@ def _compiled(stage: Path, texts: Mapping[str, str], packages: Mapping[str, Path
     return compile_robot(stage / Description.ROOT_FILE, packages=packages, exact=True)
 
 
-def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTrip, plain: Map | None) -> RoundTrip:
-    """Compare the source with the description, and with its artifact as it is read back."""
-    tree, format = plain or imported.whole, FORMATS.published()
-    texts = {one.backend: one.text for one in compiled.artifacts}
-    companions = [one for one in FORMATS.values() if one.join is not None and one.name in texts]
-    back = read_back(stage, texts, tree, companions)
-    source, made, again = imported._replace(tree=tree).robot, compiled.robot, back.robot
-    if source is None or again is None or made is None:
-        broken = [d.message for d in back.diagnostics if d.severity == ERROR]
-        return trip._replace(diagnostics=[_failed(f"the compiled {format.word} cannot be read back", broken)])
-    moving = [[joint.name for joint in robot.joints if not joint.is_fixed] for robot in (source, again)]
-    sides = {f"compiled {format.word}": list[str](), "description": list[str]()}
-    artifact, description = sides.values()
-    if plain is not None:
-        artifact += by_elements(source, again, made)
-        made, again = without_words(made, source), without_words(again, source)
-    description += model_differences(source, made, 0.0)
-    artifact += model_differences(with_urdf_names(source), again, carried_by_urdf=True)
-    for companion in companions:
-        for section in companion.joins:
-            sides.setdefault(f"compiled {companion.word}", []).extend(section_differences(source, again, section))
-    found = [f"{side}: {text}" for side, differences in sides.items() for text in differences]
+def _compared(imported: Imported, compiled: Compiled, trip: RoundTrip, plain: Map | None) -> RoundTrip:
+    """Compare the source with the description, and the artifacts with the description, each as its format proves it."""
+    source, made = imported._replace(tree=plain or imported.whole).robot, compiled.robot
+    if source is None or made is None:
+        return trip._replace(diagnostics=[_failed("the description cannot be compared with the source", [])])
+    moving = [[joint.name for joint in robot.joints if not joint.is_fixed] for robot in (source, made)]
+    found = [] if plain is None else element_changes(source, made)
+    found += model_differences(source, made if plain is None else without_words(made, source), 0.0)
     diagnostics = [_failed("the description would not be the same robot", found)] if found else []
+    diagnostics += agreement(made, compiled.artifacts)
     return trip._replace(diagnostics=diagnostics, reordered=moving[0] != moving[1])
 
 
@@ -196,17 +176,14 @@ def _first_error(diagnostics: Sequence[Diagnostic]) -> str:
 
 def _relocated(diagnostics: Sequence[Diagnostic], folder: Path) -> list[Diagnostic]:
     """Return errors with places in the folder where the description is going to be."""
-
-    def moved(span: Span | None) -> Span | None:
-        if span is None:
-            return None
-        return span._replace(source=Source(str(folder / Path(span.source.path).name), span.source.text))
-
-    return [
-        replace(d, span=moved(d.span), related=tuple(Related(r.message, moved(r.span)) for r in d.related))
-        for d in diagnostics
-        if d.severity == ERROR
-    ]
+    found = []
+    for one in (one for one in diagnostics if one.severity == ERROR):
+        if one.span is not None:
+            source = one.span.source
+            place = one.span._replace(source=Source(str(folder / Path(source.path).name), source.text))
+            one = replace(one, span=place, related=())
+        found.append(one)
+    return found
 
 
 def _failed(what: str, found: Sequence[str]) -> Diagnostic:

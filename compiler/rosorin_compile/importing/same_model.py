@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -10,11 +10,11 @@ from rosorin_compile.compare.describe import Describer
 from rosorin_compile.compare.precision import NOISE, Precision
 from rosorin_compile.compare.walk import compare_leaves, leaves
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.format import Format, lacks
+from rosorin_compile.formats.format import lacks
 from rosorin_compile.formats.gazebo_elements import element_differences, followers_of
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.mesh_files import urdf_file_name
-from rosorin_compile.formats.reading import join, read_robot
+from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Ellipsoid, Joint, Link, Mesh, Robot, Shape
 from rosorin_compile.model.joint import ROBOT_STATE_PUBLISHER, Dynamics, Publisher
@@ -42,13 +42,6 @@ def model_differences(
     return [text for _, text in describer.describe(compare_leaves(*sides, known, tolerance))]
 
 
-def section_differences(one: Robot, other: Robot, section: str) -> list[str]:
-    """Return the differences between one section of two robots, such as ``moveit``."""
-    empty = Robot("", (), ())
-    first, second = (replace(empty, **{section: getattr(robot, section)}) for robot in (one, other))
-    return model_differences(first, second)
-
-
 def _of(tolerance: float) -> Precision:
     return lambda key, *values: tolerance / 2  # noqa: ARG005
 
@@ -63,7 +56,7 @@ def _without_lacking(one: Robot, other: Robot) -> Robot:
 def _in_urdf(robot: Robot) -> Robot:
     """Reduce a robot to the values that a URDF can express."""
     links, joints = tuple(map(_link, robot.links)), tuple(map(_joint, robot.joints))
-    materials = tuple(replace(material, mjcf={}) for material in robot.materials)
+    materials = tuple(replace(one, mjcf={}, texture=urdf_file_name(one.texture)) for one in robot.materials)
     return replace(robot, links=links, joints=joints, materials=materials, mjcf=())
 
 
@@ -75,7 +68,9 @@ def _link(link: Link) -> Link:
 
 def _shape(shape: Shape) -> Shape:
     geometry = plain(shape.geometry) if isinstance(shape.geometry, Ellipsoid) else shape.geometry
-    return replace(shape, geometry=geometry, material="", contact=None, mjcf={})
+    if isinstance(geometry, Mesh):
+        geometry = replace(geometry, file=urdf_file_name(geometry.file))
+    return replace(shape, geometry=geometry, texture=urdf_file_name(shape.texture), material="", contact=None, mjcf={})
 
 
 def _joint(joint: Joint) -> Joint:
@@ -84,53 +79,32 @@ def _joint(joint: Joint) -> Joint:
     return replace(joint, type=kind, dynamics=dynamics, actuator=None, mjcf={}, publisher=_PUBLISHED)
 
 
-def read_back(stage: Path, texts: Mapping[str, str], tree: Map, companions: Sequence[Format] = ()) -> Imported:
-    """Return the robot in compiled texts (by the names of their formats), which are written to a folder.
+def read_back(stage: Path, texts: Mapping[str, str], tree: Map) -> Imported:
+    """Return the robot in the text of the published format (by the names of formats), which is written to a folder.
 
-    It is that of the published format, with the sections of its ``companions``. ``tree`` is that of the source: what
-    the source is accepted to violate, its copy may.
+    ``tree`` is that of the source: what the source is accepted to violate, its copy may.
     """
-    options = ReadOptions(lenient=True, checked=False)
-
-    def saved(format: Format) -> Path:
-        file = stage / f"compiled{format.endings[0]}"
-        file.write_text(texts[format.name], "utf-8")
-        return file
-
-    back = read_robot(saved(FORMATS.published()), options)
-    for companion in companions:
-        back = join(back, companion.name, saved(companion), options)
+    format = FORMATS.published()
+    file = stage / f"compiled{format.endings[0]}"
+    file.write_text(texts[format.name], "utf-8")
+    back = read_robot(file, ReadOptions(lenient=True, checked=False))
     if back.tree is not None and "accept" in tree:
         back.tree.put("accept", tree["accept"], back.tree.span, back.tree.span)
     return back
 
 
-def with_urdf_names(robot: Robot) -> Robot:
-    """Return a robot whose meshes and textures have the names that a URDF gives them."""
+def element_changes(source: Robot, made: Robot) -> list[str]:
+    """Return how the elements of a URDF of a source differ from those of its description.
 
-    def renamed(shape: Shape) -> Shape:
-        solid = shape.geometry
-        solid = replace(solid, file=urdf_file_name(solid.file)) if isinstance(solid, Mesh) else solid
-        return replace(shape, geometry=solid, texture=urdf_file_name(shape.texture))
-
-    links = (
-        replace(one, visual=tuple(map(renamed, one.visual)), collision=tuple(map(renamed, one.collision)))
-        for one in robot.links
-    )
-    materials = (replace(one, texture=urdf_file_name(one.texture)) for one in robot.materials)
-    return replace(robot, links=tuple(links), materials=tuple(materials))
-
-
-def by_elements(source: Robot, again: Robot, made: Robot) -> list[str]:
-    """Return how the elements of a robot that was read back differ from those of its source.
-
-    ``made`` is the compiled description: its URDF has elements for Gazebo for the friction and springs of the source.
+    Both have elements for Gazebo for friction and springs; the description has some for sensors and hardware, too.
     """
-    format, own = FORMATS.published(), list(source.urdf_elements)
+    format = FORMATS.published()
     output = next((one for one in made.outputs if one.backend == format.name), None)
+    before, after = list(source.urdf_elements), list(made.urdf_elements)
     if output is not None and format.brings is not None:
-        own += format.brings(replace(source, sensors=(), control=(), controllers=()), output)
-    texts = without_collisions(own), without_collisions(again.urdf_elements)
+        before += format.brings(replace(source, sensors=(), control=(), controllers=()), output)
+        after += format.brings(made, output)
+    texts = without_collisions(before), without_collisions(after)
     return element_differences(*texts, followers_of(source, made.asks_for_humble))
 
 

@@ -178,7 +178,7 @@ def used(found: Found, top: bool) -> Iterator[Reference]:
         return
     inside = f" in <{found.tags[0]}>" if len(found.tags) > 1 else ""
     for attribute, value in attributes.items():
-        kind = _kind_of_name(attribute, attributes)
+        kind = kind_of_name(attribute, attributes)
         if not kind or (attribute == "class" and kind_of(found, top) == CLASS) or tag in ("attach", "config"):
             continue
         for name in value.split() if tag in _OF_MANY else [value.strip()]:
@@ -186,7 +186,8 @@ def used(found: Found, top: bool) -> Iterator[Reference]:
                 yield Reference(name, kind, attribute, f"the {attribute} of <{tag}>{inside}")
 
 
-def _kind_of_name(attribute: str, attributes: Mapping[str, str]) -> str:
+def kind_of_name(attribute: str, attributes: Mapping[str, str]) -> str:
+    """Return the kind of object that an attribute of an element names, or "" if it names none."""
     if attribute in ("objname", "refname"):
         kind = attributes.get(f"{attribute[:3]}type", "")
         return _KINDS.get(kind, kind)

@@ -12,8 +12,8 @@ from itertools import zip_longest
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosorin_compile.compare.artifacts import Pair, pair_of, with_new_names
 from rosorin_compile.compare.changes import Change, find_changes
-from rosorin_compile.compare.pairs import Pair, pair_of, with_new_names
 from rosorin_compile.compare.precision import POSE_NOISE, printed
 from rosorin_compile.compare.walk import Address, Leaves, compare_leaves, leaves
 from rosorin_compile.formats import FORMATS, Artifact

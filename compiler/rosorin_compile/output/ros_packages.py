@@ -1,4 +1,4 @@
-"""ROS packages on disk: the package of a folder, its files, what it installs, and its install space."""
+"""ROS packages on disk: the package of a folder, its files, and what it installs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
-from rosorin_compile.source.files import exists, is_file, is_folder, read_text, resolve
+from rosorin_compile.source.files import exists, is_file, read_text, resolve
 
 MAX_FILES = 50_000
 BUILT = ("build", "install", "log")  # colcon puts a file COLCON_IGNORE into each
@@ -117,16 +117,3 @@ def undeclared(package: Path, launch: Sequence[str]) -> list[str]:
     declared = set(re.findall(r"<(?:exec_|run_)?depend[^<>]*>\s*([^<\s]+)\s*<", text))
     started = [name for name in _NODES if any(name in one for one in launch)]
     return [name for name in started if name not in declared]
-
-
-def install_space(package: Path, name: str) -> Path | None:
-    """Return share/NAME of the install space beside the sources, as colcon makes it, or None."""
-    parents = list(resolve(package).parents)[:4]
-    shares = [one / "install" / place / name for one in parents for place in (f"{name}/share", "share")]
-    return next(filter(is_folder, shares), None)
-
-
-def share_folder(install: Path, name: str) -> Path | None:
-    """Return share/NAME of a folder that is an install space, the prefix of a package, or share/NAME itself."""
-    shares = (install / name / "share" / name, install / "share" / name, install)
-    return next((share for share in shares if is_file(share / "package.xml")), None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from array import array
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ import numpy as np
 
 from rosorin_compile.source.diagnostics import NOTE, WARNING
 from rosorin_compile.source.files import is_file, is_folder
+from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.system import pip_install
 
 from .findings import YEAR, problem, seconds
@@ -23,7 +24,6 @@ SUFFIXES = (".mcap", ".db3")
 _FAR = 2**62  # ns; beyond the range of any clock
 _STEP = 16_384  # messages between two reports of progress
 
-Progress = Callable[[int, int], None]
 Topic = tuple[int, str, str]  # to read: the kind of its messages, its name and their type
 
 
@@ -46,7 +46,7 @@ _NOT_PLACED = {f"sensor_msgs/msg/{name}" for name in ("Joy", "BatteryState", "Ti
 _NOT_PLACED |= {"sensor_msgs/msg/JointState", "diagnostic_msgs/msg/DiagnosticArray"}
 
 
-def read(paths: Sequence[Path], recording: Recording, progress: Progress) -> None:
+def read(paths: Sequence[Path], recording: Recording) -> None:
     """Read a rosbag2 folder, or the files of one that has no metadata.yaml, into a recording. Raises Unreadable."""
     try:
         from rosbags.rosbag2 import Reader  # noqa: F401
@@ -57,7 +57,7 @@ def read(paths: Sequence[Path], recording: Recording, progress: Progress) -> Non
         bags = sorted((_Bag(path, stack) for path in paths), key=lambda bag: bag.start)
         reader = _Reader(recording)
         if bags := [bag for bag in bags if bag.count]:
-            reader.read(bags, progress)
+            reader.read(bags)
         reader.finish()
 
 
@@ -151,7 +151,7 @@ class _Reader:
         self.recording, self.arrivals, self.ticks = recording, array("q"), Rows()
         self._edges: dict[tuple[bool, str, str], Rows] = {}  # by frames as they were recorded
 
-    def read(self, bags: Sequence[_Bag], progress: Progress) -> None:
+    def read(self, bags: Sequence[_Bag]) -> None:
         """Read all bags between the two requested times; of latched topics also what came before."""
         recording, options = self.recording, self.recording.description.options
         first, end, count = bags[0].start, max(bag.end for bag in bags), sum(bag.count for bag in bags)
@@ -171,8 +171,8 @@ class _Reader:
                 self._add(topic, received, content)
                 self.arrivals.append(received)
                 if recording.messages % _STEP == 0:
-                    progress(recording.messages, count)
-        progress(recording.messages, count)
+                    Progress.step("reading messages", recording.messages, count)
+        Progress.step("reading messages", recording.messages, count)
 
     def _add(self, topic: Topic, received: int, content: Any) -> None:
         recording, (kind, name, message_type) = self.recording, topic

@@ -89,22 +89,19 @@ def difference(described: Transform, recorded: Transform) -> tuple[float, float,
     parts = []
     if angle > 1e-7:
         name, degrees = _main_axis(axis), math.degrees(angle)
+        along = f"({', '.join(_short(value, 2) for value in axis)})"
         shown = f"{degrees:.1f}" if degrees >= 1 else f"{degrees:.2g}"
         if name and abs(angle - math.pi) < _NEAR:
             shown = "180"
         elif name:
             shown = "90" if abs(degrees - 90) < 0.05 else shown
             shown = f"-{shown}" if axis[_AXES.index(name)] < 0 else shown
-        parts.append(f"turned by {shown} deg about {name or f'({_joined(axis)})'}")
+        parts.append(f"turned by {shown} deg about {name or along}")
     if far > 1e-7:
         steps = [(name, step) for name, step in zip(_AXES, move, strict=True) if abs(step) > 0.02 * far]
         words = (f"{'-' if step < 0 else '+'}{amount(abs(step), 'm')} in {name}" for name, step in steps)
         parts.append(f"moved by {', '.join(words)}")
     return far, angle, " and ".join(parts)
-
-
-def _joined(axis: Vector) -> str:
-    return ", ".join(_short(value, 2) for value in axis)
 
 
 def value_rule(described: Transform, recorded: Transform) -> str:

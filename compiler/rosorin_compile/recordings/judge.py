@@ -106,9 +106,8 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
         message = f"{_STATES} has two values in turns: {leaps_text(states.leaps)}"
         yield problem("joint-states-two-values", _STATES, message)
     if recording.short_states:
-        message = (
-            f"{share(recording.short_states, states.pace.count)} messages of {_STATES} have fewer positions than names"
-        )
+        many = share(recording.short_states, states.pace.count)
+        message = f"{many} messages of {_STATES} have fewer positions than names"
         yield problem("joint-state-short", _STATES, message)
     for name, seen in states.reported.items():
         joint = robot.joint.get(name)
@@ -120,10 +119,11 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
             lower, upper = states.limits(name)
             excess = amount(max(lower - seen.lowest, seen.highest - upper), unit)
             message = f"{name} is beyond its limits in {share(seen.beyond, seen.seen)} messages, by {excess} at most"
-            evidence = (
-                f"seen {seen.lowest:.6g} to {seen.highest:.6g} {unit}, described {lower:.6g} to {upper:.6g} {unit}"
+            seen_range, described = (
+                f"{a:.6g} to {b:.6g} {unit}" for a, b in ((seen.lowest, seen.highest), (lower, upper))
             )
-            yield problem("joint-beyond-limit", name, message, evidence=[evidence])
+            evidence = [f"seen {seen_range}, described {described}"]
+            yield problem("joint-beyond-limit", name, message, evidence=evidence)
         if seen.off and joint is not None and joint.mimic is not None:
             ratio = f"{joint.mimic.multiplier:.6g} times {joint.mimic.joint}"
             ratio += f" {joint.mimic.offset:+.6g} {unit}" if joint.mimic.offset else ""
@@ -319,10 +319,9 @@ def _sensors(recording: Recording) -> Iterator[Diagnostic]:
         message = f"{use.topic}: {use.frame} in {lookups.target} could not be looked up at the exact stamp for "
         message += f"{share(lookups.failed, lookups.asked)} messages; the tree was {seconds(lookups.mean_lag)} behind, "
         message += f"{seconds(lookups.largest_lag)} at most"
-        follows = (
-            f", which follows /joint_states at {rate_text(recording.joints.pace.rate)}" if slowest.by_state else ""
-        )
-        evidence = [f"slowest is {slowest.name}{slowest.by_owner} at {rate_text(slowest.pace.rate)}{follows}"]
+        evidence = [f"slowest is {slowest.name}{slowest.by_owner} at {rate_text(slowest.pace.rate)}"]
+        if slowest.by_state:
+            evidence[0] += f", which follows {_STATES} at {rate_text(recording.joints.pace.rate)}"
         if use.pace.most_ahead > AHEAD:
             evidence.append(f"its own stamps are up to {seconds(use.pace.most_ahead)} ahead of the time when they came")
         evidence += [f"also {other.topic}: {share(its.failed, its.asked)}" for other, its in group if other is not use]

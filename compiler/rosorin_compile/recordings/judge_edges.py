@@ -167,10 +167,7 @@ def best_way(recording: Recording) -> Way:
     ways = []
     fitting = [one.edge for one in recording.series.values() if one.edge and one.has_parent and not one.wrong]
     for modes, edges in recording.description.ways():
-        own, missing = (
-            {edge.child: edge for edge in edges},
-            [edge for edge in edges if edge.child not in recording.into],
-        )
+        own, missing = {edge.child: edge for edge in edges}, [one for one in edges if one.child not in recording.into]
         pairs = ((edge, own[edge.child]) for edge in fitting if edge.child in own)
         others = [(edge, mine) for edge, mine in pairs if edge.value != mine.value]
         text = " and ".join(f"{name} is {'on' if value else 'off'}" for name, value in modes.items())

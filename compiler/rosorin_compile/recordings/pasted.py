@@ -178,15 +178,10 @@ class _TextReader:
 
     def _document(self, text: str, line: int) -> None:
         """Read one message of ros2 topic echo."""
-        reason = "a value is missing or of another kind"
         try:
-            try:
-                message = yaml_of(text)
-            except ValueError as cause:
-                reason = str(cause)
-                raise
-            self._message(message)
-        except (TypeError, ValueError, KeyError, AttributeError, OverflowError):
+            self._message(yaml_of(text))
+        except (TypeError, ValueError, KeyError, AttributeError, OverflowError) as cause:
+            reason = str(cause) if isinstance(cause, ValueError) else "a value is missing or of another kind"
             message = f"line {line} begins a message, but it cannot be read: {reason}"
             self._trouble("text-not-understood", line, message, "paste whole messages, from --- to ---")
 

@@ -169,8 +169,7 @@ _FEWEST_REPEATED = 3
 Distance = Callable[[Floats, Floats], Floats]
 
 
-def largest_difference(one: Floats, other: Floats) -> Floats:
-    """Return the largest difference (n,) between the numbers of rows (n, k)."""
+def _largest_difference(one: Floats, other: Floats) -> Floats:
     return np.asarray(np.abs(one - other).max(axis=1), np.float64)
 
 
@@ -181,7 +180,7 @@ class Leaps:
     """
 
     def __init__(
-        self, stamps: Times, values: Floats, distance: Distance = largest_difference, leap: float = LEAP
+        self, stamps: Times, values: Floats, distance: Distance = _largest_difference, leap: float = LEAP
     ) -> None:
         self.steps = max(1, len(stamps) - 1)
         self.pair: tuple[Floats, Floats] | None = None
@@ -310,7 +309,7 @@ class Series:
         self.name, self.topic = f"{parent} -> {child}", "/tf_static" if static else "/tf"
         self.edge: Expected | None = None
         self.owner = self.by_owner = ""  # the node that should publish it, if known, and in brackets
-        self.constant, self.has_parent, self.comparable = static, False, False  # by what the description says of it
+        self.constant, self.has_parent = static, False  # by what the description says of it
         square = np.square(samples.values[:, 3:]).sum(axis=1)
         good = np.isfinite(samples.values[:, :3]).all(axis=1) & (np.abs(square - 1.0) <= _NORM_TOLERANCE)  # as for tf2
         self.bad = int(np.count_nonzero(~good))
@@ -349,10 +348,9 @@ class Series:
             self.others = int(np.count_nonzero(~same))
             self.first_other = samples.transform(int(same.argmin())) if self.others else None
         self.has_parent = edge is not None and edge.parent == self.parent  # as it is described
-        if edge is None or edge.transform is None or not self.has_parent:
+        if edge is None or edge.transform is None or not self.has_parent or not len(turns):
             return
-        self.comparable = not edge.moving or (edge.joint is not None and edge.joint.moves)
-        if not self.comparable or not len(samples.stamps):
+        if edge.moving and (edge.joint is None or not edge.joint.moves):
             return
         xyz, quaternions, by_state = _expected_values(edge, edge.transform, samples, joints)
         metres = np.linalg.norm(places - xyz, axis=1)
@@ -399,9 +397,9 @@ def transform_from(pose: Floats) -> Transform:
 
 def _distance(one: Floats, other: Floats) -> Floats:
     """Return the distance (n,) of poses (n, 7): m, or rad where that is more. q and -q are the same rotation."""
-    metres = np.abs(one[:, :3] - other[:, :3]).max(axis=1)
-    same, opposite = (np.abs(one[:, 3:] + sign * other[:, 3:]).max(axis=1) for sign in (-1, 1))
-    return np.asarray(np.maximum(metres, 2.0 * np.minimum(same, opposite)), np.float64)
+    metres = _largest_difference(one[:, :3], other[:, :3])
+    radians = 2.0 * np.minimum(*(_largest_difference(one[:, 3:], sign * other[:, 3:]) for sign in (1, -1)))
+    return np.asarray(np.maximum(metres, radians), np.float64)
 
 
 def _normalised(quaternions: Floats) -> Floats:

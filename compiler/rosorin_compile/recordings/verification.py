@@ -1,12 +1,12 @@
-"""Compare a recording of a running robot with its description."""
+"""Compare a recording of a running robot with its description, and draw its rates and gaps."""
 
 from __future__ import annotations
 
+import itertools
 import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
-from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -14,27 +14,31 @@ import numpy as np
 
 from rosorin_compile.formats.compiled import emit, emit_published
 from rosorin_compile.formats.format import Artifact
+from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Robot
 from rosorin_compile.request import Request
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Related, RequestError, UnknownName, error, has_errors
-from rosorin_compile.source.progress import Progress
+from rosorin_compile.source.wording import masked
 
 from .bags import SUFFIXES, Unreadable
-from .bags import Progress as Report
 from .bags import read as read_bags
 from .expected import Description, Expected, Options
+from .findings import rate_text, seconds
 from .judge import answer_outcome, judge
 from .judge_edges import best_way
 from .pasted import read_text
 from .recording import Recording
 from .results import EchoAnswer, Finding, RecordedEdge, RecordedJoint, RecordedSensor, Verified
-from .series import SECOND, Series
+from .series import SECOND, SLICES, Pace, Series, Times, slice_width
 
 _Record = TypeVar("_Record")
 _MAX_TEXT = 64 << 20
+_MAX_ROWS = 80
+_SHORT = SECOND // 2  # shorter pauses are not drawn as gaps
+_LETTERS = 46
 
 
 def verify_recording(request: Request, source: str, options: Options, pose: str = "") -> Verified:
@@ -64,9 +68,8 @@ def verify_recording(request: Request, source: str, options: Options, pose: str 
         raise UnknownName("pose", pose, poses, robot.name, "it has none")
     modes, prefix = dict(check_modes(robot, options.modes)), options.prefix.removeprefix("/")
     options = replace(options, modes=modes, pose=poses.get(pose), prefix=prefix)
-    progress = partial(Progress.step, "reading messages")
     try:
-        return verify(robot, compiled.artifacts, source, options, progress, lambda: sys.stdin.buffer.read(), case)
+        return verify(robot, compiled.artifacts, source, options, lambda: sys.stdin.buffer.read(), case)
     except Unreadable as problem:
         return Verified(name, source, diagnostics=(error("recording-unreadable", str(problem), None, problem.help),))
 
@@ -76,7 +79,6 @@ def verify(
     artifacts: Sequence[Artifact],
     source: str,
     options: Options,
-    progress: Report = lambda done, count: None,  # noqa: ARG005
     standard_input: Callable[[], bytes] = lambda: b"",
     case: Case | None = None,
 ) -> Verified:
@@ -89,7 +91,7 @@ def verify(
         if source == "-":
             recording = _read_text(description, standard_input(), "standard input")
         else:
-            recording = _read_path(description, Path(source), progress)
+            recording = _read_path(description, Path(source))
         findings, edges = judge(recording, artifacts), {edge.name: edge for edge in description.edges}
         for number, finding in enumerate(findings):
             if case is not None and (edge := edges.get(finding.of[0])):  # about an edge, also to where it is defined
@@ -99,7 +101,7 @@ def verify(
         return _result(recording, findings, source)
 
 
-def _read_path(description: Description, path: Path, progress: Report) -> Recording:
+def _read_path(description: Description, path: Path) -> Recording:
     special = files.is_special(path)
     if special and not path.is_relative_to("/dev/fd"):
         raise Unreadable(f"{path} is not a regular file", "write it to a file first, or name - for standard input")
@@ -108,7 +110,7 @@ def _read_path(description: Description, path: Path, progress: Report) -> Record
         if is_folder or path.suffix in SUFFIXES:
             form = f"rosbag2 folder {path}" if is_folder else str(path)
             recording = Recording(description, form, complete=True, timed=True)
-            read_bags(_bags(path) if is_folder else [path], recording, progress)
+            read_bags(_bags(path) if is_folder else [path], recording)
             return recording
         with path.open("rb") if special else files.open_binary(path) as file:  # special: a pipe of the shell, <(...)
             return _read_text(description, file.read(_MAX_TEXT + 1), str(path))
@@ -216,3 +218,46 @@ def _value(series: Series) -> str:
     if series.compared:
         return "as its joint can be" if series.edge.moving else "as described"
     return "known to its publisher alone"
+
+
+def as_svg(recording: Recording) -> str:
+    """Return the picture of a recording. Raises ValueError if it has no times of arrival."""
+    streams = _streams(recording)[:_MAX_ROWS]
+    if not recording.timed or not streams:
+        raise ValueError("a picture needs a recording that says when messages were received")
+    span = max(recording.end - recording.start, 1)
+    width = slice_width(span)
+    slices = min(SLICES, -(-span // width))
+    rows: list[dict[str, Any]] = []
+    for label, pace, moves in streams:
+        counts = np.bincount(pace.slices(width), minlength=SLICES)[:slices]
+        note = f"{rate_text(pace.rate)}, {seconds(pace.gap.seconds)}"
+        rows.append(
+            {
+                "label": masked(label if len(label) <= _LETTERS else f"{label[: _LETTERS - 3]}..."),
+                "bars": [(at / slices, counts[at] / counts.max()) for at in np.flatnonzero(counts).tolist()],
+                "gaps": list(_gaps(counts, pace, width)) if moves else [],
+                "note": note if moves and pace.count > 1 else f"{pace.count} in all",
+            }
+        )
+    title = f"{recording.description.robot.name}: {recording.messages:,} messages in {span / SECOND:.1f} s"
+    values = {"title": masked(title), "rows": rows, "step": 1 / slices, "seconds": span / SECOND}
+    return Templates.own("recordings/rates.svg.jinja", values)
+
+
+def _streams(recording: Recording) -> list[tuple[str, Pace, bool]]:
+    """Return label and pace of each row, and whether its pauses are gaps: those of a static edge are not."""
+    rows = [(series.name, series.pace, True) for series in recording.series.values() if not series.static]
+    rows += [("/joint_states", recording.joints.pace, True)] if recording.joints.pace.count else []
+    rows += [(f"{use.topic} {use.frame}", use.pace, True) for use in recording.uses]
+    rows += [(f"{series.name} (static)", series.pace, False) for series in recording.series.values() if series.static]
+    return rows
+
+
+def _gaps(counts: Times, pace: Pace, width: int) -> Iterator[tuple[float, float]]:
+    """Yield start and length, as shares of the picture, of the pauses that are longer than three usual steps."""
+    usual = (pace.last - pace.first) / max(1, pace.count - 1)
+    edges = np.concatenate(([-1], np.flatnonzero(counts), [len(counts)]))
+    for before, after in itertools.pairwise(edges.tolist()):
+        if (after - before - 1) * width > max(3 * usual, _SHORT):
+            yield (before + 1) / len(counts), (after - before - 1) / len(counts)

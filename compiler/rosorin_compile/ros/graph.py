@@ -79,10 +79,6 @@ class Graph:
         """Return who reads the topic of an end in its type."""
         return [one for one in self.read if one.topic == end.topic and one.type == end.type]
 
-    def topics(self) -> list[str]:
-        """Return the names of all topics, sorted."""
-        return sorted({one.topic for one in (*self.published, *self.read)})
-
     def add(
         self,
         name: str,
@@ -231,12 +227,9 @@ def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
         fitting = [one for one in others if one.type == end.type]
         if mismatch := mismatched_qos(end, fitting):
             yield error("package-open", mismatch, None, "make the publisher reliable")
-        if fitting or (end.topic, end.type) in reported:
-            continue
-        reported.add((end.topic, end.type))
-        found = _open(robot, made, end, others)
-        if found is not None:
-            yield found
+        if not fitting and (end.topic, end.type) not in reported:
+            reported.add((end.topic, end.type))
+            yield from _open(robot, made, end, others)
     for end in made.published:
         known = end.topic in {topic for topic, _ in reported}
         if end.port.role == VELOCITY and CONTROL in made.starts and not known and not made.readers(end):
@@ -245,52 +238,49 @@ def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
             yield error("package-open", f"{message}: the robot does not move", None, help)
 
 
-def _open(robot: Robot, made: Graph, end: End, others: Sequence[End]) -> Diagnostic | None:
+def _open(robot: Robot, made: Graph, end: End, others: Sequence[End]) -> Iterator[Diagnostic]:
+    """Yield an error if the robot or the package can close an end, a note if a driver has to, or nothing."""
     readers = [one for one in made.read if (one.topic, one.type) == (end.topic, end.type)]
-    who = listed(dict.fromkeys(one.node for one in readers))
-    what = f"{'reads' if who == end.node else 'read'} {short_type(end.type)} on {end.topic}"
+    who, role = listed(dict.fromkeys(one.node for one in readers)), end.port.role
+    what = f"{who} {'reads' if who == end.node else 'read'} {short_type(end.type)} on {end.topic}"
     symptom = next((one.port.missing for one in readers if "the robot" in one.port.missing), end.port.missing)
+    same_type = [one for one in made.published if one.type == end.type and one.node != end.node]
+    why, help = "", "start the driver that publishes it"
     if others:
-        message = f"{who} {what}, and {others[0].node} publishes {short_type(others[0].type)} there"
-        return error("package-open", f"{message}: {symptom}", None, "give both the same distribution")
-    role = end.port.role
-    if role in (OBSTACLES, SCAN):
+        why = f"{others[0].node} publishes {short_type(others[0].type)} there"
+        help = "give both the same distribution"
+    elif role in (OBSTACLES, SCAN):
         seeing = [one for one in robot.sensors if message_of_sensor(one.type) in _OBSTACLE_MESSAGES]
-        published = [one.topic for one in made.published if one.type == end.type]
         if not seeing:
-            message = f"{who} {what}, and the robot has no sensor for that: {symptom}"
+            why = "the robot has no sensor for that"
             help = "add a lidar_2d to sensors, and to nav2: sources: {scan: {sensor: NAME, topic: /scan}}"
-            return error("package-open", message, None, help)
-        if len(published) == 1:
-            message = f"{who} {what}, and the scan is on {published[0]}: {symptom}"
-            return error("package-open", message, None, "name the topic in nav2: sources")
-        help = f"nav2: sources: {{scan: {{sensor: {seeing[0].name}, topic: NAME}}}}"
-        if published:
-            help = f"start a node that joins {listed(published)}"
+        elif len(same_type) == 1:
+            why, help = f"the scan is on {same_type[0].topic}", "name the topic in nav2: sources"
+        elif same_type:
+            help = f"start a node that joins {listed(one.topic for one in same_type)}"
         elif end.type not in map(message_of_sensor, (one.type for one in seeing)):
             help = f"start a node that makes it of what {seeing[0].name} sees"
-        return _external(who, what, symptom, help)
-    if role in (ODOMETRY, IMU):
-        mine = [one for one in made.published if one.type == end.type and one.node != end.node]
+        else:
+            help = f"nav2: sources: {{scan: {{sensor: {seeing[0].name}, topic: NAME}}}}"
+    elif role in (ODOMETRY, IMU):
         heard = {one.topic for one in made.read if one.node == end.node}
-        of_controllers = [one for one in mine if one.port.group == CONTROL]
-        if of_controllers and not heard & {one.topic for one in mine}:
-            there = of_controllers[0]
-            message = f"{who} {what}, and {there.node} publishes on {there.topic}: {symptom}"
+        there = next((one for one in same_type if one.port.group == CONTROL), None)
+        if there is not None and not heard & {one.topic for one in same_type}:
+            why = f"{there.node} publishes on {there.topic}"
             help = f"topic: {there.topic.removeprefix('/')}"
             if role == ODOMETRY and end.port.node == "ekf":
                 help += f"; or controller: {there.node}, where another node publishes {end.topic} without --control"
-            return error("package-open", message, None, help)
-        return _external(who, what, symptom, "start the driver that publishes it")
-    if role == JOINT_STATES and CONTROL in made.starts:
-        message = f"{who} {what}, and no joint_state_broadcaster is started: {symptom}"
-        return Diagnostic("package-external", NOTE, message, help="add it to controllers, or start the driver")
-    return None
-
-
-def _external(who: str, what: str, symptom: str, help: str) -> Diagnostic:
-    message = f"{who} {what}, which no node of the package publishes: without it, {symptom}"
-    return Diagnostic("package-external", NOTE, message, help=help)
+    elif role == JOINT_STATES and CONTROL in made.starts:
+        message = f"{what}, and no joint_state_broadcaster is started: {symptom}"
+        yield Diagnostic("package-external", NOTE, message, help="add it to controllers, or start the driver")
+        return
+    else:
+        return
+    if why:
+        yield error("package-open", f"{what}, and {why}: {symptom}", None, help)
+    else:
+        message = f"{what}, which no node of the package publishes: without it, {symptom}"
+        yield Diagnostic("package-external", NOTE, message, help=help)
 
 
 @dataclass(frozen=True)
@@ -347,21 +337,15 @@ def graph(
     """
     compiled = Request.of(robot, arguments, packages, trust=trust).compile()
     errors = tuple(one for one in compiled.diagnostics if one.severity == ERROR)
-    return RobotGraph(diagnostics=errors) if compiled.robot is None or errors else _robot_graph(compiled.robot)
-
-
-def _robot_graph(robot: Robot) -> RobotGraph:
-    """Return the graph of all that a package of a robot can start, with its open ends as diagnostics."""
-    backends = {output.backend for output in robot.outputs}
-    starts = [CONTROL] if "controllers" in backends else []
-    starts += [MOVEIT] if "srdf" in backends else []
-    starts += [NAV2] if backends & {NAV2, "robot_localization"} else []
-    made = graph_of(robot, starts)
+    if compiled.robot is None or errors:
+        return RobotGraph(diagnostics=errors)
+    backends = {output.backend for output in compiled.robot.outputs}
+    needed = {CONTROL: {"controllers"}, MOVEIT: {"srdf"}, NAV2: {NAV2, "robot_localization"}}
+    made = graph_of(compiled.robot, [word for word, formats in needed.items() if backends & formats])
     found: dict[tuple[str, str], tuple[list[str], list[str]]] = {}
     for index, ends in enumerate((made.published, made.read)):
         for end in ends:
             found.setdefault((end.topic, end.type), ([], []))[index].append(end.node)
     topics = [Topic(*key, *(tuple(dict.fromkeys(names)) for names in both)) for key, both in sorted(found.items())]
-    nodes, drivers_ = ([name for name, kind in made.nodes.items() if kind == each] for each in (NODE, DRIVER))
-    diagnostics = tuple(open_ends(robot, made))
-    return RobotGraph(robot.name, tuple(nodes), tuple(drivers_), tuple(topics), diagnostics)
+    nodes, others = (tuple(name for name, kind in made.nodes.items() if kind == each) for each in (NODE, DRIVER))
+    return RobotGraph(compiled.robot.name, nodes, others, tuple(topics), tuple(open_ends(compiled.robot, made)))

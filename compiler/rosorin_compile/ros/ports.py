@@ -75,20 +75,15 @@ def facts(name: str) -> Any:
     return json.loads(files.read_text(data_folder("schemas") / f"{name}.json"))
 
 
-def _table() -> Mapping[str, Any]:
-    table: Mapping[str, Any] = facts("ros2_ports")
-    return table
-
-
 def distribution_of_ports(distribution: str) -> str:
     """Return the distribution whose ports hold for another one: later ones are as the last in the table."""
-    known = _table()["distributions"]
+    known = facts("ros2_ports")["distributions"]
     return distribution if distribution in known else str(known[-1])
 
 
 def message_of_sensor(kind: str) -> str:
     """Return the type of the messages of a sensor by its type in a description; empty for an unknown one."""
-    return str(_table()["message_types"].get(kind, ""))
+    return str(facts("ros2_ports")["message_types"].get(kind, ""))
 
 
 def short_type(message: str) -> str:
@@ -99,22 +94,23 @@ def short_type(message: str) -> str:
 def _port(owner: str, entry: Mapping[str, Any], distribution: str, group: str, package: str) -> Port:
     direction = IN if IN in entry else OUT
     known = {key: entry[key] for key in Port.__dataclass_fields__ if key in entry and key not in ("stamped", "when")}
-    topic = entry.get("bringup", {}).get(distribution, entry[direction])
     parameter, stamped = "", False
     for key, defaults in entry.get("stamped", {}).items():
-        if group == "control":  # a controller without the parameter takes messages with a header alone
-            parameter, stamped = (key, True) if defaults.get(distribution) is not None else ("", True)
-        elif defaults.get(distribution) is not None:
-            parameter, stamped = key, bool(defaults[distribution])
-    values = {**known, "node": owner, "direction": direction, "topic": topic, "group": group, "package": package}
+        default = defaults.get(distribution)
+        if default is not None:
+            parameter, stamped = key, bool(default) or group == "control"
+        elif group == "control":  # a controller without the parameter takes messages with a header alone
+            parameter, stamped = "", True
+    known |= {"node": owner, "direction": direction, "group": group, "package": package}
+    known["topic"] = entry.get("bringup", {}).get(distribution, entry[direction])
     when = tuple(entry.get("when", {}).items())
-    return Port(**values, when=when, stamp_parameter=parameter, stamped=stamped)
+    return Port(**known, when=when, stamp_parameter=parameter, stamped=stamped)
 
 
 @cache
 def _of_nodes(distribution: str) -> tuple[Port, ...]:
     found = []
-    for name, node in _table()["nodes"].items():
+    for name, node in facts("ros2_ports")["nodes"].items():
         for entry in node["ports"] if distribution in node.get("only", [distribution]) else ():
             if distribution in entry.get("only", [distribution]):
                 found.append(_port(name, entry, distribution, node["group"], node["package"]))
@@ -132,7 +128,7 @@ def ports(distribution: str, *, node: str = "", role: str = "", direction: str =
 @cache
 def controller_ports(plugin: str, distribution: str) -> tuple[Port, ...]:
     """Return the ports of a controller or broadcaster of a type; none of a type without a table."""
-    entries = _table()["controllers"]["types"].get(plugin, ())
+    entries = facts("ros2_ports")["controllers"]["types"].get(plugin, ())
     return tuple(_port(plugin, one, distribution_of_ports(distribution), "control", "") for one in entries)
 
 
@@ -143,7 +139,7 @@ def port_of(plugin: str, distribution: str, role: str) -> Port | None:
 
 def short_words() -> Mapping[str, str]:
     """Return the short words for types of controllers; each means the same in every distribution that has it."""
-    words: Mapping[str, str] = _table()["controllers"]["short"]
+    words: Mapping[str, str] = facts("ros2_ports")["controllers"]["short"]
     return words
 
 
@@ -154,13 +150,13 @@ def full_type(word: str) -> str:
 
 def interfaces_of(plugin: str) -> Mapping[str, Any]:
     """Return what a type of controller moves and reads; empty for one without a table."""
-    found: Mapping[str, Any] = _table()["controllers"]["interfaces"].get(plugin, {})
+    found: Mapping[str, Any] = facts("ros2_ports")["controllers"]["interfaces"].get(plugin, {})
     return found
 
 
 def drive_plugins() -> list[str]:
     """Return the types of controllers that drive a base."""
-    return [name for name, about in _table()["controllers"]["interfaces"].items() if "drive" in about]
+    return [name for name, about in facts("ros2_ports")["controllers"]["interfaces"].items() if "drive" in about]
 
 
 def full_topic(topic: str, namespace: str, node: str) -> str:

@@ -52,15 +52,13 @@ def _filter_of(robot: Robot, output: Output, frames: Frames) -> tuple[str, Lead 
     owned = frames.owned(filters[name]) if name in filters else []
     if not owned:
         message = f'no edge is of "{name}": it is written with publish_tf: false'
-        help = f"if it is to publish {frames.odom} -> {frames.moved}, name it there: publisher: {name}"
-        return name, None, [Found("filter-owns-nothing", message, (), help, NOTE, key=True)]
+        return name, None, [Found("filter-owns-nothing", message, severity=NOTE, key=True)]
     possible = ((frames.odom, frames.moved), (frames.map, frames.odom))
     wrong = [lead for lead in owned if (lead.parent, lead.child) not in possible] or owned[1:]
     if wrong:
         message = f'"{name}" is to publish {listed(map(str, owned))}: a filter publishes either '
         message += f"{frames.odom} -> {frames.moved} or {frames.map or 'map'} -> {frames.odom}"
-        help = "correct the edge, or name its publisher"
-        return name, None, [Found("navigation-owner", message, wrong[0].path, help, absolute=True)]
+        return name, None, [Found("navigation-owner", message, wrong[0].path, absolute=True)]
     return name, owned[0], []
 
 

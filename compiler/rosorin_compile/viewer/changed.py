@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.model import Mesh, Robot
 from rosorin_compile.output import write_file
-from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import counted
 
 from .overlay import Overlay, moves, of_two, robot_before
-from .page import MAX_MEGABYTES, data_of, html, left_out
+from .page import html, left_out
 from .page.data import before_data
 from .page.images import Data, Embedding, mesh_table
 from .showing import Shown, look, nameless, on_disk
@@ -47,16 +46,12 @@ class Picture(NamedTuple):
 
 
 class ChangesPage(NamedTuple):
-    """A page that was written: how many robots it shows, and what is left out of it; no robot: nothing was written.
-
-    ``removed`` is True if the page of an earlier run was removed.
-    """
+    """A page that was written: how many robots it shows, and what is left out of it; no robot: nothing was written."""
 
     file: Path
     robots: int = 0
     bytes: int = 0
     left_out: str = ""
-    removed: bool = False
 
 
 class Pictures:
@@ -64,8 +59,7 @@ class Pictures:
 
     def __init__(self, file: Path, meshes: bool = True, max_megabytes: float | None = None) -> None:
         self.file = file
-        limit = MAX_MEGABYTES if max_megabytes is None else max_megabytes
-        self.embedding = Embedding(int(limit * 1_000_000)) if meshes else None
+        self.embedding = Embedding(max_megabytes) if meshes else None
         self.taken: list[Picture] = []
 
     def take(self, request: Request, compiled: Compiled, found: Committed) -> None:
@@ -112,7 +106,7 @@ class Pictures:
     def write(self) -> ChangesPage:
         """Write the page, robots that changed first. Raises OutputError."""
         if not self.taken:
-            return ChangesPage(self.file, removed=_removed(self.file))
+            return ChangesPage(self.file)
         ordered = sorted(self.taken, key=lambda one: not (one.changes or one.notes))
         first, *others = [self._robot(one) for one in ordered]
         text = html({**first, "others": others} if others else first).encode()
@@ -132,17 +126,6 @@ class Pictures:
             before = nameless(before | {"meshes": mesh_table(names, one.files, self.embedding)})
             before["meshes"] = {n: mesh for n, mesh in before["meshes"].items() if mesh != data["meshes"].get(n)}
         return {**entry, "before": before, "moved": dict(one.before.how)}
-
-
-def _removed(page: Path) -> bool:
-    """Remove an outdated page of changes that an earlier run has written. Return True if there was one."""
-    try:
-        if not files.is_file(page) or "changes" not in data_of(files.read_text(page)):  # an artifact is not ours
-            return False
-        page.unlink()
-    except (OSError, ValueError):
-        return False
-    return True
 
 
 def change_data(change: Change, robots: Iterable[Robot]) -> Data:

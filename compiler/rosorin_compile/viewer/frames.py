@@ -17,7 +17,7 @@ from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName
 
-from .frames_picture import Tree, frame_trees, svg
+from .frames_picture import Tree, cells_of, frame_trees, svg
 
 
 @dataclass(frozen=True)
@@ -219,9 +219,8 @@ def _columns(heads: Sequence[str], entries: Sequence[tuple[tuple[str, ...], Row 
     for first, row, indent in entries:
         more = ("", "", "", "")
         if row is not None:
-            who = f"{row.publisher} ({numbers[row.why]})" if row.why else row.publisher
-            joint, when = f"{row.joint} ({row.kind})" if row.joint else "", f"when {row.when}" if row.when else ""
-            more = who, row.topic if row.published else "-", joint, when
+            who, topic, joint, when = cells_of(row, numbers).values()
+            more = who, topic or "-", joint, f"when {when}" if when else ""
         shown.append(((*first, *more), look.colour(row), indent))
     columns = zip(heads, *(texts for texts, _, _ in shown), strict=True)
     widths = {head: max(map(text_width, texts)) for head, *texts in columns}

@@ -12,11 +12,11 @@ from dataclasses import fields, replace
 from itertools import product
 from typing import Any, NamedTuple
 
+from rosorin_compile.compare.artifacts import Pair
 from rosorin_compile.compare.bodies import Bodies, same_motion
 from rosorin_compile.compare.diff import not_carried, pair_sides
 from rosorin_compile.compare.difference import Difference as RobotDifference
 from rosorin_compile.compare.names import links_of, renamed_robot
-from rosorin_compile.compare.pairs import Pair
 from rosorin_compile.compare.precision import Precision, exact
 from rosorin_compile.compare.shapes import pieces_of
 from rosorin_compile.compare.solids import Solid, match

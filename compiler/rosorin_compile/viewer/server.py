@@ -58,16 +58,8 @@ _HEADERS = {
 }
 
 
-class Unknown(Exception):
-    """An answer is not known; its text has the reason."""
-
-
-class _Refused(Exception):
+class Refused(Exception):
     """A request is not answered: the HTTP status and the reason."""
-
-
-def _no_robot(_: object) -> list[list[str]]:
-    raise Unknown("there is no robot yet")
 
 
 class Page:
@@ -83,7 +75,7 @@ class Page:
         self.files: Mapping[str, tuple[Path, str]] = {}
         self.problem = ""
         self.explain: Callable[[str], list[str]] = lambda _: []
-        self.touching: Callable[[Mapping[str, Any]], list[list[str]]] = _no_robot
+        self.touching: Callable[[Mapping[str, Any]], list[list[str]]] | None = None
 
     def changed(self) -> None:
         """Notify every page that is open: another version of the robot, or an error now."""
@@ -173,7 +165,7 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             self._check_origin()
             answer()
-        except _Refused as problem:
+        except Refused as problem:
             status, why = problem.args
             self._send(f"{why}\n".encode(), _TEXT, status)
 
@@ -186,7 +178,7 @@ class _Handler(BaseHTTPRequestHandler):
         followed = self.path == "/" and self.headers.get("Sec-Fetch-Mode") == "navigate"  # a link to the page
         if not self.server.is_mine(host) or origin != f"http://{host}" or (foreign and not followed):
             self.close_connection = True
-            raise _Refused(HTTPStatus.FORBIDDEN, "this robot is shown to this machine alone")
+            raise Refused(HTTPStatus.FORBIDDEN, "this robot is shown to this machine alone")
 
     def _get(self) -> None:
         url, page = urlsplit(self.path), self.server.page
@@ -205,31 +197,29 @@ class _Handler(BaseHTTPRequestHandler):
             try:
                 self._send(files.read_bytes(file), kind)
             except FileNotFoundError:
-                raise _Refused(HTTPStatus.NOT_FOUND, "there is no such mesh") from None
+                raise Refused(HTTPStatus.NOT_FOUND, "there is no such mesh") from None
         else:
-            raise _Refused(HTTPStatus.NOT_FOUND, "there is nothing here but the robot")
+            raise Refused(HTTPStatus.NOT_FOUND, "there is nothing here but the robot")
 
     def _post(self) -> None:
         size = self.headers.get("Content-Length", "")
         fits = size.isascii() and size.isdecimal() and len(size) <= len(str(_LARGEST)) and int(size) <= _LARGEST
         if not fits or self.headers.get_content_type() != "application/json":
             self.close_connection = True  # the rest of the request is not read
-            raise _Refused(HTTPStatus.BAD_REQUEST, "this is no question about the robot")
+            raise Refused(HTTPStatus.BAD_REQUEST, "this is no question about the robot")
         content = self.rfile.read(int(size))
         if self.path != "/touching":
-            raise _Refused(HTTPStatus.NOT_FOUND, "there is nothing here but the robot")
+            raise Refused(HTTPStatus.NOT_FOUND, "there is nothing here but the robot")
         try:
             state = json.loads(content)
             values = [number for at in state.values() for number in (at if isinstance(at, list) else [at])]
             if not all(type(number) in (int, float) and math.isfinite(number) for number in values):
                 raise ValueError("no position")
         except (ValueError, OverflowError, RecursionError, AttributeError):
-            raise _Refused(HTTPStatus.BAD_REQUEST, "these are no positions of joints") from None
-        try:
-            found = self.server.page.touching(state)
-        except Unknown as problem:
-            raise _Refused(HTTPStatus.NOT_IMPLEMENTED, str(problem)) from None
-        self._json(found)
+            raise Refused(HTTPStatus.BAD_REQUEST, "these are no positions of joints") from None
+        if self.server.page.touching is None:
+            raise Refused(HTTPStatus.NOT_IMPLEMENTED, "there is no robot yet")
+        self._json(self.server.page.touching(state))
 
     def _events(self) -> None:
         """Send the state of the page now and after each change, until the browser closes the connection."""
@@ -353,12 +343,15 @@ class LiveRobot:
 
         def touching(state: Mapping[str, Any]) -> list[list[str]]:
             if missing := engine.lacking():
-                raise Unknown(f"{missing} is not installed; {pip_install('physics')} brings it")
+                raise Refused(
+                    HTTPStatus.NOT_IMPLEMENTED, f"{missing} is not installed; {pip_install('physics')} brings it"
+                )
             try:
                 positions = {name: at for name, at in state.items() if name in shown.robot.joint}
                 found: list[list[str]] = self._alone(engine.pairs, positions)
                 return found
             except Exception as problem:  # the page shows whatever the engine raises
-                raise Unknown(" ".join(str(problem).split())[:200] or type(problem).__name__) from None
+                reason = " ".join(str(problem).split())[:200] or type(problem).__name__
+                raise Refused(HTTPStatus.NOT_IMPLEMENTED, reason) from None
 
         return touching

@@ -17,7 +17,7 @@ from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, Span, UnknownName, printable
 from rosorin_compile.source.progress import Progress
 
-from .page import MAX_MEGABYTES, html, left_out
+from .page import html, left_out
 from .page.data import robot_data
 from .page.images import Data, Embedding, companions, tables
 
@@ -79,7 +79,7 @@ def look(request: Request) -> Looked:
         text = printable(f"{one.message} [{one.rule}]" + (f"\n{one.help}" if one.help else ""), keep="\n")
         data.setdefault("warnings", []).append({"text": text, **({"where": _place(one.span)} if one.span else {})})
     arguments = {} if request.is_foreign else request.values()
-    read = [*found.values(), *(side.file for name, file in found.items() for side in companions(file, name)[0])]
+    read = [*found.values(), *(side.file for file in found.values() for side in companions(file)[0])]
     every = (*own_files, *read, *places.awaited(case.tree, found))
     return Looked(Shown(case, data, found, own_files, understood, arguments), diagnostics, every)
 
@@ -168,14 +168,13 @@ def view(
         >>> page.robot, page.bytes > 100_000
         ('rosorin', True)
     """
-    limit = MAX_MEGABYTES if max_megabytes is None else max_megabytes
-    if not limit >= 0:
+    if max_megabytes is not None and not max_megabytes >= 0:
         raise RequestError("--max-megabytes wants a number from 0 on")
     request, file = Request.of(robot, arguments, packages, trust=trust), Path(output)
     name, looked = request.description.name, look(request)
     if looked.shown is None:
         return Page(name, file, diagnostics=tuple(one for one in looked.diagnostics if one.severity == ERROR))
-    embedding = Embedding(int(limit * 1_000_000))
+    embedding = Embedding(max_megabytes)
     text = html({"robot": on_disk(looked.shown, embedding if meshes else None)}).encode()
     try:
         write_file(file, text, looked.files)

@@ -71,14 +71,6 @@ def test_each_reason_is_what_moveit_calls_it(capsys: Shown) -> None:
     assert not {"needle tip", "shelf tip"} & set(found)
 
 
-@pytest.mark.usefixtures("with_matrix")
-def test_distances_are_those_that_were_seen() -> None:
-    found = pairs()
-    assert found["bolt mast"]["nearest"] == "-30 mm"
-    assert found["needle shelf"]["beyond"] == "20 mm"  # no joint between: measured once
-    assert all("nearest" in pair or "beyond" in pair for pair in found.values() if pair["reason"] != "Adjacent")
-
-
 @pytest.mark.landing("engines", "1")
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 @pytest.mark.usefixtures("reach")
@@ -193,13 +185,6 @@ def test_a_never_of_others_that_is_wrong_is_told(capsys: Shown) -> None:
     SOURCE.write_text(ROBOT + never, "utf-8")
     assert main(["collisions", "reach"]) == 0
     assert "disabled_collisions says Never of tip and shelf, which do collide\n" in capsys.readouterr().err
-
-
-@pytest.mark.usefixtures("reach")
-def test_without_a_urdf_there_is_no_matrix(capsys: Shown) -> None:
-    SOURCE.write_text(ROBOT.replace("  urdf: {file: reach.urdf}\n  srdf: {file: reach.srdf}", "  frames: {file: f.md}"))
-    said = ask(capsys, "collisions", "reach", code=1)
-    assert "error[collisions-refused]: reach has no URDF among its outputs" in said
 
 
 @pytest.mark.tier("engines")

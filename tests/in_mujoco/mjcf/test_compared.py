@@ -56,20 +56,6 @@ def test_a_planted_difference_is_told(old: str, new: str, message: str) -> None:
     assert any(text.startswith(message) for text in found), found
 
 
-def test_order_is_told() -> None:
-    motor = '    <motor name="winch" tendon="string"/>\n'
-    keyless = edited("<keyframe>", "<!--", edited("</keyframe>", "-->"))
-    moved = edited('    <plugin name="loop"', f'{motor}    <plugin name="loop"', edited(motor, "", keyless))
-    assert told(keyless, moved) == ["the actuators are in another order in ours"]
-
-
-def test_another_first_key_is_told() -> None:
-    more = edited("<keyframe>", '<keyframe><key name="home"/>', edited('name="home"', 'name="own"', ARM))
-    assert told(edited('name="home"', 'name="own"', ARM), more) == [
-        "the keys of the source are not the first ones, in their order"
-    ]
-
-
 def test_what_is_added_is_told() -> None:
     found = told(TEXT, edited('<site name="pull"/>', '<site name="pull"/><geom name="more" size="0.01" mass="0"/>'))
     assert "geom more is in ours alone" in found

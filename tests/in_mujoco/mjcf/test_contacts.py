@@ -17,18 +17,15 @@ from rosorin_compile.model import Cylinder, HeightMap, Joint, Limit, Link, Mesh,
 from rosorin_compile.model.robot import JointPose  # noqa: E402
 from rosorin_compile.model.simulation import Contact  # noqa: E402
 from rosorin_compile.mujoco.mjcf.compare_models import may_touch  # noqa: E402
-from rosorin_compile.mujoco.mjcf.contacts import CANNOT, MOST, contacts, refused  # noqa: E402  # noqa: E402
+from rosorin_compile.mujoco.mjcf.contacts import CANNOT, contacts, refused  # noqa: E402  # noqa: E402
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf  # noqa: E402
 from rosorin_compile.mujoco.mjcf.write import write  # noqa: E402
-from support.machines import BODY, overlapping, robot_of  # noqa: E402
-from support.paths import ROOT, ROSORIN  # noqa: E402
-from support.robots import compiled  # noqa: E402
+from support.machines import BODY, robot_of  # noqa: E402
 from support.simulator import BASES, emit, load, pose, random_states  # noqa: E402
 from support.simulator import contacts as touching  # noqa: E402
 
 BALL = (Shape(Sphere(0.1)),)
 LIMIT = Limit(-3, 3, 1, 1)
-DESCRIPTIONS = [ROSORIN, *sorted(ROOT.glob("examples/*/robot.yaml"))]
 
 
 def wrist(*, camera: float = 0.3, tool: float = 0.45, kind: str = "revolute", **changes: object) -> Robot:
@@ -119,30 +116,6 @@ def test_pairs_are_named_as_their_geoms() -> None:
     assert '<pair geom1="lens" geom2="tool_collision_1" condim="1"/>' in emit(robot)
 
 
-def test_a_row_of_boxes() -> None:
-    robot = replace(overlapping(), disabled_contacts=(("b", "a"), ("a", "far")))
-    assert contacts(robot).excluded == [("a", "b"), ("lid", "b"), ("b", "c"), ("c", "far"), ("a", "far")]
-    for base in BASES:
-        assert touching(*load(emit(overlapping(), base))) == {("a", "c"), ("c", "lid"), ("b", "far")}
-
-
-def test_links_of_hundreds_of_shapes_are_left_to_mujoco() -> None:
-    rows = tuple(tuple(0.05 + 0.01 * ((i + j) % 2) for j in range(30)) for i in range(30))
-    grid = (Shape(HeightMap((-0.3, -0.3), 0.02, rows, 0.01)),)
-    robot = wrist(camera=0.0, tool=0.0)
-    place = {"camera": Pose((0, 0, 0.5)), "tool": Pose((0, 0, 0.288))}
-    joints = tuple(replace(joint, origin=place.get(joint.child, joint.origin)) for joint in robot.joints)
-    links = tuple(replace(link, collision=grid) if link.name in place else link for link in robot.links)
-    robot = replace(robot, links=links, joints=joints)
-    made = contacts(robot)
-    assert ("camera", "tool") in made.left
-    assert len(grid[0].solids("merged")) > MOST
-    _, told = write(robot, Output("mjcf", "mjcf", "robot.xml"), Templates())
-    assert [one.message.partition(":")[0] for one in told if one.rule == "mjcf-cannot-say"] == [
-        "links with hundreds of shapes that a joint brings together"
-    ]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("base", BASES)
 @pytest.mark.parametrize("seed", range(25))
@@ -191,27 +164,6 @@ def _layered(link: Link, chance: random.Random) -> tuple[Shape, ...]:
     return tuple(replace(shape, contact=chance.choice(contacts)) for shape in link.collision)
 
 
-@pytest.mark.parametrize("base", BASES)
-def test_the_camera_and_the_gripper_of_the_reference_robot_can_collide(base: str) -> None:
-    robot = compiled(ROSORIN, {"base": base}).robot
-    assert robot is not None
-    model, data = load(emit(robot, base))
-    seen = 0
-    states = list(random_states(robot, 200))
-    for state in states:
-        pose(robot, model, data, state)
-        seen += ("camera_link", "gripper_link") in touching(model, data)
-    assert 0.3 < seen / len(states) < 0.55
-    for key in range(-1, model.nkey):
-        if key >= 0:
-            mujoco.mj_resetDataKeyframe(model, data, key)
-        else:
-            mujoco.mj_resetData(model, data)
-        mujoco.mj_forward(model, data)
-        neighbours = {("camera_link", "gripper_link"), ("link4", "gripper_link"), ("link1", "laser")}
-        assert not touching(model, data) & neighbours
-
-
 FOREIGN = """<mujoco><option>{flag}</option><worldbody><body name="base">{free}<geom size=".1"/>
 <body name="camera" pos=".3 0 .15"><geom name="eye" size=".1"/></body>
 <body name="arm" pos="0 0 .15"><joint name="turn" axis="0 0 1"/><geom size=".1"/>
@@ -242,19 +194,6 @@ def test_what_mujoco_keeps_apart_in_a_file_stays_apart(
     (output,) = [one for one in robot.outputs if one.backend == "mjcf"]
     assert ("<pair " in write(robot, output, Templates())[0]) == ("pair" in contact)
     assert not [one for one in made.diagnostics if "pairs" in one.message]
-
-
-@pytest.mark.slow
-def test_pairs_go_along_when_the_robot_is_attached() -> None:
-    scene = mujoco.MjSpec.from_string('<mujoco><option integrator="implicitfast"/><worldbody/></mujoco>')
-    moving = scene.worldbody.add_body()
-    moving.add_freejoint()
-    scene.attach(mujoco.MjSpec.from_string(emit(wrist(tool=0.3))), prefix="one_", frame=moving.add_frame())
-    model = scene.compile()
-    data = mujoco.MjData(model)
-    data.qpos[model.jnt_qposadr[model.joint("one_turn").id]] = -math.pi / 2
-    mujoco.mj_forward(model, data)
-    assert touching(model, data) == {("one_camera", "one_tool")}
 
 
 @pytest.mark.slow

@@ -3,7 +3,6 @@
 Every file in tests/data/mjcf/corners and tests/data/mjcf/public is imported, and so is what our own compiler writes.
 """
 
-import math
 import struct
 import zlib
 from functools import cache
@@ -135,19 +134,6 @@ def test_pairs_that_may_touch_are_those_of_the_file() -> None:
     assert [list(pair["links"]) for pair in pairs] == [["trunk", "leg"], ["tail", "leg"]]
     assert [pair.span.line for pair in pairs] == [29, 30]
     assert {pair["reason"] for pair in pairs} == {"excluded from contact in the MJCF"}
-
-
-def test_a_position_keeps_its_side(tmp_path: Path) -> None:
-    text = (
-        '<mujoco model="turned"><worldbody><body name="base"><geom size="0.1"/><body name="arm"><geom size="0.1"/>'
-        '<joint name="arm" range="-200 100"/></body></body></worldbody>'
-        f'<keyframe><key name="back" qpos="{-math.pi!r}"/></keyframe></mujoco>'
-    )
-    path = tmp_path / "turned.xml"
-    path.write_text(text, "utf-8")
-    made = read_mjcf(path, ReadOptions()).tree
-    assert made is not None
-    assert made["poses"] == {"back": {"positions": {"arm": -math.pi}}}
 
 
 @pytest.mark.parametrize("name", ["anchors", "balls", "hopper", "masses"])

@@ -14,7 +14,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.model.geometry import rotation_of_rpy  # noqa: E402
 from rosorin_compile.mujoco.mjcf import engine, robot  # noqa: E402
-from rosorin_compile.mujoco.mjcf.convert import full_inertia, rotation, rpy_of, tidy  # noqa: E402
+from rosorin_compile.mujoco.mjcf.convert import rotation, rpy_of, tidy  # noqa: E402
 from rosorin_compile.mujoco.mjcf.process import Answer  # noqa: E402
 from support.mjcf_oracle import frames_differ, imported, inertias_differ, limits_differ  # noqa: E402
 
@@ -51,16 +51,6 @@ def test_a_rotation_near_the_pole_is_kept(roll: float, exponent: float, side: fl
     x, y, z, w = turned.as_quat()
     rows = rotation((w, x, y, z))
     assert np.abs(np.array(rotation_of_rpy(rpy_of(rows))) - rows).max() < 3e-12
-
-
-@QUICK
-@given(quaternion, st.tuples(*[st.floats(1e-6, 10)] * 3))
-def test_an_inertia_is_kept(quat: tuple[float, float, float, float], diagonal: tuple[float, float, float]) -> None:
-    assume(math.hypot(*quat) > 1e-3)
-    made = full_inertia(diagonal, rotation(quat))
-    matrix = np.array(rotation(quat)) @ np.diag(diagonal) @ np.array(rotation(quat)).T
-    ours = [[made[key] for key in row] for row in (["ixx", "ixy", "ixz"], ["ixy", "iyy", "iyz"], ["ixz", "iyz", "izz"])]
-    assert np.abs(matrix - ours).max() <= 1e-14 * max(diagonal)
 
 
 metre = st.integers(-20, 20).map(lambda n: n / 16)

@@ -18,10 +18,6 @@ def _file(*names: str) -> str:
     return f"<mujocoinclude>{''.join(f'<include file={name!r}/>' for name in names)}</mujocoinclude>"
 
 
-def _body(name: str) -> str:
-    return f'<mujocoinclude><worldbody><body name="{name}"><geom size="1"/></body></worldbody></mujocoinclude>'
-
-
 def _main(*names: str, more: str = "") -> str:
     return _file(*names).replace("mujocoinclude", "mujoco").replace("</mujoco>", f"{more}</mujoco>")
 
@@ -92,19 +88,3 @@ def test_a_mesh_that_is_no_file_is_refused_at_once(tmp_path: Path, kind: str) ->
     assert (found.rule, found.message) == ("file-unreadable", "corner.obj is no regular file")
     assert found.span is not None
     assert (found.span.line, found.span.column) == (1, 65)
-
-
-def test_a_file_outside_names_the_folder_that_allows_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As --package takes it, seen from where the command runs; no folder where the file is not there."""
-    home = tmp_path / "hand"
-    home.mkdir()
-    (home / "main.xml").write_text(_main("../scene/b.xml"), "utf-8")
-    monkeypatch.chdir(home)
-    said = [d.help for d in read_mjcf(Path("main.xml"), ReadOptions()).diagnostics if d.rule == "include-outside"]
-    assert said == ["move it there, or allow its folder: --package NAME=FOLDER"]
-    (tmp_path / "scene").mkdir()
-    (tmp_path / "scene" / "b.xml").write_text(_body("b"), "utf-8")
-    said = [d.help for d in read_mjcf(Path("main.xml"), ReadOptions()).diagnostics if d.rule == "include-outside"]
-    assert said == [f"move it there, or allow its folder: --package {tmp_path.name}=.."]
-    made = read_mjcf(Path("main.xml"), ReadOptions(packages={tmp_path.name: Path("..")}))
-    assert not [d for d in made.diagnostics if d.severity == "error"]

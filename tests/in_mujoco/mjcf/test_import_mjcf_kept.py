@@ -6,8 +6,6 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.mujoco.mjcf.robot import read_mjcf
 from support.paths import DATA
 
 mujoco = pytest.importorskip("mujoco")
@@ -77,28 +75,6 @@ def test_all_is_kept_and_moves_the_same(
     assert "import-untold" not in said
     assert main(["all"]) == 0
     assert main(["check"]) == 0
-
-
-def test_actuators_are_called_by_what_they_are() -> None:
-    tree = read_mjcf(DATA / "mjcf" / "kept" / "everything.xml", ReadOptions()).tree
-    assert tree is not None
-    kinds = {name: entry.get("type", "position") for name, entry in tree["actuators"].items()}
-    assert kinds == {
-        "f_velocity": "velocity",
-        "s_motor": "motor",
-        "arm_adhesion": "adhesion",
-        "iv": "general",
-        "j_position": "position",
-        "j_position_2": "position",
-    }
-    assert tree["joints"]["j"]["actuator"]["name"] == "a"
-    assert tree["joints"]["k"]["actuator"]["mjcf"]["gaintype"] == "muscle"
-    kept = "".join(tree["mjcf"])
-    assert 'name="arm_connect"' in kept
-    assert '<pulley divisor="2"/>' in kept
-    assert 'objtype="xbody" objname="arm"' in kept
-    assert tree["links"]["base"]["gravity_compensation"] == 0.5
-    assert tree["joints"]["k"]["mjcf"]["stiffness"] == [1, 2]
 
 
 def test_keys_of_the_source_stand_before_the_home_of_ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,5 @@
 """The MJCF of small robots, judged by MuJoCo, and by pinocchio on the URDF of the same robot."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -10,8 +8,8 @@ pinocchio = pytest.importorskip("pinocchio")
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Link, Pose, Robot, Shape, Sphere, Transform  # noqa: E402
 from rosorin_compile.mujoco.rest_pose import stands_at  # noqa: E402
-from support.machines import BODY, chain, exact_urdf, machine, overlapping  # noqa: E402
-from support.simulator import BASES, at_origin, contacts, emit, frame, load, matrix, no_warning, pose, random_states  # noqa: E402
+from support.machines import exact_urdf, machine  # noqa: E402
+from support.simulator import BASES, at_origin, emit, frame, load, matrix, no_warning, pose, random_states  # noqa: E402
 
 STATES = 200
 
@@ -186,34 +184,6 @@ def test_keyframes_hold_every_pose_with_its_followers(base):
         np.testing.assert_allclose(equality, 0, atol=1e-15)
 
 
-def test_followers_follow_in_simulation():
-    robot = machine()
-    model, data = load(emit(robot))
-    mujoco.mj_resetDataKeyframe(model, data, model.key("home").id)
-    data.actuator("shoulder").ctrl[0] = 0.9
-    with no_warning():
-        mujoco.mj_step(model, data, 2000)
-    at = {name: data.joint(name).qpos[0] for name in ("shoulder", "claw", "tip")}
-    assert at["shoulder"] == pytest.approx(0.9, abs=0.2)
-    assert at["claw"] == pytest.approx(-2 * at["shoulder"] + 0.25, abs=1e-2)
-    assert at["tip"] == pytest.approx(0.5 * at["claw"] - 0.1, abs=1e-2)
-
-
-def test_visuals_touch_nothing_and_put_collision_shapes_in_the_hidden_group():
-    box = Shape(Box((-1, -1, -1), (1, 1, 1)), rgba=(1, 0.5, 0.25, 1))
-    robot = overlapping()
-    model, _ = load(emit(robot, visuals="own"))
-    assert set(model.geom_group) == {0}
-    robot = replace(robot, links=tuple(replace(link, visual=(box,)) for link in robot.links))
-    model, data = load(emit(robot))
-    assert contacts(model, data) == {("a", "c"), ("c", "lid"), ("b", "far")}
-    for index in range(model.ngeom):
-        geom = model.geom(index)
-        visual = geom.name.endswith("_visual_1")
-        assert (geom.group[0], geom.contype[0], geom.conaffinity[0]) == ((2, 0, 0) if visual else (3, 1, 1))
-        assert not visual or tuple(geom.rgba) == (1, 0.5, 0.25, 1)
-
-
 def test_the_robot_can_be_included_and_attached_twice_into_a_scene(tmp_path):
     (tmp_path / "robot.xml").write_text(emit(machine(), "free"), "utf-8")
     ball = '<body><freejoint/><geom size="0.1"/></body>'
@@ -228,10 +198,3 @@ def test_the_robot_can_be_included_and_attached_twice_into_a_scene(tmp_path):
             scene.attach(robot, prefix=prefix, frame=scene.worldbody.add_frame())
         model = scene.compile()
     assert model.site("left_laser").id != model.site("right_laser").id
-
-
-def test_a_joint_may_have_the_name_of_the_free_joint():
-    robot = chain(child=BODY)
-    joints = (replace(robot.joints[0], name="root_free"), *robot.joints[1:])
-    model, _ = load(emit(replace(robot, joints=joints), "free"))
-    assert model.joint("root_free_").type[0] == mujoco.mjtJoint.mjJNT_FREE

@@ -76,15 +76,6 @@ def test_each_link_that_is_only_solid_is_seen_in_a_colour_of_its_own() -> None:
     assert len(set.union(*looks.values())) == len(looks) == 5
 
 
-def test_visuals_of_the_description_are_the_only_ones_unless_it_is_asked() -> None:
-    robot = overlapping()
-    link = replace(robot.links[0], visual=(Shape(robot.links[0].collision[0].geometry),))
-    robot = replace(robot, links=(link, *robot.links[1:]))
-    own, _ = load(emit(robot))
-    every, _ = load(emit(robot, visuals="from_collision"))
-    assert [int((model.geom_group == 2).sum()) for model in (own, every)] == [1, 5]
-
-
 def test_materials_are_assets_and_a_colour_of_a_visual_stays_its_own() -> None:
     robot = overlapping()
     solid = robot.links[0].collision[0].geometry

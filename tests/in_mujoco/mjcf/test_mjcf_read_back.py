@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.compare.agreement import agreement
+from rosorin_compile.compare.artifacts import agreement
 from rosorin_compile.mujoco.mjcf.read_back import read
 from support.machines import machine
 from support.paths import data_text

@@ -18,7 +18,6 @@ STATES = 60
 MILLIMETRE, MILLIDEGREE = 0.5e-3, 0.5e-3  # half of what tf2_echo prints
 PRINTED = 1.1e-12  # relative: what short numbers leave out
 FINGERS = {"r_joint", "l_joint", "l_in_joint", "l_out_joint", "r_in_joint", "r_out_joint"}
-MERGED_BOXES = 35  # which the recorded boxes make in the MJCF, where wheels have their wells
 
 
 @pytest.fixture(scope="module", params=BASES)
@@ -88,24 +87,6 @@ def test_the_keyframe_is_what_the_driver_reported(made):
     assert [data.actuator(name).ctrl[0] for name in arm] == reported
 
 
-def test_mass_and_boxes_are_those_of_the_description(made):
-    robot, text = made
-    model, _ = load(text)
-    masses = {link.name: link.inertial.mass for link in robot.links if link.inertial}
-    weighed = {model.body(i).name: model.body_mass[i] for i in range(1, model.nbody) if model.body_mass[i]}
-    assert weighed == pytest.approx(masses, rel=PRINTED, abs=0)
-    solid = [i for i in range(model.ngeom) if model.geom_contype[i] or model.geom_conaffinity[i]]
-    boxes = Counter(model.body(model.geom_bodyid[i]).name for i in solid)
-    boxes = Counter({name: count for name, count in boxes.items() if "_wheel_" not in name})
-    expected = {name: count for name, count in RECORDED["urdf"]["collision_boxes"].items() if name != "base_link"}
-    expected |= {"base_footprint": MERGED_BOXES, "laser": 1}
-    assert boxes == expected
-    fewer = RECORDED["urdf"]["chassis_boxes"] - MERGED_BOXES
-    assert sum(boxes.values()) == sum(RECORDED["urdf"]["collision_boxes"].values()) - fewer
-    own = [i for i in range(model.ngeom) if "_wheel_" not in model.body(model.geom_bodyid[i]).name]
-    assert {int(model.geom_type[i]) for i in own} == {int(mujoco.mjtGeom.mjGEOM_BOX)}
-
-
 def test_nothing_touches_at_the_zero_pose_and_no_pair_touches_always(made):
     robot, text = made
     model, data = load(text)
@@ -116,21 +97,6 @@ def test_nothing_touches_at_the_zero_pose_and_no_pair_touches_always(made):
         seen.update(contacts(model, data))
     assert seen, "boxes that never touch would make this test blind"
     assert max(seen.values()) < STATES / 2, seen.most_common(3)
-
-
-def test_excluded_contacts_hide_no_more_than_links_that_a_joint_connects(made):
-    """What is left out is what MuJoCo itself leaves out where the base is free: the turntable sits in the chassis."""
-    robot, text = made
-    start, end = text.index("<contact>"), text.index("</contact>") + len("</contact>")
-    model, data = load(text)
-    bare, bare_data = load(text[:start] + text[end:])
-    hidden: set[tuple[str, str]] = set()
-    for state in random_states(robot, 100):
-        pose(robot, model, data, state)
-        pose(robot, bare, bare_data, state)
-        hidden |= contacts(bare, bare_data) - contacts(model, data)
-    hidden = {pair for pair in hidden if not any("_wheel_" in name for name in pair)}
-    assert hidden == (set() if "<freejoint" in text else {("base_footprint", "link1")})
 
 
 def outside_limits(model, data) -> float:
@@ -163,19 +129,3 @@ def test_a_second_from_the_tuck_pose_stays_finite_and_within_limits(made, timest
     assert not any(warning.number for warning in data.warning)
     assert np.abs(data.qvel[-11:]).max() < 0.01, "the servos have not come to rest"
     assert servo_errors(model, data).max() < 0.1
-
-
-def test_servos_reach_their_targets_and_the_fingers_follow(made):
-    robot, text = made
-    model, data = load(text)
-    data.ctrl[:] = [1.5, 0.5, 0.5, -0.5, 1.5, 1.2, 0, 0, 0, 0]
-    with no_warning():
-        for _ in range(2000):
-            mujoco.mj_step(model, data)
-            assert outside_limits(model, data) < 0.01
-            for joint in robot.joints:
-                if joint.mimic:
-                    leader = data.joint(joint.mimic.joint).qpos[0]
-                    follower = data.joint(joint.name).qpos[0]
-                    assert follower == pytest.approx(joint.mimic.multiplier * leader, abs=0.05)
-    assert servo_errors(model, data).max() < 0.02

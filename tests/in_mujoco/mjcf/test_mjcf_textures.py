@@ -209,44 +209,6 @@ def test_the_lowest_vertex_is_on_the_floor(home: Path, file: str, data: bytes, b
     assert main(["check", *(["--package", f"feet={folder}"] if by else [])]) == 0
 
 
-def test_a_mesh_that_is_left_out_carries_nothing(home: Path) -> None:
-    folder = home / "descriptions" / "walker"
-    folder.mkdir(parents=True)
-    (folder / "foot.stl").write_bytes(stl())
-    old, new = (f'file: "{name}", scale: [0.001' for name in ("foot.stl", "package://away/a.stl"))
-    text = ROBOT_MESHES.format(file="foot.stl").replace(old, new)
-    (folder / "robot.yaml").write_text(text, "utf-8")
-    assert main(["all"]) == 0
-    scene = home / "outputs" / "walker" / "mjcf" / "scene.xml"
-    assert mujoco.MjModel.from_xml_path(str(scene)).nmesh == 1
-    assert lowest(scene, "home") == pytest.approx(0.0, abs=1e-6)
-
-
-def test_primitives_below_meshes_carry_the_robot(home: Path) -> None:
-    folder = home / "descriptions" / "walker"
-    folder.mkdir(parents=True)
-    (folder / "foot.stl").write_bytes(stl())
-    ball = "{sphere: {radius: 0.05}, xyz: [0, 0, -0.6]}, "
-    (folder / "robot.yaml").write_text(
-        ROBOT_MESHES.format(file="foot.stl").replace("collision: [", f"collision: [{ball}", 1)
-    )
-    assert main(["all"]) == 0
-    model = mujoco.MjModel.from_xml_path(str(home / "outputs" / "walker" / "mjcf" / "scene.xml"))
-    assert model.key("home").qpos[2] == pytest.approx(0.65)
-
-
-def test_the_picture_of_a_robot_of_meshes_is_as_large_as_the_robot(home: Path) -> None:
-    folder = home / "descriptions" / "walker"
-    folder.mkdir(parents=True)
-    (folder / "foot.stl").write_bytes(stl())
-    (folder / "robot.yaml").write_text(ROBOT_MESHES.format(file="foot.stl"), "utf-8")
-    assert main(["all"]) == 0
-    text = (home / "outputs" / "walker" / "mjcf" / "scene.xml").read_text("utf-8")
-    assert "<statistic" in text
-    model = mujoco.MjModel.from_xml_string(text.replace('<include file="walker.xml"/>', ""))
-    assert 0.4 < model.stat.extent < 0.9
-
-
 @pytest.mark.parametrize(
     ("data", "ending"),
     [

@@ -53,12 +53,6 @@ def test_they_move_as_one_body_with_several_joints(tmp_path):
             assert np.allclose(one, other, rtol=1e-9, atol=1e-12)
 
 
-def test_a_free_base_may_be_weightless_too(tmp_path):
-    _, artifacts, _ = sound(compiled_text(tmp_path, ROBOT.replace("base: fixed", "base: free")))
-    model = mujoco.MjModel.from_xml_string(artifacts["mjcf"])
-    assert model.body("rail").mass[0] == 1e-15
-
-
 @pytest.mark.parametrize(
     ("old", "new"),
     [

@@ -48,13 +48,6 @@ def test_a_ray_leaves_along_x_of_the_frame(tmp_path):
     np.testing.assert_allclose(site[:, 2], frame(found[1], "body", "probe_link")[:, 0], atol=1e-12)
 
 
-@pytest.mark.parametrize(("kind", "name"), [("lidar_2d", "probe_18"), ("lidar_3d", "probe_1_06")])
-def test_the_default_lidars_have_a_ray_straight_ahead_and_no_more_than_36(tmp_path, kind, name):
-    found = probe(tmp_path, sensor(kind), room())
-    assert said(found, name)[0] == pytest.approx(2.0, abs=1e-12)
-    assert found[0].nsensor == 36
-
-
 @pytest.mark.parametrize("kind", ["lidar_2d", "lidar_3d", "range_finder"])
 def test_what_is_too_far_away_reads_as_the_range_and_what_is_not_there_as_minus_one(tmp_path, kind):
     wall = '<geom type="box" size="0.1 9 9" pos="5.1 0 0"/>'
@@ -218,21 +211,6 @@ def test_the_sensors_of_the_reference_robot_simulate():
     np.testing.assert_allclose(reading @ np.eye(3)[2], GRAVITY * up[2], atol=1e-9)
     lidar = frame(data, "site", "laser")
     np.testing.assert_allclose(frame(data, "site", "lidar_site_18")[:, 2], lidar[:, 0], atol=1e-12)
-
-
-def test_a_sensor_may_be_left_out_of_the_simulation(tmp_path):
-    model, _ = probe(tmp_path, sensor("lidar_2d", more=", mjcf: []"))
-    assert (model.nsensor, model.nsite) == (0, 2)
-
-
-def test_robots_with_sensors_can_stand_in_one_scene(tmp_path):
-    text = emitted(tmp_path, sensor("lidar_2d"))
-    scene = mujoco.MjSpec.from_string('<mujoco><option integrator="implicitfast"/></mujoco>')
-    for prefix in ("left_", "right_"):
-        scene.attach(mujoco.MjSpec.from_string(text), prefix=prefix, frame=scene.worldbody.add_frame())
-    model = scene.compile()
-    assert model.nsensor == 72
-    assert {model.sensor(i).name for i in range(72)} >= {"left_probe_00", "right_probe_35"}
 
 
 PART = data_text("robots/sensor_types_part.yaml")

@@ -186,7 +186,3 @@ STANDING = [ROSORIN, *(ROOT / "examples" / name / "robot.yaml" for name in OTHER
 @pytest.mark.parametrize("path", STANDING, ids=lambda path: path.parent.name)
 def test_a_robot_stands_on_a_slope(mujoco: Any, path: Path) -> None:
     assert creeps(path, mujoco) < CREEP
-
-
-def test_a_slope_tells_the_settings_of_contacts_apart(mujoco: Any) -> None:
-    assert creeps(ROSORIN, mujoco, {"cone": "pyramidal", "impratio": 1}) > CREEP

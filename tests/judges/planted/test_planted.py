@@ -15,7 +15,7 @@ from typing import NamedTuple
 import pytest
 
 from judges.planted.planting import Planted, drawn, one_of_each, planted, planted_in_lists
-from rosorin_compile.compare.agreement import disagreements
+from rosorin_compile.compare.artifacts import disagreements
 from rosorin_compile.formats import Artifact
 from rosorin_compile.model import Robot
 from rosorin_compile.output.committed import compare

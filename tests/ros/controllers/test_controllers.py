@@ -13,7 +13,6 @@ import yaml
 from rosorin_compile import check_parameters
 from rosorin_compile.formats.compiled import Compiled, compile_robot
 from rosorin_compile.request import Request
-from rosorin_compile.ros.parameters.files import read_file
 from rosorin_compile.source.diagnostics import NOTE, has_errors
 from rosorin_compile.source.project import Description
 from support.commands import parse
@@ -64,20 +63,6 @@ def test_nothing_is_said_of_what_is_written(name: str, distribution: str) -> Non
     remap = ["--remap", "~/tf_odometry:=/tf"]
     file = FOLDER / "expected" / f"{name}.{distribution}.yaml"
     assert held(FOLDER / f"{name}.yaml", file, "--distribution", distribution, *remap) == []
-
-
-@pytest.mark.parametrize(("name", "distribution"), WRITTEN)
-def test_rcl_reads_what_was_meant(name: str, distribution: str) -> None:
-    file = FOLDER / "expected" / f"{name}.{distribution}.yaml"
-    sections, told = read_file(file)
-    assert told == []
-    nodes = {name: node["ros__parameters"] for name, node in yaml.safe_load(file.read_text("utf-8")).items()}
-    for section in sections:
-        for key, parameter in section.parameters.items():
-            value: Any = nodes[section.name.strip("/")]
-            for word in key.split("."):
-                value = value[word]
-            assert (value, type(value)) == (parameter.value, type(parameter.value)), key
 
 
 @pytest.mark.parametrize(

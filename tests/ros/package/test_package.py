@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.ros.package.copies import named, settle
+from rosorin_compile.ros.package.copies import named, place_meshes
 from rosorin_compile.ros.package.options import is_legal, package_name
 from support.packages import EXAMPLES, describe, names_in, written
 from support.paths import ROOT, ROSORIN, data_text
@@ -138,10 +138,12 @@ def test_meshes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize("name", ["../../secret.stl", "a/../../../secret.stl"])
 def test_a_mesh_never_leads_out_of_the_package(tmp_path: Path, name: str) -> None:
     (tmp_path / "secret.stl").write_bytes(b"s")
-    found = settle(f'<mesh filename="{name}"/>', "made", [tmp_path / "a" / "b"], tmp_path / "package")
+    found = place_meshes(f'<mesh filename="{name}"/>', "made", [tmp_path / "a" / "b"], tmp_path / "package")
     assert all(".." not in place for place in found.files)
     assert ".." not in found.text
-    own = settle(f'<mesh filename="package://made/{name}"/>', "made", [tmp_path / "a" / "b"], tmp_path / "package")
+    own = place_meshes(
+        f'<mesh filename="package://made/{name}"/>', "made", [tmp_path / "a" / "b"], tmp_path / "package"
+    )
     assert not own.files
     assert [d.rule for d in own.diagnostics] == ["package-mesh"]
 
@@ -179,7 +181,7 @@ def test_the_text_of_the_license_comes_along(tmp_path: Path, spdx: str) -> None:
 def test_a_license_without_a_text_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     package = written(tmp_path, "--license", "GPL-3.0-only")
     message = "there is no LICENSE in the package: the tool does not carry the text of GPL-3.0-only"
-    help = f"put the text of the licence into {package}/LICENSE; it stays there"
+    help = f"put the text of the license into {package}/LICENSE; it stays there"
     assert f"note[package-license]: {message}\n    {help}\n" in capsys.readouterr().err
     assert not (package / "LICENSE").exists()
     assert "<license>GPL" in (package / "package.xml").read_text("utf-8")
@@ -263,20 +265,6 @@ def test_the_fixed_frame_is_the_root_of_the_urdf(tmp_path: Path, folder: Path) -
     tree = ET.parse(next((tmp_path / "package/urdf").iterdir()))
     children = {element.get("link") for element in tree.iter("child")}
     assert [link.get("name") for link in tree.getroot().findall("link") if link.get("name") not in children] == [frame]
-
-
-def test_a_mesh_that_check_refuses_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    shapes = "".join(f"\n      - mesh: {{file: m/{number}.stl}}" for number in range(5))
-    outputs = "outputs: {urdf: {file: r.urdf}, mjcf: {file: r.xml}}"
-    path = describe(tmp_path, f"robot: many\nlinks:\n  base_link:\n    visual:{shapes}\n{outputs}\n")
-    (tmp_path / "there").mkdir()
-    for command in (["package", "-o", str(tmp_path / "package")], ["deploy", "-o", str(tmp_path / "there")]):
-        assert main([*command, str(path)]) == 1
-        assert "error[mesh-not-found]: 5 meshes (m/0.stl, m/1.stl, m/2.stl and 2 more) are not there" in (
-            capsys.readouterr().err
-        )
-    assert not (tmp_path / "package").exists()
-    assert not names_in(tmp_path / "there")
 
 
 WITH_MJCF = data_text("robots/package_with_mjcf.yaml")

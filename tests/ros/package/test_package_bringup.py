@@ -58,22 +58,6 @@ def test_moveit_is_started_with_what_it_wants(tmp_path: Path) -> None:
     assert moved["arm_controller"]["joints"] == [f"joint{i}" for i in range(1, 6)]
 
 
-def test_one_launch_file_starts_all(tmp_path: Path) -> None:
-    package = written(tmp_path, "--control", "--moveit")
-    nodes = nodes_of(package, "bringup.launch.py", use_sim_time="true")
-    apart = [
-        node
-        for file in ("description.launch.py", "control.launch.py", "moveit.launch.py")
-        for node in nodes_of(package, file, use_sim_time="true")
-    ]
-    assert nodes == apart
-    needs = {element.text for element in ET.parse(package / "package.xml").iter("exec_depend")}
-    assert {node.package for node in nodes} <= needs
-    types = yaml.safe_load((package / "config/controllers.yaml").read_text("utf-8"))["controller_manager"]
-    assert "mecanum_drive_controller" in needs
-    assert len(types["ros__parameters"]) == 5
-
-
 MECANUM = (DATA / "robots/mecanum.yaml").read_text("utf-8")
 
 

@@ -61,21 +61,6 @@ def test_what_is_installed_is_what_was_written(
 
 
 @pytest.mark.tier("builds")
-def test_an_install_space_that_is_older(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    share = build(tmp_path, "ament_python")
-    source = tmp_path / "src" / NAME
-    (share / "urdf/rosorin.urdf").write_text("<robot name='old'><link name='base_link'/></robot>\n")
-    capsys.readouterr()
-    assert main(["deploy", str(ROSORIN), "-o", str(source), "--map", "static_tf=none"]) == 0
-    said = capsys.readouterr().err
-    assert "what runs, and it is not what was deployed: urdf/rosorin.urdf (older)\n" in said
-    assert "colcon build --packages-select rosorin_description; without --symlink-install" in said
-    (share / "urdf/rosorin.urdf").write_bytes((source / "urdf/rosorin.urdf").read_bytes())
-    assert main(["deploy", str(ROSORIN), "-o", str(source)]) == 0
-    assert "deploy-not-built" not in capsys.readouterr().err
-
-
-@pytest.mark.tier("builds")
 @pytest.mark.skipif(not (SITE / "ament_index_python").is_dir(), reason="no python3-ament-index")
 @kinds(PYTHON)
 def test_the_test_of_the_package_runs_and_finds_what_is_wrong(tmp_path: Path, kind: str) -> None:

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats import static_tf
 from rosorin_compile.formats.static_tf import STATES
-from rosorin_compile.model import Joint, Link, Output, Pose, Robot, Transform
-from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS
+from rosorin_compile.model import Link, Output, Pose, Robot
 from support.launch import Failed, command_line, read
 from support.packages import EXAMPLES, FORMS, clean, describe, made, static, written
 from support.paths import data_text
@@ -105,50 +104,6 @@ def test_odd_names_come_through_in_all_forms(tmp_path_factory: pytest.TempPathFa
         assert (found.name, found.arguments) == (node, wanted)
     view = yaml.safe_load(next((package / "rviz").iterdir()).read_text("utf-8"))
     assert view["Visualization Manager"]["Global Options"]["Fixed Frame"] == parent
-
-
-def composed(package: Path, form: str) -> dict[tuple[str, str], Transform]:
-    launch = read(package / f"launch/description.launch.{form}", {"rosorin_description": package})
-    read_back = [command_line(node.arguments) for node in launch.nodes[1:]]
-    return {(parent, child): pose.transform() for parent, child, pose in read_back}
-
-
-@pytest.mark.parametrize("form", FORMS)
-def test_arguments_compose_to_the_chain_of_the_urdf(tmp_path: Path, form: str) -> None:
-    """The frames of rosorin, half from the URDF and half from the launch file, against the model.
-
-    A position has 7 digits after the point and an angle 8 (the digits of the guide), so that this is how near they are
-    to the model. To 1e-9 they are the model with the printed numbers.
-    """
-    package = written(tmp_path)
-    robot = compiled().robot
-    assert robot is not None
-    edges = composed(package, form)
-    for element in ET.parse(package / "urdf/rosorin.urdf").iter("joint"):
-        origin = element.find("origin")
-        xyz, rpy = (tuple(map(float, origin.get(key).split())) for key in ("xyz", "rpy"))
-        ends = [element.find(tag).get("link") for tag in ("parent", "child")]
-        edges[ends[0], ends[1]] = Pose(xyz, rpy).transform()
-    metres, radians = 0.51 * 10**-METRE_DIGITS, 0.51 * 10**-RADIAN_DIGITS
-    moved = robot.transform("base_link", "camera_link", {})
-    chain = Transform()
-    for parent, child in [("base_link", "link1"), ("link1", "link2"), ("link2", "link3"), ("link3", "link4")]:
-        chain = chain.then(edges[parent, child])
-    chain = chain.then(edges["link4", "camera_link0"]).then(edges["camera_link0", "camera_link"])
-    assert chain.xyz == pytest.approx(moved.xyz, abs=1e-9)
-    for child in ("laser", "imu_link"):
-        wanted = robot.transform("camera_link", child, {})
-        found = chain.inverse().then(edges["base_link", child])
-        assert found.xyz == pytest.approx(wanted.xyz, abs=metres * 3**0.5 + radians)
-        rounded = Pose(*(tuple(round(v, d) for v in values) for values, d in _numbers(robot.joint_to[child])))
-        exact = moved.inverse().then(rounded.transform())
-        assert found.xyz == pytest.approx(exact.xyz, abs=1e-9)
-        for row, other in zip(found.rows, exact.rows, strict=True):
-            assert row == pytest.approx(other, abs=1e-9)
-
-
-def _numbers(joint: Joint) -> list[tuple[tuple[float, ...], int]]:
-    return [(joint.origin.xyz, METRE_DIGITS), (joint.origin.rpy, RADIAN_DIGITS)]
 
 
 @pytest.mark.parametrize("folder", EXAMPLES, ids=lambda folder: folder.name)

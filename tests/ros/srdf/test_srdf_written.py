@@ -80,10 +80,6 @@ def _written(folder: Path, text: str) -> Path:
     return folder / "robot.yaml"
 
 
-def test_no_virtual_joint(tmp_path: Path) -> None:
-    assert "virtual_joint" not in srdf(tmp_path, ARM + "moveit: {virtual_joint: false}\n" + ENDS)
-
-
 def test_a_mecanum_base_goes_sideways() -> None:
     (out,) = (one.text for one in compile_robot(ROSORIN).artifacts if one.backend == "srdf")
     assert '<virtual_joint name="virtual_joint" type="planar" parent_frame="odom" child_link="base_link"/>' in out
@@ -111,15 +107,6 @@ def test_a_part_says_it_for_each_of_its_uses(tmp_path: Path) -> None:
             f'<joint_property joint_name="{side}_elbow" property_name="weight" value="2"/>',
         ):
             assert line in text
-
-
-def test_two_files_add_to_it(tmp_path: Path) -> None:
-    more = "moveit: {groups: {wrist: {joints: [wrist]}}, passive_joints: [grip]}\n"
-    (tmp_path / "more.yaml").write_text(more, "utf-8")
-    text = srdf(tmp_path, ARM.replace("robot: arm\n", "robot: arm\ninclude: [more.yaml]\n") + MOVEIT)
-    assert '<group name="wrist">' in text
-    assert '<group name="arm">' in text
-    assert text.count("<passive_joint") == 2
 
 
 def test_diff_tells_what_is_planned_otherwise(home: Path, capsys: Shown) -> None:
@@ -283,17 +270,3 @@ def test_a_srdf_alone_is_no_robot(capsys: Shown) -> None:
     said = capsys.readouterr().err
     assert "error[wrong-format]: this is an SRDF, which belongs to a robot and has none itself" in said
     assert f"import ROBOT --srdf {FILES / 'everything.srdf'} reads both" in " ".join(said.split())
-
-
-@pytest.mark.usefixtures("home")
-def test_a_srdf_that_is_not_there(capsys: Shown) -> None:
-    assert main(["import", str(FILES / "arm.urdf"), "--srdf", str(FILES / "everythin.srdf")]) == 2
-    assert 'everythin.srdf is not there; did you mean "' in capsys.readouterr().err
-
-
-@pytest.mark.usefixtures("home")
-def test_strictly_what_is_not_carried_is_an_error(capsys: Shown) -> None:
-    command = ["import", str(FILES / "arm.urdf"), "--srdf", str(FILES / "told" / "others.srdf")]
-    assert main([*command, "--strict"]) == 1
-    assert "error[import-cannot-carry]" in capsys.readouterr().err
-    assert main(command) == 0

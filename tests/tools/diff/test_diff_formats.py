@@ -9,6 +9,7 @@ from pathlib import Path
 
 import jsonschema
 import pytest
+import yaml
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -23,7 +24,7 @@ from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output, Robot
 from support.comparing import DIFF, changed, compared, told
 from support.machines import robot_of
-from support.paths import ROOT, ROSORIN
+from support.paths import ROOT, ROSORIN, data_text
 from support.schemas import schema
 
 OUTPUTS = ROOT / "outputs" / "rosorin"
@@ -50,26 +51,8 @@ def test_the_artifacts_of_the_reference_robot_are_that_robot(file: str) -> None:
 
 
 # What a file of each format has no word for.
-SILENT = {
-    "arm.urdf": [
-        "laser of {arm}: a URDF has only what robot_state_publisher publishes",
-        "1 armature, 1 named pose, 1 servo group, 1 disabled contact, 2 publishers, 1 transform of other nodes: {file}"
-        " is a URDF, a format without a word for it",
-        "the round ends of capsules: a URDF has cylinders of the same full length",
-    ],
-    "arm.xml": [
-        "4 velocity limits, 1 servo group, 2 publishers, 1 transform of other nodes, 4 names of fixed joints, 1"
-        " element for URDF alone: {file} is MJCF, a format without a word for it",
-        "1 and 1 disabled contacts: a simulation adds those of neighbours",
-    ],
-    "arm.json": [
-        "6 masses, 1 visual shape, 4 effort limits, 4 velocity limits, 1 mimic, 1 damping or friction, 1 armature, 1"
-        " named pose, 1 disabled contact, 2 publishers, 1 transform of other nodes, 1 element for URDF alone: {file} is"
-        " a driver's model, a format without a word for it",
-        "the collision of base_link, laser, upper_arm and 1 more: a driver's model has one box along the axes of a"
-        " link",
-    ],
-}
+CASES = yaml.safe_load(data_text("cases/diff_formats.yaml"))
+SILENT = CASES["silent"]
 
 
 @pytest.mark.parametrize("file", SILENT)
@@ -96,25 +79,7 @@ def test_the_artifacts_of_the_arm_are_one_robot(arm: Path, one: str, other: str,
 
 
 # What each format carries, planted in the description and told of its artifacts.
-CARRIED = [
-    ("upper: 2, effort: 10", "upper: 1.9, effort: 10", "shoulder limit upper 2 -> 1.9 rad (-5.7 deg)", "urdf xml json"),
-    ("xyz: [0.1, 0, 0.16]", "xyz: [0.1, 0, 0.17]", "upper_arm moved 10.0 mm in base_link", "urdf xml json"),
-    (
-        "size: [0.02, 0.02, 0.2]",
-        "size: [0.02, 0.03, 0.2]",
-        "mast collision: box min y -0.01 -> -0.015 m, max y",
-        "urdf xml json",
-    ),
-    ("mass: 2,", "mass: 2.1,", "base_link mass 2 -> 2.1 kg (+100.0 g)", "urdf xml"),
-    ("effort: 10", "effort: 11", "shoulder limit effort 10 -> 11 N*m (+10.0 %)", "urdf xml"),
-    ("multiplier: 5", "multiplier: 6", "finger_joint mimic multiplier 5 -> 6", "urdf xml"),
-    ("armature: 0.01", "armature: 0.02", "shoulder armature 0.01 -> 0.02 kg*m^2", "xml"),
-    ("velocity: 0.2", "velocity: 0.25", "slide limit velocity 0.2 -> 0.25 m/s", "urdf"),
-    ("rgba: [0.8", "rgba: [0.9", "base_link visual colour 0.8 0.1 0.1 1 -> 0.9 0.1 0.1 1", "urdf xml"),
-    (", rgba: [0.8, 0.1, 0.1, 1]", "", "base_link visual colour 0.8 0.1 0.1 1 -> none", "urdf"),
-    ("elbow: -1", "elbow: -1.1", "pose ready: elbow -1 -> -1.1 rad", "xml"),
-    ("zero_pulse: 500", "zero_pulse: 510", "servo of shoulder zero pulse 500 -> 510", "json"),
-]
+CARRIED = CASES["carried"]
 
 
 @pytest.mark.parametrize(("old", "new", "line", "files"), CARRIED, ids=[line for _, _, line, _ in CARRIED])

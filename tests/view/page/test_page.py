@@ -303,19 +303,17 @@ DAE = """<COLLADA><library_images><image id="a"><init_from>{}</init_from></image
 
 
 HOMES = [
-    pytest.param("descriptions/r/m.dae", "m.dae", "images/t.png", True, id="the project"),
-    pytest.param("descriptions/r/m.dae", "m.dae", "../private/t.png", False, id="beside the project"),
-    pytest.param("robot/meshes/m.dae", "../meshes/m.dae", "robot/textures/t.png", True, id="of a URDF"),
-    pytest.param("robot/meshes/m.dae", "../meshes/m.dae", "t.png", False, id="outside of a URDF"),
-    pytest.param("robot/meshes/m.dae", "package://robot/meshes/m.dae", "robot/t.png", True, id="in a package"),
-    pytest.param("robot/meshes/m.dae", "package://robot/meshes/m.dae", "t.png", False, id="outside of a package"),
-    pytest.param("arm/share/deep/m.dae", "m.dae", "arm/t.png", True, id="by its package.xml"),
-    pytest.param("robot/m.dae", "/robot/m.dae", "t.png", False, id="a whole path"),
+    pytest.param("descriptions/r/m.dae", "images/t.png", True, id="the project"),
+    pytest.param("descriptions/r/m.dae", "../private/t.png", False, id="beside the project"),
+    pytest.param("robot/meshes/visual/m.dae", "robot/textures/t.png", True, id="beside meshes"),
+    pytest.param("robot/meshes/m.dae", "t.png", False, id="above the folder of meshes"),
+    pytest.param("arm/share/deep/m.dae", "arm/t.png", True, id="in a package"),
+    pytest.param("robot/m.dae", "t.png", False, id="above its folder"),
 ]
 
 
-@pytest.mark.parametrize(("mesh", "name", "image", "inside"), HOMES)
-def test_an_image_is_in_the_project_of_its_mesh(tmp_path: Path, mesh: str, name: str, image: str, inside: bool) -> None:
+@pytest.mark.parametrize(("mesh", "image", "inside"), HOMES)
+def test_an_image_is_in_the_project_of_its_mesh(tmp_path: Path, mesh: str, image: str, inside: bool) -> None:
     top = tmp_path / "top"
     for file in (top / mesh, top / image, top / "arm" / "package.xml"):
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -325,9 +323,9 @@ def test_an_image_is_in_the_project_of_its_mesh(tmp_path: Path, mesh: str, name:
     (top / mesh).write_text(DAE.format(asked), "utf-8")
     (top / mesh).with_suffix(".obj").write_text(f"mtllib {asked}.mtl\n", "utf-8")
     (top / f"{image}.mtl").write_text("newmtl a\nmap_Kd t.png\n", "utf-8")
-    assert len(companions(top / mesh, name)[0]) == inside
-    assert len(companions((top / mesh).with_suffix(".obj"), name.replace(".dae", ".obj"))[0]) == inside
-    vain = companions(top / mesh, name)[1]
+    assert len(companions(top / mesh)[0]) == inside
+    assert len(companions((top / mesh).with_suffix(".obj"))[0]) == inside
+    vain = companions(top / mesh)[1]
     assert vain == ({} if inside else {"t.png": "a mesh names it outside of the project"})
 
 
@@ -342,8 +340,8 @@ def test_a_link_leads_to_no_image_outside(tmp_path: Path) -> None:
     (source / "meshes/m.dae").write_bytes(DAE.format("t.png").encode())
     for name in ("meshes/m.dae", "meshes/t.png"):
         (installed / name).symlink_to(source / name)
-    mesh, name = installed / "meshes/m.dae", "package://arm/meshes/m.dae"
-    assert len(companions(mesh, name)[0]) == 1
+    mesh = installed / "meshes/m.dae"
+    assert len(companions(mesh)[0]) == 1
     (installed / "meshes/t.png").unlink()
     (installed / "meshes/t.png").symlink_to(private / "t.png")
-    assert companions(mesh, name)[0] == []
+    assert companions(mesh)[0] == []

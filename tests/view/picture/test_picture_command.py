@@ -13,34 +13,13 @@ from rosorin_compile.cli.main import main
 from rosorin_compile.source.system import pip_install
 from rosorin_compile.viewer.picture import draw
 from rosorin_compile.viewer.picture.labels import AXIS_COLOURS
-from support.drawings import hue_name, pixels, rgba
-from support.paths import IMPORTED, OUTPUTS, ROOT
+from support.drawings import hue_name, pixels
+from support.paths import IMPORTED, OUTPUTS, ROOT, data_text
 
 LABEL = (0x1F, 0x29, 0x33)
 PORTER = ROOT / "examples" / "porter" / "robot.yaml"
-ARM = f"""\
-robot: arm
-poses: {{up: {{positions: {{shoulder: 90 deg}}}}}}
-links:
-  base: {{visual: [{{box: {{size: [0.2, 0.2, 0.1]}}, rgba: {rgba("blue")}}}]}}
-  upper: {{visual: [{{box: {{size: [0.4, 0.05, 0.05]}}, xyz: [0.2, 0, 0], rgba: {rgba("red")}}}]}}
-joints:
-  shoulder:
-    type: revolute
-    parent: base
-    child: upper
-    xyz: [0, 0, 0.1]
-    axis: [0, -1, 0]
-    limit: {{lower: -1, upper: 2, effort: 1, velocity: 1}}
-"""
-BARE = """\
-robot: bare
-modes: {slam: it maps}
-publishers: {mapper: {}}
-links: {base: {}, tip: {}}
-joints: {j: {type: fixed, parent: base, child: tip, xyz: [0.3, 0, 0.1]}}
-edges: [{parent: map, child: base, publisher: mapper, when: slam}]
-"""
+ARM = data_text("robots/picture_command_arm.yaml")
+BARE = data_text("robots/picture_command_bare.yaml")
 PROJECT = {
     "descriptions/arm/robot.yaml": ARM,
     "descriptions/bare/robot.yaml": BARE,

@@ -7,25 +7,15 @@ import subprocess
 from pathlib import Path
 
 import pytest
+import yaml
 
 from rosorin_compile.cli.main import main
 from support.commands import edit
 from support.paths import data_text
 
 CHROMIUM = shutil.which("chromium")
-PROJECT = {
-    "descriptions/mast/robot.yaml": """\
-robot: mast
-links:
-  base_link: {collision: [{box: {size: [400 mm, 300 mm, 100 mm]}}]}
-  head: {collision: [{box: {size: [60 mm, 60 mm, 60 mm]}}]}
-  lens: {}
-joints:
-  head_joint: {type: fixed, parent: base_link, child: head, xyz: [0, 0, 200 mm]}
-  lens_joint: {type: fixed, parent: head, child: lens, xyz: [30 mm, 0, 0]}
-outputs: {urdf: {file: mast.urdf}}
-"""
-}
+CASES = yaml.safe_load(data_text("cases/changes_in_browser.yaml"))
+PROJECT = CASES["project"]
 WORDS = [
     *("--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
     *("--virtual-time-budget=8000", "--window-size=1000,700"),

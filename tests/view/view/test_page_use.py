@@ -12,7 +12,7 @@ from rosorin_compile.viewer.page import html
 from rosorin_compile.viewer.page.data import robot_data
 from support.browsing import Browser, lacking
 from support.commands import Shown, ask
-from support.paths import ROOT, ROSORIN
+from support.paths import ROOT, ROSORIN, data_text
 from support.robots import copy_of_rosorin
 from support.viewing import Viewing
 
@@ -21,15 +21,7 @@ pytestmark = [
     pytest.mark.xdist_group("browser"),
     pytest.mark.skipif(bool(lacking()), reason=lacking()),
 ]
-ROBOT = """\
-robot: small
-links: {base: {visual: [{box: {size: [1, 1, 1]}}]}, arm: {}}
-joints:
-  turn: {type: revolute, parent: base, child: arm, xyz: [0.3, 0, 0.2], rpy: [0, 5, 0], axis: [0, 0, 1],
-         limit: {lower: -30 deg, upper: 100 deg, effort: 1, velocity: 1}}
-sensors: {camera: {type: camera, parent: arm, frame: eye2, joint: eye_joint, xyz: [0.3, 0, 0],
-                   publisher: {static_transform_publisher: tf_eye}}}
-"""
+ROBOT = data_text("robots/page_use_robot.yaml")
 
 
 @pytest.fixture(scope="module")

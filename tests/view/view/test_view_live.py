@@ -10,10 +10,11 @@ from pathlib import Path
 
 import jsonschema
 import pytest
+import yaml
 
 from rosorin_compile.viewer.page import data_of
 from support.commands import Shown, ask, write_files
-from support.paths import ROOT
+from support.paths import ROOT, data_text
 from support.robots import copy_of_rosorin
 from support.schemas import schema
 from support.viewing import Events, Viewing, asked
@@ -122,15 +123,8 @@ def test_a_robot_with_errors_is_waited_for(project: Path) -> None:
         assert x_of_arm(view) == 1
 
 
-FOREIGN = {
-    "a.urdf": '<robot name="r"><link name="base"/><link name="arm"/><joint name="j" type="fixed">'
-    '<origin xyz="{0} 0 0"/><parent link="base"/><child link="arm"/></joint></robot>',
-    "a.xacro": '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r"><xacro:property name="x" value="{0}"/>'
-    '<link name="base"/><link name="arm"/><joint name="j" type="fixed"><origin xyz="${{x}} 0 0"/>'
-    '<parent link="base"/><child link="arm"/></joint></robot>',
-    "a.xml": '<mujoco><worldbody><body name="base"><geom size="1"/><body name="arm" pos="{0} 0 0"><geom size="1"/>'
-    "</body></body></worldbody></mujoco>",
-}
+CASES = yaml.safe_load(data_text("cases/view_live.yaml"))
+FOREIGN = CASES["foreign"]
 
 
 @pytest.mark.landing("outside", "a.xml")

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from .sources import Part
 
 MARK = "# rosorin-compile extract"  # begins every file that extract writes
-_HEAD = ("part", "shape", "volume", "overhang", "overlap")
 
 
 class FittedPart(NamedTuple):
@@ -105,56 +104,43 @@ def boxes_yaml(parts: Sequence[FittedPart], kind: str) -> str:
 
 def boxes_json(parts: Sequence[FittedPart]) -> dict[str, Any]:
     """Return all shapes and their fit: metres, cubic metres, radians."""
-    values: dict[str, Any] = {}
-    for fitted in parts:
-        is_closed = all(one.overhang is not None for one in fitted.quality.values())
-        shapes: dict[str, Any] = {}
-        for kind, one in fitted.quality.items():
-            pieces = fitted.fits[kind].pieces
-            shapes[kind] = {
-                "shapes": [
-                    {**_sizes(piece), "xyz": list(map(float, piece.pose.xyz)), "rpy": list(map(float, piece.pose.rpy))}
-                    for piece in pieces
-                ],
-                "volume": one.volume,
-                "overhang_volume": one.overhang,
-                "overlap": one.overlap,
-                "overlap_of": "volume" if is_closed else "surface",
-            }
-        values[fitted.part.name] = {
+
+    def entry(shape: Shape) -> dict[str, Any]:
+        return {**_sizes(shape), "xyz": list(map(float, shape.pose.xyz)), "rpy": list(map(float, shape.pose.rpy))}
+
+    return {
+        fitted.part.name: {
             "meshes": list(fitted.part.meshes),
             "triangles": len(fitted.part.triangles),
-            "closed": is_closed,
+            "closed": all(one.overhang is not None for one in fitted.quality.values()),
             "smallest": fitted.smallest,
-            "shapes": shapes,
+            "shapes": {
+                kind: {
+                    "shapes": list(map(entry, fitted.fits[kind].pieces)),
+                    "volume": one.volume,
+                    "overhang_volume": one.overhang,
+                    "overlap": one.overlap,
+                }
+                for kind, one in fitted.quality.items()
+            },
         }
-    return values
+        for fitted in parts
+    }
 
 
 def boxes_table(parts: Sequence[FittedPart]) -> list[str]:
     """Return the lines of a table of all shapes."""
-    rows = [_HEAD]
+    rows = [("part", "shape", "volume", "overhang", "overlap")]
     for fitted in parts:
-        for kind, fit in fitted.fits.items():
-            quality = fitted.quality[kind]
+        for kind, one in fitted.quality.items():
+            shape = f"stack of {len(fitted.fits[kind].pieces)}" if kind == "stack" else kind.replace("_", " ")
             overhang = "open mesh"
-            if quality.overhang is not None:
-                overhang = f"{_volume(quality.overhang)} ({100 * quality.overhang / quality.volume:.0f}%)"
-            # 100% means all of it, not nearly all.
-            overlap = "100%" if quality.overlap > 1 - 1e-6 else f"{math.floor(quality.overlap * 1000) / 10:g}%"
-            rows.append(
-                (
-                    fitted.part.name if kind == next(iter(fitted.fits)) else "",
-                    f"stack of {len(fit.pieces)}" if kind == "stack" else kind.replace("_", " "),
-                    _volume(quality.volume),
-                    overhang,
-                    f"{overlap} of surface" if quality.overhang is None else overlap,
-                )
-            )
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    left = [[text.ljust(width) for text, width in zip(cells[:2], widths, strict=False)] for cells in rows]
-    right = [[text.rjust(width) for text, width in zip(cells[2:], widths[2:], strict=True)] for cells in rows]
-    return ["  ".join([*one, *other]).rstrip() for one, other in zip(left, right, strict=True)]
+            if one.overhang is not None:
+                overhang = f"{_volume(one.overhang)} ({100 * one.overhang / one.volume:.0f}%)"
+            overlap = math.floor(one.overlap * 1000) / 10  # 100% means all of it, not nearly all
+            rows.append((fitted.part.name, shape, _volume(one.volume), overhang, f"{overlap:g}%"))
+    width = max(len(name) for name, *_ in rows)
+    return [f"{row[0]:<{width}}  {row[1]:<12}  {row[2]:>10}  {row[3]:>16}  {row[4]:>7}" for row in rows]
 
 
 def _volume(value: float) -> str:

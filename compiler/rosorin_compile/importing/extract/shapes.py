@@ -20,7 +20,6 @@ from trimesh import Trimesh
 from trimesh.bounds import oriented_bounds
 from trimesh.intersections import slice_faces_plane
 from trimesh.nsphere import minimum_nsphere
-from trimesh.remesh import subdivide_to_size
 
 from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape, Transform
 
@@ -32,7 +31,6 @@ KINDS = ("box", "oriented_box", "cylinder", "capsule", "stack")
 AXES = ("x", "y", "z")
 _WORTH = 0.99  # a rotated shape has to be smaller than this fraction of one that is rotated less
 _STL_NOISE = 1e-7  # m: STL corners have 24 bits
-_FINENESS = 50  # samples of the mesh surface along the diagonal of the mesh
 _TOLERANCE = 2e-7  # m: a point this far outside a shape is on its surface
 _AXIS_ANGLES: dict[str, Vector] = {"x": (0, math.pi / 2, 0), "y": (math.pi / 2, 0, 0), "z": (0, 0, 0)}
 
@@ -263,10 +261,10 @@ def smallest_circle(points: Floats) -> tuple[Point, float]:
 
 
 class FitQuality(NamedTuple):
-    """How well a shape fits. Volumes in m^3, fractions from 0 to 1.
+    """How well a shape fits. Volumes in m^3.
 
     ``overhang`` is the volume of the shape outside the mesh, None for an open mesh. ``overlap`` is the fraction of the
-    mesh that the shape encloses.
+    corners of the mesh that the shape encloses.
     """
 
     volume: float
@@ -275,20 +273,15 @@ class FitQuality(NamedTuple):
 
 
 def measure_fits(triangles: Floats, fits: Mapping[str, Fit]) -> dict[str, FitQuality]:
-    """Measure how well shapes fit a mesh of triangles (n, 3, 3), by samples of its surface."""
+    """Measure how well shapes fit a mesh of triangles (n, 3, 3)."""
     corners = triangles.reshape(-1, 3)
-    faces = np.arange(len(corners)).reshape(-1, 3)
-    mesh = Trimesh(corners, faces, process=True)
+    mesh = Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=True)
     volume = abs(float(mesh.volume)) if mesh.is_watertight else 0.0
-    spacing = float(np.linalg.norm(np.ptp(corners, axis=0))) / _FINENESS or 1.0
-    points, pieces = subdivide_to_size(corners, faces, spacing, max_iter=30)
-    a, b, c = points[pieces].transpose(1, 0, 2)
-    areas, centres = np.linalg.norm(np.cross(b - a, c - a), axis=1), (a + b + c) / 3
-    total, measured = float(areas.sum()), {}
+    measured = {}
     for kind, fit in fits.items():
-        inside = np.any([_contains(piece, centres) for piece in fit.pieces], axis=0)
-        overlap = float(areas[inside].sum()) / total if total > 0 and not inside.all() else 1.0
-        measured[kind] = FitQuality(fit.volume, max(0.0, fit.volume - volume) if volume else None, overlap)
+        inside = np.any([_contains(piece, corners) for piece in fit.pieces], axis=0)
+        overhang = max(0.0, fit.volume - volume) if volume else None
+        measured[kind] = FitQuality(fit.volume, overhang, float(inside.mean()))
     return measured
 
 

@@ -14,9 +14,9 @@ from rosorin_compile.model import Mesh, Robot
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh, load_mesh
 from rosorin_compile.request import Request
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, RequestError, Suggestion
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, RequestError, Suggestion
 from rosorin_compile.source.packages import Packages
-from rosorin_compile.source.project import Description, NoDescription
+from rosorin_compile.source.project import ENDINGS, Description, NoDescription
 from rosorin_compile.source.tree import Map
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ class SourceProblem(ExtractProblem):
     """A robot that cannot be read, with all diagnostics about it."""
 
     def __init__(self, diagnostics: list[Diagnostic]) -> None:
-        super().__init__(next(one for one in diagnostics if one.severity == "error"))
+        super().__init__(next(one for one in diagnostics if one.severity == ERROR))
         self.diagnostics = diagnostics
 
 
@@ -152,16 +152,15 @@ class RobotSource:
 
         Raises NotThere if there is none, else ExtractProblem; other problems are in ``diagnostics``.
         """
-        path = Path(name)
-        environment = os.environ if options.environment is None else options.environment
-        if path.suffix.lower() in (".yaml", ".yml") or not files.is_file(path):
+        path, messages = Path(name), list[Diagnostic]()
+        if path.suffix.lower() in ENDINGS or not files.is_file(path):
             try:
                 (description,) = Description.find([name])
             except NoDescription as problem:
                 raise NotThere.of("mesh-unreadable", str(problem), "or name mesh files, or a URDF") from None
             path = description.path
             compiled = Request.of(path, options.arguments, options.packages, warn=options.tell).read()
-            robot, tree, diagnostics, messages = compiled.robot, compiled.tree, compiled.diagnostics, []
+            robot, tree, diagnostics = compiled.robot, compiled.tree, compiled.diagnostics
         else:
             imported = read_robot(path, options)
             lowered = None if imported.tree is None else imported.lowered()
@@ -171,6 +170,7 @@ class RobotSource:
             messages = [d for d in imported.diagnostics if d.severity != NOTE and d.rule != "import-cannot-carry"]
         if robot is None or tree is None:
             raise SourceProblem(diagnostics)
+        environment = os.environ if options.environment is None else options.environment
         return cls(robot, tree, path.parent, Packages(options.packages, environment, path), messages)
 
     def link(self, name: str) -> str:
@@ -197,20 +197,16 @@ class RobotSource:
             if not isinstance(shape.geometry, Mesh):
                 continue
             address = shape.geometry.file
-            span = self.tree.locate(("links", link, section, number, "mesh", "file")).span
             path = self.packages.resolve(address, self.folder)
-            if path is None or not files.is_file(path):
-                message = f"{section} of {link}: there is no file {address}"
-                help = ""
-                if path is None:
-                    package = address.split("://")[-1].split("/")[0]
-                    message = f"{section} of {link}: cannot find {address}"
-                    help = f"say where the package is: --package {package}=FOLDER"
-                self.diagnostics.append(Diagnostic("mesh-missing", WARNING, message, span, (), help))
-                continue
             try:
+                if path is None:
+                    help = f"say where the package is: --package {address.split('://')[-1].split('/')[0]}=FOLDER"
+                    raise NotThere.of("mesh-missing", f"{section} of {link}: cannot find {address}", help)
+                if not files.is_file(path):
+                    raise NotThere.of("mesh-missing", f"{section} of {link}: there is no file {address}")
                 mesh = load_mesh(Path(files.shown(path)), shape.geometry.scale)
             except ExtractProblem as problem:
+                span = self.tree.locate(("links", link, section, number, "mesh", "file")).span
                 self.diagnostics.append(replace(problem.diagnostic, severity=WARNING, span=span))
                 continue
             transform = shape.pose.transform()

@@ -7,14 +7,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rosorin_compile.formats.imported import BEFORE, INSIDE, Comment
+from rosorin_compile.formats.imported import BEFORE, INSIDE, Comment, as_tree
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.tree import Map, Path, Seq
+from rosorin_compile.source.tree import Map, Path
 
 from ..description import free_name, lines_of
 from ..layout import Expression, Verbatim
-from .nodes import MOUNT, REFERENCES, Node, equal_shapes, is_number, is_pose, mirrored, nodes_of, table
+from .nodes import MOUNT, REFERENCES, Node, deep_copy, equal_shapes, is_number, is_pose, mirrored, nodes_of, table
 from .parameters import Parameters
 from .part_names import is_left, part_name, split
 
@@ -186,14 +186,12 @@ class _Body:
         links, joints = _sections(nodes, terms, names, span)
         params: dict[str, Any] = {}
         for one in parameters.given:
-            declared: dict[str, Any] = {} if one.kind == "any" else {"type": one.kind}
+            params[one.name] = {} if one.kind == "any" else {"type": one.kind}
+            params[one.name] |= {} if one.default is None else {"default": one.default}
             if one.kind == "sign":
-                declared = {"type": "integer", "one_of": _tree([1, -1], span)}
-            elif one.default is not None:
-                declared["default"] = _tree(one.default, span)
-            params[one.name] = table(span, declared)
+                params[one.name] = {"type": "integer", "one_of": [1, -1]}
         lets = {one.name: Expression("${-1 if mirrored else 1}") for one in parameters.all if one.is_derived}
-        sections = {"params": table(span, params), "let": table(span, lets), "links": links, "joints": joints}
+        sections = {"params": as_tree(params, span), "let": table(span, lets), "links": links, "joints": joints}
         return table(span, {key: value for key, value in sections.items() if value})
 
     def _use(self, entry: dict[str, Any], root: Node, mirror: str, parameters: Parameters, index: int) -> Map:
@@ -203,12 +201,11 @@ class _Body:
         entry |= {key: joint[key] for key in ("xyz", "rpy") if any(joint[key])}
         if mirror:
             entry["mirror"] = Verbatim(mirror)
-        given = {
-            one.name: _tree(one.values[index], span)
-            for one in parameters.given
-            if one.default is None or repr(one.values[index]) != repr(one.default)
-        }
-        return table(span, {**entry, **({"with": table(span, given)} if given else {})})
+        pairs = [(one.name, one.values[index], one.default) for one in parameters.given]
+        given = {name: value for name, value, default in pairs if default is None or repr(value) != repr(default)}
+        if given:
+            entry["with"] = as_tree(given, span)
+        return table(span, entry)
 
     def _is_worth(self, nodes: list[Node], part: Part) -> bool:
         """Return True if a part and its uses are shorter than the subtrees by enough, and the part is not trivial."""
@@ -246,44 +243,27 @@ class _Body:
 def _sections(
     nodes: Sequence[Node], terms: Sequence[Mapping[Path, Any]], names: Mapping[str, str], span: Span
 ) -> tuple[Map, Map]:
-    """Return the links and the joints of a subtree with new names, in the order of the source."""
+    """Return the links and the joints of a subtree with new names, in the order of the source.
+
+    ``terms`` are expressions that replace values of a node.
+    """
     links, joints = Map(span), Map(span)
-    numbered = list(enumerate(nodes))
-    for index, node in sorted(numbered, key=lambda one: one[1].rank[0]):
-        links.put(names[node.link], _filled(node.entries["link"], terms[index], ("link",)), span, span)
-    for index, node in sorted(numbered, key=lambda one: one[1].rank[1]):
-        moves = _filled(node.entries["joint"], terms[index], ("joint",))
-        carrier = names[node.carrier] if index else MOUNT
-        entry = table(span, {"type": node.kind, "parent": carrier, "child": names[node.link]})
+    filled = []
+    for node, replacements in zip(nodes, terms, strict=True):
+        filled.append((node, deep_copy(node.entries)))
+        for path, term in replacements.items():
+            holder = filled[-1][1]
+            for step in path[:-1]:
+                holder = holder[step]
+            holder[path[-1]] = term
+    for node, entries in sorted(filled, key=lambda one: one[0].rank[0]):
+        links.put(names[node.link], entries["link"], span, span)
+    for node, entries in sorted(filled, key=lambda one: one[0].rank[1]):
+        is_top, moves = node is nodes[0], entries["joint"]
+        carrier = MOUNT if is_top else names[node.carrier]
+        joint = table(span, {"type": node.kind, "parent": carrier, "child": names[node.link]})
         for key, value in moves.items():
-            if key != "type" and (index or key not in ("xyz", "rpy")):
-                entry.put(key, value, span, moves.value_spans[key])
-        joints.put(names[node.joint], entry, span, span)
+            if key != "type" and not (is_top and key in ("xyz", "rpy")):
+                joint.put(key, value, span, moves.value_spans[key])
+        joints.put(names[node.joint], joint, span, span)
     return links, joints
-
-
-def _filled(value: Any, terms: Mapping[Path, Any], path: Path) -> Any:
-    """Return a copy of a value in which terms replace what differs."""
-    if path in terms:
-        return terms[path]
-    if isinstance(value, Map):
-        copy = Map(value.span)
-        for key, item in value.items():
-            copy.put(key, _filled(item, terms, (*path, key)), value.key_spans[key], value.value_spans[key])
-        return copy
-    if isinstance(value, Seq):
-        items = Seq(value.span)
-        for index, item in enumerate(value):
-            items.put(_filled(item, terms, (*path, index)), value.value_spans[index])
-        return items
-    return value
-
-
-def _tree(value: Any, span: Span) -> Any:
-    """Return a value of a parameter as a tree; a quantity keeps its unit."""
-    if isinstance(value, list):
-        items = Seq(span)
-        for item in value:
-            items.put(item, span)
-        return items
-    return value

@@ -17,16 +17,15 @@ if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
 _BRIDGE = "ros_gz_bridge"
-_CLOSE, _FAR = 0.01, 0.1  # relative differences: within the first a size is rounded, beyond the second it is another
+_FAR = 0.1  # relative difference from which on a size is another one
 
 
 class Driven(NamedTuple):
-    """The result: sections of a description, the names they came from, reasons for what is kept, and remarks."""
+    """The result: sections of a description, the names they came from, and reasons for what is kept."""
 
     sections: dict[str, Any]
     said: dict[str, list[str]]
     kept: dict[str, str]
-    remarks: list[str]
 
 
 class Plugin(NamedTuple):
@@ -78,7 +77,7 @@ _KNOWN: Mapping[str, Plugin] = {
 
 def driven(elements: Iterable[tuple[int, Element]], robot: Robot) -> Driven:
     """Return what the plug-ins among elements specify about the drive and the transforms of a robot."""
-    found = Driven({}, {}, {}, [])
+    found = Driven({}, {}, {})
     for plugin in (child for _, element in elements if element.tag == "gazebo" for child in element):
         file = plugin.get("filename", "").removesuffix(".so")
         known = next((known for name, known in _KNOWN.items() if file.endswith(name)), None)
@@ -145,8 +144,6 @@ def _add_drive(plugin: Element, known: Plugin, name: str, robot: Robot, found: D
         off = abs(given - actual) / actual if given is not None and actual else 0.0
         if off > _FAR:
             return f"the {what} is {given:.4g} m there, and {actual:.4g} m by the joints and shapes"
-        if off > _CLOSE:
-            found.remarks.append(f'plug-in "{name}": the {what} is {given:.4g} m there, {actual:.4g} m in the robot')
     found.sections["drive"] = entry
     found.said.setdefault("drive", []).append(name)
     return ""

@@ -14,17 +14,15 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.gazebo_elements import element_differences, followers_of
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import violations
-from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.expand.expansion import Expansion
 from rosorin_compile.language.expand.parts import apply_types
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, and_more, first_of, has_errors
+from rosorin_compile.source.diagnostics import ERROR, and_more, first_of, has_errors
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.tree import Map, Seq
-from rosorin_compile.source.xml.elements import tree_of
 
 from .blocks import block
 from .drives import Driven, driven
@@ -39,14 +37,13 @@ _FEW, _MOST = 3, 12  # names, and lines, of a report
 class Worded(NamedTuple):
     """A robot whose elements became sections: ``said`` are the new entries by kind, ``kept`` reasons by element.
 
-    ``remarks`` are differences between a plug-in and the robot. ``plain`` is the tree with all elements.
+    ``plain`` is the tree with all elements.
     """
 
     imported: Imported
     plain: Map | None = None
     said: Mapping[str, Sequence[str]] = {}
     kept: Mapping[str, str] = {}
-    remarks: Sequence[str] = ()
 
 
 def worded(imported: Imported) -> Worded:
@@ -67,7 +64,6 @@ class _Conversion:
     def __init__(self, imported: Imported, tree: Map, texts: Seq, robot: Robot) -> None:
         self.imported, self.tree, self.texts, self.robot = imported, tree, texts, robot
         self.kept: dict[str, str] = {}
-        self.known_errors = {one.message for one in self.errors({})}
 
     def worded(self, found: list[Candidate]) -> Worded:
         """Return the robot with sections."""
@@ -80,9 +76,8 @@ class _Conversion:
         sensors, gazebo = self.sensors([one for one in found if one.section == SENSORS])
         taken = [one for one in found if one.name in (control if one.section == CONTROL else sensors)]
         drives = self.drives()
-        self.kept |= _never_written(self.texts)
         if not taken and not drives.sections:
-            return Worded(self.imported, None, {}, self.kept, drives.remarks)
+            return Worded(self.imported, None, {}, self.kept)
         rest = without(self.texts, taken)
         sections = {CONTROL: control, SENSORS: sensors, **drives.sections, "urdf_elements": rest.texts}
         options = ({"control": distribution} if control else {}) | ({"gazebo": gazebo} if sensors else {})
@@ -95,7 +90,7 @@ class _Conversion:
         imported = self.imported._replace(tree=put(self.tree, sections), comments=comments)
         names = {"hardware block": list(control), "sensor": list(sensors), **drives.said}
         said = {key: value for key, value in names.items() if value}
-        return Worded(imported, self.tree, said, self.kept, drives.remarks)
+        return Worded(imported, self.tree, said, self.kept)
 
     def control(self, found: list[Candidate]) -> tuple[dict[str, Any], str]:
         """Return the entries of hardware blocks that mean the same, and the distribution that most of them are for."""
@@ -126,7 +121,7 @@ class _Conversion:
             except Unsayable as problem:
                 self.kept[one.called] = f"there is no word for it: {problem}"
         self.kept |= self.refused(found, entries, SENSORS, {"gazebo": gazebo})
-        robot = self.with_sections({SENSORS: entries}) if entries else None
+        robot = self.with_sections({SENSORS: entries})[0] if entries else None
         for sensor in robot.sensors if robot is not None else ():
             if sensor.name in entries and (changes := overlay(parsed[sensor.name], sensor, gazebo)):
                 entries[sensor.name]["gazebo"] = changes
@@ -138,7 +133,7 @@ class _Conversion:
         found = driven(trees(self.texts), self.robot)
         for word, keys in (("drive", ("drive",)), ("transform", ("publishers", "edges"))):
             some = {key: found.sections[key] for key in keys if key in found.sections}
-            if some and (reason := self.new_error(some)):
+            if some and (reason := self.error(some)):
                 for key in some:
                     del found.sections[key]
                 self.kept[f"the {word} of {', '.join(found.said.pop(word, ['a plug-in']))}"] = reason
@@ -157,10 +152,10 @@ class _Conversion:
         reasons = self.refused(found, entries, section, options)
         while entries:  # the reason why one entry comes out differently may be another one
             wrong: dict[str, str] = {}
-            for texts in self.written(section, entries, options):
-                for one in [one for one in found if one.name in entries.keys() - wrong.keys()]:
-                    if reason := _difference(one, texts.get(one.called, []), followers):
-                        wrong[one.name] = reasons[one.called] = reason
+            texts = self.written(section, entries, options)
+            for one in [one for one in found if one.name in entries]:
+                if reason := _difference(one, texts.get(one.called, []), followers):
+                    wrong[one.name] = reasons[one.called] = reason
             if not wrong:
                 break
             for name in wrong:
@@ -172,89 +167,45 @@ class _Conversion:
     ) -> dict[str, str]:
         """Remove the entries that a rule refuses, alone or together, and return the reasons."""
         reasons: dict[str, str] = {}
-        if entries and self.new_error({section: entries}, options):
+        if entries and self.error({section: entries}, options):
             for one in [one for one in found if one.name in entries]:
-                if reason := self.new_error({section: {one.name: entries[one.name]}}, options):
+                if reason := self.error({section: {one.name: entries[one.name]}}, options):
                     reasons[one.called] = reason
                     del entries[one.name]
-            if together := self.new_error({section: entries}, options) if entries else "":
+            if together := self.error({section: entries}, options) if entries else "":
                 reasons |= {one.called: together for one in found if one.name in entries}
                 entries.clear()
         return reasons
 
-    def new_error(self, sections: dict[str, Any], options: Mapping[str, Any] | None = None) -> str:
-        """Return the first error that the robot has only with these sections, or ""."""
-        found = self.errors(sections, options)
-        return next((one.message for one in found if one.message not in self.known_errors), "")
+    def error(self, sections: dict[str, Any], options: Mapping[str, Any] | None = None) -> str:
+        """Return the first error that the robot has with these sections, or ""."""
+        return self.with_sections(sections, options)[1]
 
-    def errors(self, sections: dict[str, Any], options: Mapping[str, Any] | None = None) -> list[Diagnostic]:
-        """Return the errors of the robot with more sections."""
+    def with_sections(
+        self, sections: dict[str, Any], options: Mapping[str, Any] | None = None
+    ) -> tuple[Robot | None, str]:
+        """Return the robot with more sections, or None and its first error."""
         output = {"file": "robot.urdf", **(options or {})}
-        tree, diagnostics = _with_types(put(self.tree, {**sections, "outputs": {"urdf": output}}))
-        found = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
-        if not found and not diagnostics:
-            found = [one for one in violations(tree) if one.severity == ERROR]
-        return [*diagnostics, *found]
+        tree, expansion = put(self.tree, {**sections, "outputs": {"urdf": output}}).copied(), Expansion()
+        if isinstance(tree.get(SENSORS), Map):
+            tree[SENSORS] = tree[SENSORS].copied()
+            apply_types(tree, None, Scope(expansion), data_folder("parts_library") / "sensors.yaml")
+        found = [*expansion.diagnostics, *validate(tree, FORMATS)]
+        found = found if has_errors(found) else violations(tree)
+        message = next((one.message for one in found if one.severity == ERROR), "")
+        return (None if message else lower(tree).robot), message
 
-    def with_sections(self, sections: dict[str, Any]) -> Robot | None:
-        """Return the robot with more sections, or None if it has errors."""
-        tree, diagnostics = _with_types(put(self.tree, sections))
-        return None if diagnostics or has_errors(validate(tree, FORMATS)) else lower(tree).robot
-
-    def written(self, section: str, entries: dict[str, Any], options: Mapping[str, Any]) -> list[dict[str, list[str]]]:
-        """Return the elements that entries become, by name: in the URDF, and in the SDF of a robot from an SDF."""
-        robot, brings = self.with_sections({section: entries}), FORMATS["urdf"].brings
-        in_urdf: dict[str, list[str]] = {}
+    def written(self, section: str, entries: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
+        """Return the elements of the URDF that entries become, by name."""
+        robot, brings = self.with_sections({section: entries}, options)[0], FORMATS["urdf"].brings
+        found: dict[str, list[str]] = {}
         if robot is not None and brings is not None:
             for text in brings(robot, Output("urdf", "urdf", "robot.urdf", {**options, **_UNROUNDED})):
                 texts = Seq(self.texts.span)
                 texts.put(text, self.texts.span)
                 for one in candidates(texts):
-                    in_urdf.setdefault(one.called, []).append(text)
-        if self.imported.format != "sdf" or section != SENSORS:
-            return [in_urdf]
-        in_sdf: dict[str, list[str]] = {}
-        robot = self.with_sections({section: entries, "urdf_elements": ()})
-        if robot is not None:
-            output = Output("sdf", "sdf", "robot.sdf", {**options, **_UNROUNDED})
-            text, _ = FORMATS["sdf"].written(robot, output, Templates())
-            for one in _sensors_of_sdf(text):
-                in_sdf.setdefault(one.called, []).append(one.alone)
-        return [in_urdf, in_sdf]
-
-
-def _with_types(tree: Map) -> tuple[Map, list[Diagnostic]]:
-    """Return a tree with the defaults of the types of its sensors, and diagnostics about these."""
-    made, expansion = tree.copied(), Expansion()
-    if isinstance(made.get(SENSORS), Map):
-        made[SENSORS] = made[SENSORS].copied()
-        apply_types(made, None, Scope(expansion), data_folder("parts_library") / "sensors.yaml")
-    return made, expansion.diagnostics
-
-
-def _sensors_of_sdf(text: str) -> list[Candidate]:
-    """Return the sensors of an SDF, as if each was in a <gazebo> of its link."""
-    found = []
-    for place in (place for place in tree_of(text).iter() if place.tag in ("link", "joint")):
-        for sensor in (child for child in place if child.tag == "sensor"):
-            pose = sensor.find("pose")
-            frame = "" if pose is None else pose.attrib.pop("relative_to", "")
-            if pose is not None and not pose.text:
-                sensor.remove(pose)
-            found.append(Candidate(SENSORS, sensor.get("name", ""), 0, 0, sensor, frame or place.get("name", "")))
-    return found
-
-
-def _never_written(texts: Seq) -> dict[str, str]:
-    """Return the elements that no output writes, with the reason."""
-    found: dict[str, str] = {}
-    for _, element in trees(texts):
-        if element.tag == "transmission":
-            found[f'<transmission> "{element.get("name", "")}"'] = "it is of ROS 1: ros2_control has its own"
-        for plugin in element if element.tag == "gazebo" else ():
-            if plugin.tag == "plugin":
-                found[f'plug-in "{plugin.get("name", "")}"'] = "no output writes plug-ins"
-    return found
+                    found.setdefault(one.called, []).append(text)
+        return found
 
 
 def _difference(one: Candidate, texts: Sequence[str], followers: Set[str]) -> str:
@@ -285,4 +236,4 @@ def told_words(worded: Worded) -> list[str]:
     told = [f"not in words: {first_of(names, _FEW)}: {why}" for why, names in reasons.items()]
     if len(told) > _MOST:
         told[_MOST:] = [f"not in words:{and_more(len(told) - _MOST)}"]
-    return [*lines, *told, *worded.remarks]
+    return [*lines, *told]

@@ -89,46 +89,35 @@ def without(texts: Seq, taken: list[Candidate]) -> Rest:
     """Return elements without those that became entries; an empty ``<gazebo>`` is removed, too."""
     left, paths, comments = Seq(texts.span, texts.via), dict[int, Path](), list[Comment]()
     for index, (text, span) in enumerate(zip(texts, texts.value_spans, strict=True)):
-        mine = [one for one in taken if one.text == index]
-        rest, said = _cut(str(text), mine) if mine else (str(text), [])
-        comments += [Comment(words, span, path) for path, words in said]
+        rest = str(text)
+        if mine := [one for one in taken if one.text == index]:
+            rest, remarks = _cut(rest, mine)
+            comments += [Comment(words, span, path) for path, words in remarks]
+        paths[index] = ("urdf_elements", len(left)) if rest else mine[0].path
         if rest:
-            paths[index] = ("urdf_elements", len(left))
             left.put(Text(rest), span)
-        else:
-            paths[index] = mine[0].path
     return Rest(left, paths, comments)
 
 
 def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]]:
     """Return a text without some elements, and their comments by the path of their entry."""
     root = parse(Source("", f"<{_AROUND}>{text}</{_AROUND}>")).root
-    said: list[tuple[Path, str]] = []
-    gone: list[tuple[int, int]] = []
-    for one in taken:
-        element = _found(root, one)
-        said += [(one.path, remark.text) for remark in _comments(element)]
-        gone.append((element.start, element.end))
     outer = root.children[0]
+    sensors = [child for child in outer.children if child.tag == "sensor"]
+    elements = [outer if one.section == CONTROL else sensors[one.number] for one in taken]
+    remarks = [
+        (one.path, remark) for one, element in zip(taken, elements, strict=True) for remark in _comments(element)
+    ]
     if outer.tag != "gazebo" or len(outer.children) == len(taken):
-        inside = {item.start for one in taken for item in _comments(_found(root, one))}
-        said = [*((taken[0].path, item.text) for item in _comments(outer) if item.start not in inside), *said]
-        return "", said
-    whole = root.document.source.text
-    pieces, at = [], outer.start
-    for start, end in sorted(gone):
-        pieces.append(whole[at:start].rstrip(" \t"))
-        at = end + len(whole[end:]) - len(whole[end:].lstrip(" \t"))
-    pieces.append(whole[at : outer.end])
-    lines = [line for line in "".join(pieces).split("\n") if line.strip()]
-    return indented("\n".join(lines), ""), said
-
-
-def _found(root: Element, one: Candidate) -> Element:
-    outer = root.children[0]
-    if one.section == CONTROL:
-        return outer
-    return [child for child in outer.children if child.tag == "sensor"][one.number]
+        inner = {remark.start for _, remark in remarks}
+        remarks = [*((taken[0].path, one) for one in _comments(outer) if one.start not in inner), *remarks]
+        return "", [(path, remark.text) for path, remark in remarks]
+    rest = root.document.source.text[outer.start : outer.end]
+    for element in sorted(elements, key=lambda one: one.start, reverse=True):
+        start, end = element.start - outer.start, element.end - outer.start
+        rest = rest[:start].rstrip(" \t") + rest[end:].lstrip(" \t")
+    lines = [line for line in rest.split("\n") if line.strip()]
+    return indented("\n".join(lines), ""), [(path, remark.text) for path, remark in remarks]
 
 
 def _comments(element: Element) -> list[Remark]:

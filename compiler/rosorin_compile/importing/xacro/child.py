@@ -2,8 +2,7 @@
 
 The library is told where packages are, and every file is first read safely, so that no entity is ever expanded. Each
 element remembers its place, whatever xacro does with it: the number of its file, its offset in the text, and the number
-of the call of a macro that made it (-1 for none); a call is the place of its element. If something is missing, the file
-is run once more with something in its place, to find everything else that is missing.
+of the call of a macro that made it (-1 for none); a call is the place of its element.
 """
 
 from __future__ import annotations
@@ -12,6 +11,7 @@ import glob
 import json
 import math
 import os
+import re
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -26,7 +26,7 @@ from xml.dom import minidom
 
 from rosorin_compile.source.files import read_text, recording
 from rosorin_compile.source.packages import Packages, package_name
-from rosorin_compile.source.xml.markup import MarkupError, parse, read_source
+from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read_source
 
 Place = tuple[int, int, int]
 
@@ -37,7 +37,6 @@ _MARK = "rosorin_place"
 _NAMING = ("mesh", "texture")  # the elements that name files for any reader
 _ELEMENT_VARIABLES = ("node", "elt")  # what the functions of xacro call the element that they are at
 CALL = "rosorin-call"  # the element around the call of a macro, in a text that is expanded in place of its file
-_NOTHING = "\ufffc"  # in the place of a value that is missing
 
 
 class OutOfTime(BaseException):
@@ -138,16 +137,15 @@ class Expansion:
         self.given: dict[str, str] = request["arguments"]
         self.packages = Packages({k: Path(v) for k, v in request["packages"].items()}, os.environ, Path(self.file))
         self.files: dict[str, int] = {}
+        self.parsed: dict[int, Document] = {}
         self.calls: list[Place] = []
         self.open_calls: list[int] = []
-        self.missing: dict[tuple[str, str], Place | None] = {}
-        self.is_gathering = False
 
     def answer(self) -> dict[str, Any]:
         """Return the expanded text or the error, with the files that were read and the places of all elements.
 
-        ``places`` are those of the elements of the text, ``at`` that of the error; ``missing`` is everything that was
-        read and is not there.
+        ``places`` are those of the elements of the text, ``at`` that of the error; ``missing`` is the kind and the
+        name of what is not there.
         """
         try:
             xacro: Any = import_module("xacro")
@@ -172,8 +170,6 @@ class Expansion:
         if "text" not in answer:
             answer["stack"] = [name for name in xacro.filestack or [] if name]
             answer["macros"] = [macro.body.getAttribute("name") for macro in xacro.macrostack or []]
-        if "text" not in answer and answer.get("error") != out_of_time(self.seconds):
-            answer["missing"] = self.gather(xacro)
         answer["files"] = list(dict.fromkeys(map(str, xacro.all_includes)))
         return answer | {"arguments": list(arguments.asked), "read": list(self.files), "calls": self.calls}
 
@@ -215,6 +211,7 @@ class Expansion:
                 raise NotMarkup(name, problem.diagnostic.message) from None
             made = own_parse(_without_declaration(source.text), filename)
             file = self.files.setdefault(name, len(self.files))
+            self.parsed[file] = parsed
             for node, element in zip(elements(made), parsed.root.iter(), strict=True):
                 setattr(node, _MARK, (file, element.start, -1))
             return made
@@ -224,15 +221,13 @@ class Expansion:
         xacro.open, xacro.glob = _opened, SimpleNamespace(glob=glob.glob)
         xacro.substitution_args_context = Context(lambda: xacro.filestack)
         self.follow(xacro)
-        self.watch(import_module("xacro.substitution_args"))
 
     def share(self, name: str) -> str:
+        """Return the folder of a package. Raises MissingPackage."""
         folder = self.packages.find(name)
-        if folder is not None:
-            return str(folder)
-        if not self.is_gathering:
+        if folder is None:
             raise MissingPackage(name)
-        return self.stand_in("package", name)
+        return str(folder)
 
     def follow(self, xacro: Any) -> None:
         """Make copies of elements keep their places, with the call that makes them."""
@@ -261,42 +256,6 @@ class Expansion:
 
         module._clone_node, xacro.handle_macro_call = clone, call
 
-    # What is missing.
-
-    def stand_in(self, kind: str, name: str) -> str:
-        """Record something that is missing, and return a value in its place."""
-        if _NOTHING not in name:
-            self.missing.setdefault((kind, name), _current_place())
-        return _NOTHING
-
-    def watch(self, substitutions: Any) -> None:
-        """Record the arguments and variables that ``xacro.substitution_args`` does not find."""
-        argument, variable = substitutions._eval_arg, substitutions._eval_env
-
-        def eval_arg(name: str, args: Any) -> Any:
-            if self.is_gathering and name not in args:
-                return self.stand_in("argument", name)
-            return argument(name, args)
-
-        def eval_env(name: str) -> Any:
-            if name not in os.environ and self.is_gathering:
-                return self.stand_in("variable", name)
-            return variable(name)
-
-        substitutions._eval_arg, substitutions._eval_env = eval_arg, eval_env
-        substitutions._eval_dict["env"] = eval_env
-
-    def gather(self, xacro: Any) -> list[tuple[str, str, Place | None]]:
-        """Return the kind, the name and the place of everything that is missing, in the order of the file."""
-        self.is_gathering = True
-        before = list(xacro.all_includes)
-        _forgive(xacro)
-        with suppress(Exception, SystemExit, KeyboardInterrupt):
-            self.expanded(xacro, dict(self.given))
-        read = [name for name in xacro.all_includes if name not in before]
-        xacro.all_includes[:] = [*before, *(name for name in read if _NOTHING not in str(name))]
-        return [(kind, name, place) for (kind, name), place in self.missing.items()]
-
 
 def _keep_call(root: Any) -> None:
     """Replace the element around the call of a macro by its content; leave out a robot that the file makes itself."""
@@ -309,43 +268,6 @@ def _keep_call(root: Any) -> None:
     for node in list(call.childNodes):
         root.insertBefore(node, call)
     root.removeChild(call)
-
-
-def _forgive(xacro: Any) -> None:
-    """Make xacro go on after what it cannot do, without the element or the text that it is at."""
-
-    def forgiving(own: Callable[..., Any], otherwise: Callable[..., Any]) -> Callable[..., Any]:
-        def run(*arguments: Any) -> Any:
-            depth = len(xacro.filestack)
-            try:
-                return own(*arguments)
-            except RecursionError:
-                raise
-            except Exception:
-                del xacro.filestack[depth:]
-                return otherwise(*arguments)
-
-        return run
-
-    def leave_out(node: Any, *_: Any) -> bool:
-        if node.parentNode is not None:
-            node.parentNode.removeChild(node)
-        return True
-
-    def leave_out_call(node: Any, _: Any, symbols: Any) -> bool:
-        for value in list(node.attributes.values()):
-            xacro.eval_text(value.value, symbols)
-        return leave_out(node)
-
-    def no_boolean(_: Any, condition: Any) -> bool:
-        if condition is None:  # a property that is read: another text is no boolean
-            raise ValueError
-        return False
-
-    xacro.eval_text = forgiving(xacro.eval_text, lambda *_: _NOTHING)
-    xacro.handle_macro_call = forgiving(xacro.handle_macro_call, leave_out_call)
-    xacro.process_include = forgiving(xacro.process_include, leave_out)
-    xacro.get_boolean_value = forgiving(xacro.get_boolean_value, no_boolean)
 
 
 def _opened(name: str) -> StringIO:
@@ -402,7 +324,7 @@ def _error(problem: BaseException) -> dict[str, Any]:
     """Return the cause of an exception; xacro wraps one into another."""
     for cause in causes(problem):
         if isinstance(cause, MissingPackage):
-            return {"package": str(cause)}
+            return {"missing": ["package", str(cause)]}
         if isinstance(cause, NotMarkup):
             return {"markup": cause.args[0], "message": cause.args[1]}
         if isinstance(cause, RecursionError):
@@ -410,7 +332,9 @@ def _error(problem: BaseException) -> dict[str, Any]:
         if isinstance(cause, MemoryError):
             return {"error": "it needs more memory than there is"}
     if type(problem).__name__ == "ArgException" or "Undefined substitution argument" in str(problem):
-        return {"error": f"Undefined substitution argument {str(problem).rsplit(' ', 1)[-1]}"}
+        return {"missing": ["argument", str(problem).rsplit(" ", 1)[-1]]}
+    if variable := re.search(r"environment variable '(.+?)'", str(problem)):
+        return {"missing": ["variable", variable[1]]}
     return {"error": str(problem) or repr(problem), "line": getattr(problem, "lineno", 0)}
 
 
@@ -448,17 +372,6 @@ def _place_of_error(problem: BaseException) -> Place | None:
             break
         step = step.tb_next
     return found
-
-
-def _current_place() -> Place | None:
-    """Return the place of the element that xacro is at."""
-    frame: Any = sys._getframe(1)
-    while frame is not None:
-        found = _place_in_frame(frame)
-        if found is not None:
-            return found
-        frame = frame.f_back
-    return None
 
 
 def _place_in_frame(frame: Any) -> Place | None:

@@ -1,8 +1,7 @@
-"""Conditions, and files and macros that arguments choose, while xacro runs with symbols.
+"""Conditions, and YAML files that arguments choose, while xacro runs with symbols.
 
 What a condition that depends on an argument contains stays in the document, and properties that it sets depend on it.
-An include or a call whose name depends on arguments becomes one for each file or macro that fits, on the condition that
-the arguments have the values that name it. This module runs in the child process.
+This module runs in the child process.
 """
 
 from __future__ import annotations
@@ -11,61 +10,43 @@ import ast
 import glob
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
-from copy import copy
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rosorin_compile.source.files import read_text
+
 from .child import causes, portable
-from .macro_calls import copy_marks
-from .symbols import (
-    UNKNOWN,
-    Failed,
-    Restart,
-    Symbol,
-    as_condition,
-    example_of,
-    is_find,
-    is_known,
-    join,
-    names_in,
-    node_of,
-    parts_of,
-)
+from .nodes import Failed, call, literal, plain_node, variables_in, written
+from .symbols import UNKNOWN, Pieces, Restart, Symbol, is_known, joined, pieces_of, symbol_of, type_of
 
 if TYPE_CHECKING:
-    from .symbolic import Program
+    from .program import Program
 
 MAX_FILES = 20
 
 
 class Conditions:
-    """The conditions of one run; ``assumed`` are those of the branches that are evaluated, as formulas."""
+    """The conditions of one run; ``assumed`` are those of the branches that are evaluated, as text."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
         self.assumed: dict[str, bool] = {}
 
-    def choice(self, test: Symbol, then: Any, other: Any) -> Any:
+    def choice(self, test: Symbol, then: Symbol, other: Symbol) -> Symbol:
         """Return one of two values, by a condition."""
-        node, positive = _without_not(test.node)
+        node, positive = _without_not(test.as_truth())
         if not positive:
-            value = UNKNOWN if test.value is UNKNOWN else not test.value
-            test, then, other = Symbol(node, value, False, self.program), other, then
-        nodes = [node_of(then), node_of(other)]
-        for index, name in ((0, "body"), (1, "orelse")):
-            inner: Any = nodes[index]
-            while isinstance(inner, ast.IfExp) and ast.dump(inner.test) == ast.dump(node):
-                inner = getattr(inner, name)
-            nodes[index] = inner
-        if ast.dump(nodes[0]) == ast.dump(nodes[1]):
+            then, other = other, then
+        if written(then.node) == written(other.node):
             return then
-        value = UNKNOWN if test.value is UNKNOWN else example_of(then if self._holds(test.value) else other)
-        return Symbol(ast.IfExp(node, *nodes), value, False, self.program)
-
-    def _holds(self, value: Any) -> bool:
-        return value is not UNKNOWN and bool(self.program.xacro.get_boolean_value(value, ""))
+        value: Any = UNKNOWN if test.value is UNKNOWN else (then if bool(test.value) == positive else other).value
+        if then.declared_type == other.declared_type == "list":
+            return Symbol(ast.IfExp(node, then.as_list(), other.as_list()), value, "list", False)
+        return Symbol(
+            ast.IfExp(node, then.node, other.node), value, then.type if then.type == other.type else "", False
+        )
 
     def element(self, node: Any, macros: Any, symbols: Any) -> None:
         """Evaluate ``<xacro:if>`` or ``<xacro:unless>``."""
@@ -75,41 +56,45 @@ class Conditions:
         if is_known(test):
             decided: bool | None = bool(program.xacro.get_boolean_value(test, text))
         else:
-            if type(program.own_literal(test.value)) in (int, float):
-                program.note_comparison([test, 0, 1])
-            plain, positive = _without_not(test.node)
-            found = self.assumed.get(ast.dump(plain))
+            if type(literal(test.value)) in (int, float):
+                program.note_comparison([test, symbol_of(0), symbol_of(1)])
+            plain, positive = _without_not(test.as_flag())
+            found = self.assumed.get(written(plain))
             decided = None if found is None else found == positive
         if decided is None:
-            self.branch(node, test, holds, macros, symbols)
+            self._branch(node, test, holds, macros, symbols)
         elif decided == holds:
             program.eval_all(node, macros, symbols)
             program.xacro.replace_node(node, by=node, content_only=True)
         else:
             program.xacro.replace_node(node, by=None)
 
-    def branch(self, node: Any, test: Symbol, holds: bool, macros: Any, symbols: Any) -> None:
+    def _branch(self, node: Any, test: Symbol, holds: bool, macros: Any, symbols: Any) -> None:
         """Evaluate what depends on a condition, and let the properties that it sets depend on it, too."""
         program, xacro = self.program, self.program.xacro
+        value = test.value is not UNKNOWN and bool(xacro.get_boolean_value(test, ""))
+        test = Symbol(test.as_flag(), value, "boolean", False)
         before = list(self._state(symbols))
-        defined = [
-            (table, name, copy(macro))
-            for table, values, _ in self._state(macros)
-            for name, macro in values.items()
-            if isinstance(macro, xacro.Macro)
-        ]
+        defined = [(macro, macro.body) for _, values, _ in self._state(macros) for macro in values.values()]
         plain, positive = _without_not(test.node)
-        key = ast.dump(plain)
+        key = written(plain)
         self.assumed[key] = positive == holds
-        if node.hasAttribute("value"):
-            node.removeAttribute("value")
+        node.removeAttribute("value")
         node.tagName = node.nodeName = "xacro-if"
-        lists = [(some, len(some)) for some in (xacro.filestack, xacro.macrostack, program.macro_calls.levels)]
+        lists = [(some, len(some)) for some in (xacro.filestack, xacro.macrostack, program.macro_calls.paths)]
         depth = program.macro_calls.depth
         try:
             program.eval_all(node, macros, symbols)
         except Exception as problem:
-            self._check_failure(problem, test, holds)
+            chain = list(causes(problem))
+            is_endless = any(isinstance(one, RecursionError) for one in chain)
+            if any(isinstance(one, Restart) for one in chain) or (value == holds and not is_endless):
+                raise
+            if is_endless or any(isinstance(one, Failed) for one in chain):
+                reason = " ".join(str(problem).split())[:120] or type(problem).__name__
+                if not program.blamed([test.node], f"with another value of it, {reason}"):
+                    raise
+                raise Restart from None
             for table, values, unevaluated in before:  # xacro refuses the other value as well
                 dict.clear(table)
                 dict.update(table, values)
@@ -121,13 +106,10 @@ class Conditions:
             return
         finally:
             self.assumed.pop(key, None)
+        if any(macro.body is not body for macro, body in defined):
+            raise Failed("a macro is defined in two ways", test.node)
         node.setAttribute("test", str(test))
         node.setAttribute("holds", str(int(holds)))
-        for table, name, other in defined:
-            if table[name].body is not other.body:
-                made = copy(table[name])
-                made.rosorin_other = (test, holds, other)
-                dict.__setitem__(table, name, made)
         for table, values, unevaluated in before:
             for name in [one for one in values if dict.get(table, one) is not values[one]]:
                 if not isinstance(dict.get(table, name), (str, int, float, Symbol, list, dict)):
@@ -137,23 +119,8 @@ class Conditions:
                 table.unevaluated.discard(name)
                 if name in unevaluated:
                     table.unevaluated.add(name)
-                then, other = (new, table[name]) if holds else (table[name], new)
-                dict.__setitem__(table, name, self.choice(as_condition(test), then, other))
-                program.bound.pop((id(table), name), None)
-
-    def _check_failure(self, problem: Exception, test: Symbol, holds: bool) -> None:
-        """Raise unless xacro refuses the other value of a condition, too."""
-        chain = list(causes(problem))
-        if any(isinstance(one, Restart) for one in chain):
-            raise Restart from None
-        is_endless = any(isinstance(one, RecursionError) for one in chain)
-        is_taken = self._holds(test.value) == holds and test.value is not UNKNOWN
-        if not is_taken and not is_endless and not any(isinstance(one, Failed) for one in chain):
-            return
-        reason = " ".join(str(problem).split())[:120] or type(problem).__name__
-        if (is_taken and not is_endless) or not self.program.blame(test.node, f"with another value of it, {reason}"):
-            raise problem
-        raise Restart from None
+                then, other = map(symbol_of, (new, table[name]) if holds else (table[name], new))
+                dict.__setitem__(table, name, self.choice(test, then, other))
 
     def _state(self, table: Any) -> Iterator[tuple[Any, dict[str, Any], set[str]]]:
         """Yield a table and those above it with their values."""
@@ -170,113 +137,69 @@ def _without_not(node: ast.expr) -> tuple[ast.expr, bool]:
     return node, is_same
 
 
-class ChosenFiles:
-    """The files and macros that a run chooses; ``loaded`` are YAML files by their name in the description."""
+class LoadedFiles:
+    """The YAML files that a run loads; ``copied`` are those that the description cannot find in a package."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.loaded: dict[str, str] = {}
+        self.copied: dict[str, str] = {}
 
-    def load(self, name: Any) -> Symbol:
-        """Return the table of a YAML file, which an argument may choose."""
-        path = example_of(name)
-        if path is UNKNOWN:
-            raise Failed("the file that is loaded is not known", node_of(name))
-        node: Any = ast.Constant(self.address(str(path)))
-        if not is_known(name):
-            self.note_files(name)
-            parts = parts_of(name.node)
-            if is_find(parts[0]):
-                parts[0] = ast.Constant(f"package://{parts[0].args[0].value}")
-            node = join(parts)
-        value = self.program.xacro.load_yaml(str(path))
-        return Symbol(ast.Call(ast.Name("load"), [node], []), value, is_known(name), self.program)
+    def load(self, name: Symbol) -> Symbol:
+        """Return the table of a YAML file."""
+        if name.value is UNKNOWN:
+            raise Failed("the file that is loaded is not known", name.node)
+        node: ast.expr = plain_node(self._address(str(name.value)))
+        if not name.known:
+            for one in variables_in([name.node]):
+                one.names_file = True
+            for path in self._candidates(name):
+                self._address(path)
+            node = symbol_of(joined(self.named(pieces_of(name)))).node
+        value = self.program.xacro.load_yaml(str(name.value))
+        return Symbol(call("load", node), value, type_of(value), name.known)
 
-    def address(self, name: str) -> str:
-        """Return the name of a YAML file in the description, and record the file."""
+    def named(self, pieces: Pieces) -> Pieces:
+        """Return the name of a YAML file as the description has it: that of a package by its address."""
+        first = pieces[0] if pieces else ""
+        if not isinstance(first, Symbol) or not first.package:
+            return pieces
+        start, *rest = pieces_of(joined([f"package://{first.package}", *pieces[1:]]))
+        return [self.program.packages_named.address(start), *rest]
+
+    def _address(self, name: str) -> str:
+        """Return the name of a YAML file in the description, to which it is copied unless that finds its package."""
         path = os.path.abspath(str(self.program.xacro.abs_filename_spec(name)))
         if "://" not in name and not name.startswith("/"):
             name = os.path.normpath(name)
             name = Path(name).name if name.startswith("..") else name
         else:
             name = portable(path, self.program.packages, [*self.program.files, self.program.file])
-        self.loaded[name] = path
+            name = self.program.packages_named.address(name)
+        if not name.startswith("package://"):
+            if Path(name).is_absolute() or ".." in Path(name).parts:
+                raise Failed(f"{Path(name).name} is not a file of the xacro or its packages")
+            with suppress(OSError, ValueError):  # xacro cannot read it either
+                self.copied[name] = read_text(Path(path))
         return name
 
-    def note_files(self, name: Any) -> None:
-        """Record the YAML files that an argument chooses from."""
-        base = self.folder()
-        for one in names_in(name.node) & self.program.variables.keys():
-            self.program.variables[one]["names_file"] = True
-        with suppress(Failed):
-            for _, path in self.matching(name.node, "load"):
-                self.address(os.path.relpath(path, base) if path.startswith(base) else path)
-
-    def folder(self) -> str:
-        """Return the folder of the file that is read."""
-        return str(Path(os.path.abspath(self.program.xacro.filestack[-1])).parent)
-
-    def matching(self, node: Any, what: str) -> list[tuple[dict[str, str], str]]:
-        """Return the files with a name that depends on arguments, each with their values. Raises Failed."""
-        pattern, form = self._patterns(node, f"the file to {what} is chosen by an expression", "argument")
-        if not re.search(r"\w", pattern):
-            raise Failed(f"the file to {what} is named by it", node)
-        base = "" if pattern.startswith("/") else f"{self.folder()}/"
-        paths = sorted(glob.glob(glob.escape(base) + pattern))[:MAX_FILES]  # noqa: PTH207 - an absolute pattern, too
-        return self._matches(node, re.escape(base) + form, filter(os.path.isfile, paths))
-
-    def matching_macros(self, node: Any, macros: Any) -> list[tuple[dict[str, str], str]]:
-        """Return the macros with a name that depends on variables, each with their values. Raises Failed."""
-        _, form = self._patterns(node, "the macro that is called is named by an expression")
-        defined: list[str] = []
-        while isinstance(macros, dict):
-            defined += [one for one in dict.keys(macros) if isinstance(one, str)]
-            macros = vars(macros).get("parent") if hasattr(macros, "__dict__") else None
-        return self._matches(node, form, defined)
-
-    def _patterns(self, node: Any, reason: str, kind: str = "") -> tuple[str, str]:
-        """Return the names that a formula may have as a pattern of files, and as a regular expression."""
-        pattern = form = ""
-        for part in parts_of(node):
-            variable = self.program.variables.get(getattr(part, "id", ""))
-            if variable is not None and kind in ("", variable["kind"]):
-                form += f"(?P={part.id})" if f"(?P<{part.id}>" in form else f"(?P<{part.id}>[^/]+)"
-                pattern += "*"
-                continue
-            if is_find(part):
-                text = self.program.share(part.args[0].value)
-            elif isinstance(part, ast.Constant):
-                text = str(part.value)
+    def _candidates(self, name: Symbol) -> list[str]:
+        """Return the files that arguments in a name choose from, and record the values that choose them."""
+        pattern, form, variables = "", "", []
+        for piece in pieces_of(name):
+            variable = piece.variable if isinstance(piece, Symbol) else None
+            if isinstance(piece, str) or piece.package:
+                text = piece if isinstance(piece, str) else str(piece.value)
+                pattern, form = pattern + glob.escape(text), form + re.escape(text)
+            elif variable is not None and variable.kind == "argument" and variable not in variables:
+                variables.append(variable)
+                pattern, form = f"{pattern}*", f"{form}([^/]+)"
             else:
-                raise Failed(reason, node)
-            pattern, form = pattern + glob.escape(text), form + re.escape(text)
-        return pattern, form
-
-    def _matches(self, node: ast.AST, form: str, names: Iterable[str]) -> list[tuple[dict[str, str], str]]:
-        found = [(match.groupdict(), one) for one in dict.fromkeys(names) if (match := re.fullmatch(form, one))]
-        if not found:
-            raise Failed("no file or macro has that name", node)
-        for values, _ in found:
-            for name, value in values.items():
-                self.program.candidates.setdefault(name, []).append(value)
+                return []
+        if not re.search(r"\w", pattern):
+            return []
+        folder = Path(os.path.abspath(self.program.xacro.filestack[-1])).parent
+        found = sorted(glob.glob(pattern, root_dir=folder))[:MAX_FILES]  # noqa: PTH207 - an absolute pattern, too
+        for match in filter(None, (re.fullmatch(form, path) for path in found)):
+            for variable, value in zip(variables, match.groups(), strict=True):
+                variable.candidates.append(value)
         return found
-
-    def alternatives(
-        self, node: Any, attribute: str, chosen: list[tuple[dict[str, str], str]], macros: Any, symbols: Any
-    ) -> None:
-        """Replace an element with an attribute that depends on variables by one for each of their values."""
-        program = self.program
-        program.take_comments(node)
-        for values, text in chosen:
-            made, inner = node.ownerDocument.createElement("xacro:if"), node.cloneNode(deep=True)
-            inner.setAttribute(attribute, text.replace("${", "$${"))
-            made.appendChild(inner)
-            copy_marks(node, made)
-            node.parentNode.insertBefore(made, node)
-            tests: list[ast.expr] = [
-                ast.Compare(ast.Name(one, ast.Load()), [ast.Eq()], [ast.Constant(v)]) for one, v in values.items()
-            ]
-            test = tests[0] if len(tests) == 1 else ast.BoolOp(ast.And(), tests)
-            holds = all(str(program.variables[one]["value"]) == value for one, value in values.items())
-            program.conditions.branch(made, Symbol(test, holds, False, program), True, macros, symbols)
-        node.parentNode.removeChild(node)

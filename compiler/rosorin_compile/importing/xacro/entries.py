@@ -1,11 +1,13 @@
 """Write links, joints and what they contain as entries of a description, and macros within them as named values.
 
-Elements that the language has no word for are kept as text, with expressions in it.
+``<xacro:if>`` and ``<xacro:unless>`` around elements of one kind make alternatives. They are merged key by key: what
+they share is written once, and what differs is ``${A if CONDITION else B}``. This module runs in the child process.
 """
 
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Callable, Iterator
 from typing import Any
 from xml.sax.saxutils import escape
@@ -16,46 +18,45 @@ from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS
 
 from ..description import in_order
 from ..layout import Expression, Verbatim
-from .choices import conditional, merged, node_of
-from .documents import Documents, within
-from .formulas import all_of, folded, negated, written
-from .ir import Call, Comment, Element, If, Macro, Pieces, Program, Unsupported, Words
+from .ir import Call, Comment, Element, If, Macro, Words
+from .nodes import Failed, all_of, call, folded, negated, plain_node, written
+from .symbols import Symbol
 from .values import Values
 
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
 _JOINT_PARTS = ("limit", "mimic", "dynamics", "calibration", "safety_controller")
-_WIDTH = 90
 _LISTS = ("visual", "collision", "urdf_elements")
+_ZEROS = {"origin": ("xyz", "rpy"), "inertia": ("ixy", "ixz", "iyz")}
 
 Item = tuple[str, Any, ast.expr | None]  # a key of an entry, its value, and its condition
+_WIDTH = 90
+IF = Verbatim("if")
+_NUMBER = re.compile(r"-?[\d.]+(e[-+]?\d+)?( [a-z/]+)?")
+_EXPRESSION = re.compile(r"(\$\{(?:[^{}'\"]|'[^']*'|\"[^\"]*\")*\})")
 
-
-class _Items(list[Any]):
-    """The items of a list that a named value has; ``expression`` is the list as one expression."""
-
-    expression = ""
+Condition = ast.expr | None
+Alternative = tuple[Any, Condition]
 
 
 class Entries:
-    """Writes entries of a program. ``inner`` are the comments in the entry, ``shapes`` those of its shapes by key."""
+    """Writes entries. ``inner`` are the comments in the current entry."""
 
-    def __init__(self, program: Program, values: Values, documents: Documents) -> None:
-        self.program, self.values, self.documents = program, values, documents
-        self.xml = XmlText(values, self.call_node)
+    def __init__(self, values: Values, write_macro: Callable[[Macro], dict[str, Any]]) -> None:
+        self.values = values
+        self.write_macro = write_macro
+        self.xml = XmlText(values, self.condition, self.call_text)
         self.inner: list[str] = []
-        self.shapes: dict[str, list[list[str]]] = {}
         self._kind: Any = ""  # the type of the joint that is written
         self._position = ""  # the unit of its position
-        self._results: dict[Macro, tuple[dict[str, Any], Any]] = {}
 
     def link(self, node: Element) -> Any:
         """Return an entry of ``links``."""
-        self.inner, self.shapes = [], {}
+        self.inner = []
         return self._sole_call(node) or self.finished(self.fragment(node.body, "link"))
 
     def joint(self, node: Element) -> dict[str, Any]:
         """Return an entry of ``joints``."""
-        self.inner, self.shapes = [], {}
+        self.inner = []
         self._kind = kind = self.values.text(node.attributes.get("type", []))
         turns, slides = kind in ("revolute", "continuous"), kind in ("prismatic", "planar")
         self._position = ANGLES if turns else LENGTHS if slides else ""
@@ -72,31 +73,25 @@ class Entries:
 
     def condition(self, node: If) -> ast.expr:
         """Return the condition of nodes as an expression."""
-        made = self.values.formulas.flag(node.test)
-        return made if node.holds else negated(made)
+        made = node.test.as_flag() if node.holds else negated(node.test.as_flag())
+        if folded(made) is None:
+            self.values.spelt(made)
+        return made
 
     def fragment(self, nodes: list[Any], level: str) -> list[Item]:
         """Return the keys that the content of an element has, with their conditions."""
         items: list[Item] = []
-        comments: list[str] = []
         for node in nodes:
             if isinstance(node, Comment):
-                comments.append(node.text)
-                continue
-            if isinstance(node, If):
+                self.inner.append(node.text)
+            elif isinstance(node, If):
                 condition = self.condition(node)
                 for key, value, when in self.fragment(node.body, level) if folded(condition) is not False else ():
-                    items.append((key, value, all_of([one for one in (condition, when) if one is not None])))
+                    items.append((key, value, all_of(condition, when)))
             elif isinstance(node, Call):
                 items += self._call_items(node)
             elif isinstance(node, Element):
                 items += self._piece(node, level)
-                if level == "link" and node.tag in ("visual", "collision"):
-                    self.shapes.setdefault(node.tag, []).append(comments)
-                    comments = []
-            self.inner += comments
-            comments = []
-        self.inner += comments
         return items
 
     def _piece(self, node: Element, level: str) -> Iterator[Item]:
@@ -111,7 +106,7 @@ class Entries:
             yield tag, [call or self.finished([*items, *self.fragment(node.body, tag)])], None
         elif tag == "origin" and level in ("inertial", "visual", "collision", "joint"):
             if "quat_xyzw" in node.attributes:
-                raise Unsupported("quat_xyzw has no word")
+                raise Failed("quat_xyzw has no word")
             yield from ((key, value, None) for key, value in self._numbers(node).items())
         elif level == "inertial" and tag == "mass":
             yield tag, self._numbers(node).get("value", Verbatim("0")), None
@@ -144,7 +139,7 @@ class Entries:
         elif level in ("link", "joint", "visual", "collision"):
             yield "urdf_elements", [self.xml.text(node)], None
         else:
-            raise Unsupported(f"<{tag}> in <{level}> has no word")
+            raise Failed(f"<{tag}> in <{level}> has no word")
 
     def finished(self, items: list[Item]) -> dict[str, Any]:
         """Return an entry of its keys; those that several conditions have are one value that chooses."""
@@ -152,22 +147,14 @@ class Entries:
         for key in dict.fromkeys(one[0] for one in items):
             found = [(value, when) for name, value, when in items if name == key]
             first, only = found[0]
-            if isinstance(first, list) and key in _LISTS:
-                if len(found) == 1 and isinstance(first, _Items) and first.expression and only is None:
-                    made[key] = Expression(first.expression)
-                    continue
+            if key in _LISTS and isinstance(first, list):
                 made[key] = [conditional(item, when) for value, when in found for item in value]
-                chosen = merged(key, found) if len(found) == 2 and all(when for _, when in found) else None
-                made[key] = chosen if isinstance(chosen, list) else made[key]
-                continue
-            if len(found) == 1 and only is not None and isinstance(first, Expression) and _is_conditional(first):
-                made[key] = Expression(f"${{{first[2:-1]} if {written(only)} else none}}")
                 continue
             value = conditional(first, only)
             if len(found) > 1 or (only is not None and not isinstance(first, dict)):
                 value = merged(key, found)
             if value is None:
-                raise Unsupported(f"{key} has several values on different conditions")
+                raise Failed(f"{key} has several values on different conditions")
             made[key] = value
         return in_order(made)
 
@@ -178,106 +165,71 @@ class Entries:
         made: dict[str, Any] = {}
         for name, (count, attribute_unit) in ATTRIBUTES[node.tag].items():
             pieces = node.attributes.get(name)
-            if pieces is None or (name in pose and len(pieces) == 1 and _id(pieces) == pose[name].id):
+            if pieces is None or (name in pose and isinstance(pieces[0], Symbol) and pieces[0].variable is pose[name]):
                 continue
             unit = self._position if attribute_unit == "q" else attribute_unit
             value = self.values.list_of(pieces, count, unit) if count > 1 else self.values.number(pieces, unit)
             plain = value if isinstance(value, list) else [value]
             is_zero = all(isinstance(one, Verbatim) and one == "0" for one in plain)
-            if is_zero and name in ("xyz", "rpy", "ixy", "ixz", "iyz") and node.tag in ("origin", "inertia"):
-                continue
-            if node.tag == "mesh" and all(one == "1" for one in plain):
+            if (is_zero and name in _ZEROS.get(node.tag, ())) or (
+                node.tag == "mesh" and all(one == "1" for one in plain)
+            ):
                 continue
             made[name] = value
         return made
 
     # Named values.
 
-    def call_node(self, call: Call) -> ast.expr:
-        """Return the call of a named value as an expression."""
+    def call_text(self, call: Call) -> str:
+        """Return the call of a named value as text of the language."""
+        if call.macro.level != "xml":
+            self.write_macro(call.macro)
         arguments = [
             self.values.argument(call.given[name][0], variable) for name, variable in call.macro.parameters.items()
         ]
-        return ast.Call(ast.Name(call.macro.ours, ast.Load()), arguments, [])
+        return self.values.spelt(ast.Call(ast.Name(call.macro.ours, ast.Load()), arguments, []))
 
-    def named_value(self, macro: Macro) -> None:
-        """Write a macro within links or joints, or in kept elements, under ``let``."""
-        if macro in self._results:
-            return
+    def named_value(self, macro: Macro) -> tuple[Any, dict[str, Any]]:
+        """Return a macro within links or joints, or in kept elements, as a value, and its keys. Raises Failed."""
+        self.inner = []
         if macro.level == "xml":
             text = "\n".join(self.xml.lines(macro.body, ""))
-            value: Any = Expression(text) if "${" in text else text
-            self._results[macro] = ({}, True)
-            self.inner = []
-        else:
-            self.shapes, self.inner = {}, []
-            entry = self.finished(self.fragment(macro.body, macro.level))
-            shapes = [
-                one for key in ("visual", "collision") for one in entry.get(key, ()) if isinstance(entry[key], list)
-            ]
-            if any(map(_is_conditional, shapes)):
-                raise Unsupported("it has a shape on a condition")
-            only: Any = next(iter(entry.values()), {})
-            is_single = len(entry) == 1 and not _is_conditional(only)
-            if is_single and isinstance(only, list) and only and isinstance(only[0], dict):
-                is_single, only = len(only) == 1, only[0]
-            self._results[macro] = (entry, is_single)
-            value = only if is_single else entry
-        file = self.program.file_of(macro.place).name
-        key = f"{macro.ours}({', '.join(one.ours for one in macro.parameters.values())})"
-        self.documents.section(file, "let")[key] = value
-        self.documents.remark(file, ("let", key), [*macro.comments, *self.inner])
-
-    def _result(self, macro: Macro) -> tuple[dict[str, Any], Any]:
-        if macro not in self._results:
-            inner, shapes = self.inner, self.shapes
-            with within(self.values, macro):
-                self.named_value(macro)
-            self.inner, self.shapes = inner, shapes
-        return self._results[macro]
+            return Expression(text) if "${" in text else text, {}
+        entry = self.finished(self.fragment(macro.body, macro.level))
+        inner = [item for key, value in entry.items() for item in (value if key in _LISTS else [value])]
+        if len(inner) > len(entry) or any(isinstance(one, dict) and IF in one for one in inner):
+            raise Failed("it has several elements of a kind, or one on a condition")
+        return inner[0] if len(entry) == 1 else entry, entry
 
     def _call_items(self, call: Call) -> list[Item]:
         """Return the keys that the call of a named value has."""
-        entry, is_single = self._result(call.macro)
-        text = written(self.call_node(call))
+        entry, text = self.write_macro(call.macro), self.call_text(call)
         items: list[Item] = []
-        for key, value in entry.items():
-            if isinstance(value, list) and key in _LISTS:
-                inner = _Items(
-                    Expression(f"${{{text}}}" if is_single else f"${{{text}.{key}[{at}]}}") for at in range(len(value))
-                )
-                inner.expression = "" if is_single else f"${{{text}.{key}}}"
-                items.append((key, inner, None))
-            elif _is_conditional(value):
-                items.append((key, Expression(f"${{get({text}, {key!r})}}"), None))
-            else:
-                items.append((key, Expression(f"${{{text}}}" if is_single else f"${{{text}.{key}}}"), None))
+        for key in entry:
+            is_list = key in _LISTS
+            inner = "" if len(entry) == 1 else f".{key}[0]" if is_list else f".{key}"
+            made = Expression(f"${{{text}{inner}}}")
+            items.append((key, [made] if is_list else made, None))
         return items
 
     def _sole_call(self, node: Element) -> Any:
-        """Return the call of a named value that an element consists of, or None."""
+        """Return the call of a named value with all keys of an element, or None if it does not consist of one."""
         body = [one for one in node.body if not isinstance(one, Comment)]
         if len(body) == 1 and isinstance(body[0], Element) and body[0].tag == "geometry":
             body = [one for one in body[0].body if not isinstance(one, Comment)]
-        if len(body) != 1 or not isinstance(body[0], Call) or body[0].macro.level == "xml":
+        if len(body) != 1 or not isinstance(body[0], Call) or len(self.write_macro(body[0].macro)) < 2:
             return None
-        is_single = self._result(body[0].macro)[1]
-        return None if is_single else Expression(f"${{{written(self.call_node(body[0]))}}}")
+        return Expression(f"${{{self.call_text(body[0])}}}")
 
 
-def _id(pieces: Pieces) -> str:
-    return getattr(pieces[0], "id", "") if pieces else ""
-
-
-def _is_conditional(value: Any) -> bool:
-    return (isinstance(value, dict) and "if" in value) or (isinstance(value, Expression) and value.startswith("${get("))
+# Elements that are kept as text.
 
 
 class XmlText:
-    """Writes elements as text; ``call_node`` returns the call of a macro as an expression."""
+    """Writes elements as text; ``call_text`` returns the call of a macro as an expression."""
 
-    def __init__(self, values: Values, call_node: Callable[[Call], ast.expr]) -> None:
-        self.values, self.call_node = values, call_node
+    def __init__(self, values: Values, condition: Callable[[If], ast.expr], call_text: Callable[[Call], str]) -> None:
+        self.values, self.condition, self.call_text = values, condition, call_text
 
     def text(self, node: Element) -> Any:
         """Return an element as a text, or an Expression."""
@@ -291,7 +243,7 @@ class XmlText:
         return Expression(text) if "${" in text else text
 
     def lines(self, nodes: list[Any], pad: str) -> list[str]:
-        """Return the lines of nodes. Raises Unsupported."""
+        """Return the lines of nodes. Raises Failed."""
         lines: list[str] = []
         for at, node in enumerate(nodes):
             if isinstance(node, Words):
@@ -304,15 +256,14 @@ class XmlText:
                 if not at or not _is_opposite(nodes[at - 1], node):
                     lines += self._choice(node, nodes[at + 1 : at + 2], pad)
             elif isinstance(node, Call):
-                lines.append(f"{pad}${{{written(self.call_node(node))}}}")
+                lines.append(f"{pad}${{{self.call_text(node)}}}")
             else:
                 lines += self._element(node, pad)
         return lines
 
     def _choice(self, node: If, following: list[Any], pad: str) -> list[str]:
         """Return what depends on a condition; ``following`` may have what is there otherwise."""
-        condition = self.values.formulas.flag(node.test)
-        condition = condition if node.holds else negated(condition)
+        condition = self.condition(node)
         decided = folded(condition)
         other = following[0].body if following and _is_opposite(node, following[0]) else []
         if isinstance(decided, bool):
@@ -322,7 +273,7 @@ class XmlText:
             text = " ".join(self.lines([one for one in body if not isinstance(one, Comment)], ""))
             made = node_of(Expression(text) if "${" in text else text) if text else ast.Constant("")
             if made is None:
-                raise Unsupported("a condition in a kept element has expressions of its own")
+                raise Failed("a condition in a kept element has expressions of its own", node.test.node)
             sides.append(made)
         if all(isinstance(one, ast.Constant) and one.value == "" for one in sides):
             return []
@@ -334,7 +285,8 @@ class XmlText:
             if name.startswith("xmlns"):
                 continue
             is_name = name in ("reference", "link", "joint") or node.tag in ("link", "joint")
-            value = str(self.values.text(pieces, name=is_name))
+            is_file = name == "filename" and node.tag in ("mesh", "texture")
+            value = str(self.values.text(pieces, name=is_name, file=is_file))
             if any(letter in value for letter in '&<"'):
                 value = str(self.values.joined(pieces, lambda one: escape(one, {'"': "&quot;"})))
             head += f' {name}="{value}"'
@@ -350,4 +302,120 @@ class XmlText:
 def _is_opposite(one: Any, other: Any) -> bool:
     if not isinstance(one, If) or not isinstance(other, If):
         return False
-    return ast.dump(one.test) == ast.dump(other.test) and one.holds != other.holds
+    return written(one.test.node) == written(other.test.node) and one.holds != other.holds
+
+
+# Alternatives.
+
+
+def conditional(value: Any, when: Condition) -> Any:
+    """Return a value with its condition."""
+    if when is None:
+        return value
+    condition = Expression(f"${{{written(when)}}}")
+    return {IF: condition, **value} if isinstance(value, dict) else {IF: condition, "value": value}
+
+
+def merged(key: str, found: list[Alternative], sure: list[Condition] | None = None) -> Any:
+    """Return alternatives as one value, or None if they cannot be one.
+
+    ``sure`` are conditions of which one holds anyway.
+    """
+    found = [one for one in found if one[1] is not None] + [one for one in found if one[1] is None]
+    whens = [when for _, when in found]
+    if whens.count(None) > 1:
+        return None
+    is_covered = covers(whens, sure)
+    when = None if is_covered else any_of(whens)
+    values = [value for value, _ in found]
+    if all(value == values[0] for value in values):
+        return conditional(values[0], when)
+    if all(isinstance(value, dict) for value in values):
+        made: Any = _tables(found)
+        return None if made is None else conditional(made, when)
+    if all(isinstance(value, list) and any(isinstance(item, dict) for item in value) for value in values):
+        return _lists(found)
+    return _chain(key, found, is_covered)
+
+
+def covers(whens: list[Condition], sure: list[Condition] | None = None) -> bool:
+    """Return True if one of some conditions holds whenever one of ``sure`` does."""
+    known = {written(when) for when in whens if when is not None}
+    is_either = any(written(negated(when)) in known for when in whens if when is not None)
+    return None in whens or is_either or bool(sure and all(one is not None and written(one) in known for one in sure))
+
+
+def any_of(whens: list[Condition]) -> Condition:
+    """Return the condition that one of several holds, or None if that is always so."""
+    nodes = {written(when): when for when in whens if when is not None}
+    if None in whens:
+        return None
+    return next(iter(nodes.values())) if len(nodes) == 1 else ast.BoolOp(ast.Or(), list(nodes.values()))
+
+
+def _tables(found: list[Alternative]) -> dict[Any, Any] | None:
+    if any(IF in value for value, _ in found):
+        return None
+    sure = [when for _, when in found]
+    made: dict[Any, Any] = {}
+    for key in in_order(dict.fromkeys(key for value, _ in found for key in value)):
+        made[key] = merged(str(key), [(value[key], when) for value, when in found if key in value], sure)
+        if made[key] is None:
+            return None
+    return made
+
+
+def _lists(found: list[Alternative]) -> list[Any] | None:
+    """Return lists of mappings as one, each item on its condition."""
+    if any(isinstance(item, dict) and IF in item for value, _ in found for item in value):
+        return None
+    otherwise = all_of(*(negated(when) for _, when in found if when is not None))
+    return [conditional(item, when or otherwise) for value, when in found for item in value]
+
+
+def _chain(key: str, found: list[Alternative], is_covered: bool) -> Any:
+    """Return values as a choice of one of them, or None if that is no expression."""
+    pairs = [(node_of(value), when) for value, when in found]
+    if not is_covered:
+        pairs.append((plain_node([0, 0, 0] if key in _ZEROS["origin"] else None), None))
+    last = pairs.pop()[0]
+    for node, when in reversed(pairs):
+        if node is None or last is None or when is None:
+            return None
+        last = node if written(node) == written(last) else ast.IfExp(when, node, last)
+    return None if last is None else Expression(f"${{{written(last)}}}")
+
+
+def node_of(value: Any) -> ast.expr | None:
+    """Return a value of a document as an expression, or None for a mapping."""
+    if isinstance(value, Expression):
+        return _of_text(value)
+    if isinstance(value, Verbatim):
+        return _parsed(str(value))
+    if isinstance(value, (str, bool)):
+        return plain_node(value)
+    if isinstance(value, list):
+        items = [node for item in value if (node := node_of(item)) is not None]
+        return ast.List(items, ast.Load()) if len(items) == len(value) else None
+    return None
+
+
+def _of_text(value: str) -> ast.expr | None:
+    """Return a text with expressions in it as one expression."""
+    made: ast.expr | None = None
+    pieces = [piece for piece in _EXPRESSION.split(value) if piece]
+    if any("${" in piece and not piece.startswith("${") for piece in pieces):
+        return None
+    for piece in pieces:
+        node = _parsed(piece[2:-1]) if piece.startswith("${") else ast.Constant(piece)
+        if piece.startswith("${") and len(pieces) > 1:
+            node = call("str", node)
+        made = node if made is None else ast.BinOp(made, ast.Add(), node)
+    return made
+
+
+def _parsed(text: str) -> ast.expr:
+    try:
+        return ast.parse(text.strip(), mode="eval").body
+    except SyntaxError:  # it has units
+        return ast.Name(text if _NUMBER.fullmatch(text) else f"({text})")

@@ -36,11 +36,11 @@ from rosorin_compile.source.files import record, shown
 from rosorin_compile.source.messages import with_calls
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.tree import Map, Seq
-from rosorin_compile.source.wording import and_more, counted
+from rosorin_compile.source.wording import and_more
 from rosorin_compile.source.xml.markup import Document, MarkupError, named, parse, read_source
 
 from .child import out_of_time
-from .expand_errors import COMMENT, ExpandErrors, Origins, Sources
+from .expand_errors import COMMENT, Origins, Sources, expand_errors
 from .macros import how_to_call, macro_call, macros_of
 
 _TRUST = "ROSORIN_COMPILE_TRUST"  # 1: trust all files
@@ -55,7 +55,7 @@ _CHILD = (
     "from rosorin_compile.importing.xacro.child import main\n"
     "main()\n"
 )
-_SYMBOLIC = _CHILD.replace(".child", ".symbolic")
+_SYMBOLIC = _CHILD.replace(".child", ".program")
 # Elements of xacro that make nothing by themselves.
 _DEFINING = ("arg", "include", "macro", "property")
 # Those that make something, where other names are macros.
@@ -84,26 +84,18 @@ def only_left_over(document: Document, path: Path) -> bool:
         return False
     if "xmlns:xacro" not in document.source.text:
         return True
-    waiting = [document.root]
-    while waiting:
-        element = waiting.pop()
-        if element.tag.startswith("xacro:"):
-            word = element.tag.removeprefix("xacro:")
-            if word not in _DEFINING and (word in _MAKING or _may_define(document, word)):
-                return False
+    elements = list(document.root.iter())
+    can_define = any(one.tag in ("xacro:include", "xacro:macro") for one in elements)
+    for element in elements:
+        if any(above.tag.startswith("xacro:") for above in element.ancestors()):
             continue
-        if any("${" in one.raw or "$(" in one.raw for one in element.attributes.values()):
+        word = element.tag.removeprefix("xacro:")
+        if element.tag == word:
+            if any("${" in one.raw or "$(" in one.raw for one in element.attributes.values()):
+                return False
+        elif word not in _DEFINING and (word in _MAKING or can_define):
             return False
-        waiting += element.children
     return True
-
-
-def _may_define(document: Document, name: str) -> bool:
-    return any(
-        element.tag == "xacro:include"
-        or (element.tag == "xacro:macro" and name in [one.raw for one in element.attributes.values()])
-        for element in document.root.iter()
-    )
 
 
 def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported:
@@ -134,7 +126,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         diagnostics.append(replace(warning, message=f"{warning.message}: {shown(others[0])} is not a trusted file"))
     sources = Sources(_read_files(answer, document, path), answer.get("calls", ()))
     diagnostics += _remarks(answer, first)
-    problems = ExpandErrors(answer, document, path, sources).diagnostics(list(options.arguments), files)
+    problems = expand_errors(answer, document, path, sources, list(options.arguments), files)
     if problems:
         return Imported(None, [*diagnostics, *problems], (), files)
     try:
@@ -273,18 +265,15 @@ _LOCATION = re.compile(
 
 
 def _remarks(answer: dict[str, Any], span: Span) -> list[Diagnostic]:
-    if "text" not in answer:
-        return []
+    """Return what xacro printed while it made a robot as notes."""
     lines: list[str] = []
-    for line in re.sub("\x1b\\[[0-9;]*m", "", answer.get("said", "")).splitlines():
+    for line in re.sub("\x1b\\[[0-9;]*m", "", answer["said"]).splitlines() if "text" in answer else ():
         location = _LOCATION.match(line)
         if location is None:
             lines += [line.strip()] if line.strip() else []
         elif lines and location[1] and not lines[-1].endswith(")"):  # further lines say what that is included from
             lines[-1] += f" ({shown(Path(location[1]))})"
-    lines = list(dict.fromkeys(lines))
-    more = [f"and {counted(len(lines) - MAX_REMARKS, 'more line')}"] if len(lines) > MAX_REMARKS else []
-    return [Diagnostic("xacro-says", NOTE, line[:200], span) for line in [*lines[:MAX_REMARKS], *more]]
+    return [Diagnostic("xacro-says", NOTE, line[:200], span) for line in list(dict.fromkeys(lines))[:MAX_REMARKS]]
 
 
 def _read_files(answer: dict[str, Any], document: Document, path: Path) -> dict[int, Document]:

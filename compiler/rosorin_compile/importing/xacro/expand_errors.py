@@ -18,7 +18,6 @@ Place = Sequence[int]  # the number of a file, the offset of an element, the num
 COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']""")
 _EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
-_IS_MISSING = re.compile(r"^Undefined substitution argument|environment variable '")
 _MOST_RELATED = 12
 
 
@@ -96,133 +95,117 @@ def _span_in_tag(element: Element, origin: Element, start: int, length: int) -> 
     return origin.span
 
 
-class ExpandErrors:
-    """The errors in the answer of the child process that expanded a file."""
+def expand_errors(
+    answer: Mapping[str, Any],
+    document: Document,
+    path: Path,
+    sources: Sources,
+    arguments: Sequence[str],
+    files: Sequence[Path],
+) -> list[Diagnostic]:
+    """Return what kept a file from being expanded, or an argument that it does not have."""
+    if "absent" in answer:
+        message = "xacro, which expands .xacro files, is not installed"
+        return [error("extra-missing", message, document.root.span, pip_install("import"))]
+    kind, name = answer.get("missing", ("", ""))
+    known = _declared(answer, files)
+    unknown = [one for one in arguments if one not in known]
+    # What a missing package declares is not known; if nothing is missing, xacro ignores an unknown argument.
+    if unknown and "markup" not in answer and kind != "package":
+        message = f'{path.name} has no argument "{unknown[0]}"'
+        suggestion = Suggestion(unknown[0], known, none="it has none")
+        return [error("unknown-argument", message, document.root.span, suggestion)]
+    if "markup" in answer:
+        return [_not_markup(answer, document, path, sources)]
+    if kind:
+        return [_missing(kind, name, answer, document, path, sources)]
+    return [_failure(answer, document, path, sources)] if "error" in answer else []
 
-    def __init__(self, answer: Mapping[str, Any], document: Document, path: Path, sources: Sources) -> None:
-        self.answer, self.document, self.path, self.sources = answer, document, path, sources
 
-    def diagnostics(self, arguments: Sequence[str], files: Sequence[Path]) -> list[Diagnostic]:
-        """Return what kept the file from being expanded, or an argument that it does not have."""
-        answer = self.answer
-        if "absent" in answer:
-            message = "xacro, which expands .xacro files, is not installed"
-            return [error("extra-missing", message, self.document.root.span, pip_install("import"))]
-        missing = list(answer.get("missing", ()))
-        if "package" in answer and not missing:
-            missing = [("package", answer["package"], answer.get("at"))]
-        found = [self._missing(*one) for one in missing]
-        known = self._arguments(files)
-        unknown = [name for name in arguments if name not in known]
-        # What a missing package declares is not known; if nothing is missing, xacro ignores an unknown argument.
-        if unknown and "markup" not in answer and not any(one.rule == "package-missing" for one in found):
-            message = f'{self.path.name} has no argument "{unknown[0]}"'
-            suggestion = Suggestion(unknown[0], known, none="it has none")
-            return [error("unknown-argument", message, self.document.root.span, suggestion)]
-        if "markup" in answer:
-            return [*found, self._not_markup()]
-        if "error" in answer and not (found and _IS_MISSING.search(answer["error"])):
-            found.append(self._failure())
-        return found
-
-    def _arguments(self, files: Sequence[Path]) -> list[str]:
-        known = dict.fromkeys(self.answer.get("arguments", ()))
-        for file in files:
-            try:
-                known |= dict.fromkeys(_ARGUMENT.findall(read_source(file).text))
-            except MarkupError:
-                continue
-        return sorted(known)
-
-    def _missing(self, kind: str, name: str, place: Place | None) -> Diagnostic:
-        """Return the error about a package, an argument or a variable of the environment that is missing."""
-        inner, related = self._innermost_file()
-        words = {
-            "package": [f"(find {name})", f"package://{name}/", name],
-            "argument": [f"$(arg {name})", f"'{name}'", name],
-            "variable": [f"$(env {name})", f"'{name}'", name],
-        }[kind]
-        element = self.sources.element(place)
-        if place is not None and element is not None:
-            span, related = _in_tag(element, words) or element.span, self.sources.via(place)
-        else:
-            span = _find(inner, words) or inner.span(0)
-        if kind == "package":
-            help = f"say where it is: --package {name}=PATH"
-            return error("package-missing", f'the package "{name}" is not found', span, help, related)
-        message, help = f'the argument "{name}" has no value', f"give it one: {name}:=VALUE"
-        if kind == "variable":
-            message = f'the environment variable "{name}" is not set'
-            help = f"set it: export {name}=VALUE; or write $(optenv {name} VALUE), which has a default"
-        return error("xacro-error", f"xacro cannot expand the file: {message}", span, help, related)
-
-    def _not_markup(self) -> Diagnostic:
-        """Return the error about a file that is no XML."""
-        path = Path(os.path.normpath(self.answer["markup"]))
-        inner, related = self._innermost_file()
-        element = self.sources.element(self.answer.get("at"))
-        at = (_in_tag(element, [path.name]) or element.span) if element else inner.span(0)
-        span = _find(inner, [path.name]) or at
+def _declared(answer: Mapping[str, Any], files: Sequence[Path]) -> list[str]:
+    known = dict.fromkeys(answer.get("arguments", ()))
+    for file in files:
         try:
-            parse(read_source(path, span))
-        except MarkupError as problem:
-            return replace(problem.diagnostic, related=(*problem.diagnostic.related, *related))
-        return error("xml-syntax", self.answer["message"], span, "", related)
-
-    def _failure(self) -> Diagnostic:
-        """Return the error that xacro reports, at the expression or the name that it is about."""
-        answer = self.answer
-        inner, related = self._innermost_file()
-        text = " ".join(re.sub(r"<class '[^']*'>:", "", answer["error"]).split())
-        half = len(text) // 2
-        if len(text) % 2 and text[:half] == text[half + 1 :]:  # xacro repeats some errors
-            text = text[:half]
-        expressions = [match[1] for match in _EXPRESSION.finditer(text)]
-        words = [*(f"${{{one}}}" for one in expressions), *expressions]
-        words += [f"<{name}" for name in re.findall(r"unknown macro name: (\S+)", text)]
-        words += re.findall(r"'([^']+)'", text)
-        place: Place | None = answer.get("at")
-        element, span = self.sources.element(place), None
-        if place is not None and element is not None:
-            calls = self.sources.via(place)
-            related = (*calls, *(one for one in related if not calls or not one.message.startswith("when expanding")))
-            span = _in_tag(element, words)
-        span = span or _find(inner, words)
-        for name in answer.get("files", ()):  # properties are evaluated late, where they are used
-            span = span or _find(self._source(name), words[:1])
-        if span is None and element is not None:
-            span = element.span
-        if span is None and answer.get("line"):
-            span = Span(inner.source, answer["line"], 1)
-        message, help = f"xacro cannot expand the file: {text}"[:600], answer.get("help", "")
-        return error("xacro-error", message, span or inner.span(0), help, related)
-
-    def _source(self, name: str) -> Document:
-        if os.path.abspath(name) != os.path.abspath(self.path):
-            try:
-                return Document(read_source(Path(os.path.normpath(name))))
-            except MarkupError:
-                pass
-        return self.document
-
-    def _innermost_file(self) -> tuple[Document, tuple[Related, ...]]:
-        """Return the file that xacro was reading, with the macros and files that it came from."""
-        stack = [name for name in self.answer.get("stack", ()) if name] or [str(self.path)]
-        macros = dict.fromkeys(reversed(self.answer.get("macros", ())))
-        related = [Related(f'when expanding the macro "{name}"', None) for name in macros]
-        related += [Related("included from", self._source(name).span(0)) for name in reversed(stack[:-1])]
-        return self._source(stack[-1]), tuple(related[:_MOST_RELATED])
+            known |= dict.fromkeys(_ARGUMENT.findall(read_source(file).text))
+        except MarkupError:
+            continue
+    return sorted(known)
 
 
-def _in_tag(element: Element, words: Sequence[str]) -> Span | None:
-    """Return the place of the first word that the start tag of an element contains."""
-    tag = element.document.source.text[element.start : element.opened]
-    found = next((word for word in words if word and word in tag), None)
-    return None if found is None else element.document.span(element.start + tag.find(found), len(found))
+def _missing(
+    kind: str, name: str, answer: Mapping[str, Any], document: Document, path: Path, sources: Sources
+) -> Diagnostic:
+    """Return the error about a package, an argument or a variable of the environment that is missing."""
+    words = {
+        "package": [f"(find {name})", f"package://{name}/", name],
+        "argument": [f"$(arg {name})", f"'{name}'", name],
+        "variable": [f"$(env {name})", f"'{name}'", name],
+    }[kind]
+    span, related = _place(words, answer, document, path, sources)
+    if kind == "package":
+        help = f"say where it is: --package {name}=PATH"
+        return error("package-missing", f'the package "{name}" is not found', span, help, related)
+    message, help = f'the argument "{name}" has no value', f"give it one: {name}:=VALUE"
+    if kind == "variable":
+        message = f'the environment variable "{name}" is not set'
+        help = f"set it: export {name}=VALUE; or write $(optenv {name} VALUE), which has a default"
+    return error("xacro-error", f"xacro cannot expand the file: {message}", span, help, related)
 
 
-def _find(document: Document, words: Sequence[str]) -> Span | None:
-    """Return the place of the first word that a file contains once, but for comments."""
-    text = COMMENT.sub(lambda match: re.sub(r"\S", " ", match[0]), document.source.text)
-    found = next((word for word in words if word and text.count(word) == 1), None)
-    return None if found is None else document.span(text.index(found), len(found))
+def _not_markup(answer: Mapping[str, Any], document: Document, path: Path, sources: Sources) -> Diagnostic:
+    """Return the error about a file that is no XML."""
+    broken = Path(os.path.normpath(answer["markup"]))
+    span, related = _place([broken.name], answer, document, path, sources)
+    try:
+        parse(read_source(broken, span))
+    except MarkupError as problem:
+        return replace(problem.diagnostic, related=(*problem.diagnostic.related, *related))
+    return error("xml-syntax", answer["message"], span, "", related)
+
+
+def _failure(answer: Mapping[str, Any], document: Document, path: Path, sources: Sources) -> Diagnostic:
+    """Return the error that xacro reports, at the expression or the name that it is about."""
+    text = " ".join(re.sub(r"<class '[^']*'>:", "", answer["error"]).split())
+    half = len(text) // 2
+    if len(text) % 2 and text[:half] == text[half + 1 :]:  # xacro repeats some errors
+        text = text[:half]
+    expressions = [match[1] for match in _EXPRESSION.finditer(text)]
+    words = [*(f"${{{one}}}" for one in expressions), *expressions]
+    words += [f"<{name}" for name in re.findall(r"unknown macro name: (\S+)", text)]
+    words += re.findall(r"'([^']+)'", text)
+    span, related = _place(words, answer, document, path, sources)
+    message = f"xacro cannot expand the file: {text}"[:600]
+    return error("xacro-error", message, span, answer.get("help", ""), related)
+
+
+def _place(
+    words: Sequence[str], answer: Mapping[str, Any], document: Document, path: Path, sources: Sources
+) -> tuple[Span, tuple[Related, ...]]:
+    """Return the first word in the element that xacro was at, or in the files that it read, and how it came there."""
+    stack = [_source(name, document, path) for name in answer.get("stack") or [str(path)]]
+    included = tuple(Related("included from", one.span(0)) for one in reversed(stack[:-1]))[:_MOST_RELATED]
+    place = answer.get("at")
+    element = sources.element(place)
+    if place is not None and element is not None:
+        tag = element.document.source.text[element.start : element.opened]
+        found = next((word for word in words if word and word in tag), None)
+        related = (*sources.via(place), *included)
+        if found is not None:
+            return element.document.span(element.start + tag.find(found), len(found)), related
+        included = related
+    files = [stack[-1], *(_source(name, document, path) for name in answer.get("files", ()))]
+    for file in files:  # properties are evaluated late, where they are used
+        text = COMMENT.sub(lambda match: re.sub(r"\S", " ", match[0]), file.source.text)
+        found = next((word for word in words[:1] if word and text.count(word) == 1), None)
+        if found is not None:
+            return file.span(text.index(found), len(found)), included
+    return element.span if element is not None else stack[-1].span(0), included
+
+
+def _source(name: str, document: Document, path: Path) -> Document:
+    if os.path.abspath(name) != os.path.abspath(path):
+        try:
+            return Document(read_source(Path(os.path.normpath(name))))
+        except MarkupError:
+            pass
+    return document

@@ -1,69 +1,166 @@
-"""Formulas: the values of expressions while xacro runs with symbols.
+"""Values while xacro runs with symbols: an expression of the language, with an example of its value.
 
-A ``Symbol`` is a formula with an example of its value. ``Evaluator`` evaluates an expression of xacro in a table of
-symbols. This module runs in the child process.
+A ``Symbol`` has the type that its expression has in the language; xacro may have a text in its place. This module runs
+in the child process.
 """
 
 from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from typing import Any
 
-if TYPE_CHECKING:
-    from .symbolic import Program
+from .nodes import call, folded, literal, number_node, plain_node
 
-TOKEN = re.compile("\ua657(\\d+)\ua657")  # a letter that no file uses: a token is a name in an expression
+TOKEN = re.compile("\ua657(\\d+)\ua657")  # a letter that no file uses: a token is a symbol in a text
 UNKNOWN = object()  # an example that cannot be computed
-_FUNCTIONS = """
-    abs acos all any asin atan atan2 bool ceil copysign cos cosh degrees enumerate exp float floor fmod gcd hypot int
-    isclose len list log log10 log2 max min pow radians range reversed round sin sinh sorted sqrt str sum tan tanh
-    trunc zip
-"""  # of Python and of its mathematics that the language has too
-_METHODS = "endswith get items join keys lower replace split startswith strip upper values"
+_NUMBERS = re.compile(r"\s*[-+]?[\d.][\d.eE+-]*(?:\s+[-+]?[\d.][\d.eE+-]*)+\s*")
+
+Pieces = list[Any]  # texts and symbols
 
 
 class Restart(Exception):
-    """Something has to be added to the plan, and the run begins again."""
+    """Something is given up, and the run begins again."""
 
 
-class Failed(Exception):
-    """An expression that cannot be translated where its value depends on an argument or a parameter."""
+@dataclass(eq=False)
+class Variable:
+    """An argument, a parameter of a macro, or a property that becomes a named value.
 
-    def __init__(self, reason: str, node: ast.AST) -> None:
-        super().__init__(reason)
-        self.node = node
+    ``ours`` is its name in the description, ``value`` an example of it as xacro has it, ``symbol`` the value of a
+    property or the default of an argument, and ``owner`` the key of its macro. ``candidates`` are values that it is
+    compared with. ``names_file`` and ``names_mesh``: it is the name of a YAML file that is loaded, or of a mesh.
+    """
+
+    kind: str
+    name: str
+    ours: str
+    value: Any
+    type: str
+    symbol: Symbol | None = None
+    owner: str = ""
+    place: Any = None
+    comments: list[str] = field(default_factory=list)
+    candidates: list[Any] = field(default_factory=list)
+    environment: bool = False
+    names_file: bool = False
+    names_mesh: bool = False
+    printed: bool = False  # a text contains it
+    used: bool = False
+    digits: str = ""  # of a number, as the source has them
+
+    @property
+    def node(self) -> ast.expr:
+        """An expression that reads the variable."""
+        made = ast.Name(self.ours, ast.Load())
+        made.variable = self  # type: ignore[attr-defined]
+        return made
 
 
 class Symbol:
-    """The formula of a value, and an example of it; if it is ``known``, that is the value."""
+    """An expression of the language, an example of what xacro computes, and the type of the expression.
 
-    def __init__(self, node: ast.expr, value: Any, known: bool, program: Program) -> None:
-        self.node = node
-        self.value = value
-        self.known = known
-        self.program = program
-        self.number = -1
+    The example of a ``known`` symbol is its value. ``pieces`` are those of a text that is joined from several.
+    """
+
+    tokens: list[Symbol] = []  # of this process, by their numbers  # noqa: RUF012
+
+    def __init__(self, node: ast.expr | None, value: Any, kind: str, known: bool, pieces: Pieces | None = None) -> None:
+        self._node, self.value, self.type, self.known, self.pieces = node, value, kind, known, pieces or []
+        self._number = -1
 
     def __str__(self) -> str:
-        if self.number < 0:
-            self.number = len(self.program.tokens)
-            self.program.tokens.append(self)
-        return f"\ua657{self.number}\ua657"
+        if self._number < 0:
+            self._number = len(Symbol.tokens)
+            Symbol.tokens.append(self)
+        return f"\ua657{self._number}\ua657"
+
+    @property
+    def node(self) -> ast.expr:
+        if self._node is None:
+            self._node = joined_node(self.pieces)
+        return self._node
+
+    @property
+    def variable(self) -> Variable | None:
+        """The variable that is read as it is."""
+        return getattr(self._node, "variable", None)
+
+    @property
+    def constant(self) -> str | None:
+        """The text that the symbol always is."""
+        node = self._node
+        return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else None
+
+    @property
+    def package(self) -> str:
+        """The package whose folder the symbol is, or empty."""
+        node: Any = self._node
+        is_find = isinstance(node, ast.Call) and getattr(node.func, "id", "") == "find"
+        return str(node.args[0].value) if is_find else ""
+
+    @property
+    def declared_type(self) -> str:
+        """The type of a variable that has this value: a text of several numbers is a list, "false" is a flag."""
+        if self.constant in ("true", "false"):
+            return "boolean"
+        can_be_list = self.constant is not None or len(self.pieces) > 1 or self.type == "list"
+        return "list" if can_be_list and is_list_text(self.value) else self.type
+
+    def as_number(self) -> ast.expr:
+        """Return the expression as a number. Raises Failed if it is a text without one."""
+        if self.constant is not None:
+            return number_node(self.constant)
+        if self.pieces:
+            return _number_of_word([piece for word in words_of(self.pieces) for piece in word])
+        return call("float", self.node) if self.type == "text" else self.node
+
+    def as_flag(self) -> ast.expr:
+        """Return the expression as what xacro takes for true in a condition."""
+        if self.constant is not None:
+            return plain_node(bool(literal(self.constant)))
+        if self.type == "boolean":
+            return self.node
+        if self.type == "number":
+            return ast.Compare(self.node, [ast.NotEq()], [ast.Constant(0)])
+        if self.type == "text":
+            return ast.Compare(self.node, [ast.In()], [plain_node(["true", "True", "1"])])
+        return call("bool", self.node)
+
+    def as_truth(self) -> ast.expr:
+        """Return the expression as what Python takes for true."""
+        if self.type == "text" and self.constant is None:
+            return ast.Compare(self.node, [ast.NotEq()], [ast.Constant("")])
+        return plain_node(bool(self.constant)) if self.constant is not None else self.as_flag()
+
+    def as_list(self) -> ast.expr:
+        """Return the expression as a list of numbers."""
+        words = words_of(self.pieces or ([self.constant] if self.constant is not None else []))
+        if len(words) > 1:
+            return ast.List([_number_of_word(word) for word in words], ast.Load())
+        return self.node if self.type == "list" else call("numbers", self.node)
+
+    def as_text(self) -> ast.expr:
+        """Return the expression as the text that xacro prints."""
+        if self.pieces or self.constant is not None:
+            return self.node
+        if self.type == "boolean" and not isinstance(self.value, str):  # an argument is printed as it is given
+            decided = folded(self.node)
+            if isinstance(decided, bool):
+                return ast.Constant(str(decided))
+            return ast.IfExp(self.node, ast.Constant("True"), ast.Constant("False"))
+        value = folded(self.node)
+        if isinstance(value, int) and not isinstance(value, bool):
+            return ast.Constant(str(value))
+        if self.type == "list":
+            return call("join", ast.Constant(" "), self.node)
+        return self.node if self.type == "text" else call("str", self.node)
 
 
-def node_of(value: Any) -> ast.expr:
-    """Return the formula of a value."""
-    if isinstance(value, Symbol):
-        return value.node
-    if isinstance(value, (list, tuple)):
-        return ast.List([node_of(item) for item in value], ast.Load())
-    if isinstance(value, dict):
-        return ast.Dict([ast.Constant(key) for key in value], [node_of(dict.get(value, key)) for key in value])
-    if isinstance(value, (bool, int, float, str, type(None))):
-        return ast.Constant(value)
-    raise Failed(f"{type(value).__name__} cannot be translated", ast.Constant(0))
+def symbol_of(value: Any) -> Symbol:
+    """Return a value as a symbol. Raises Failed for what is no value of the language."""
+    return value if isinstance(value, Symbol) else Symbol(plain_node(value), value, type_of(value), True)
 
 
 def example_of(value: Any) -> Any:
@@ -76,242 +173,82 @@ def is_known(value: Any) -> bool:
     return not isinstance(value, Symbol) or value.known
 
 
-def names_in(node: ast.AST) -> set[str]:
-    """Return the names in a formula."""
-    return {one.id for one in ast.walk(node) if isinstance(one, ast.Name)}
+def type_of(value: Any) -> str:
+    """Return the type of a value of Python in the language."""
+    kinds = ((bool, "boolean"), ((int, float), "number"), (str, "text"), ((list, tuple), "list"), (dict, "table"))
+    return next((kind for types, kind in kinds if isinstance(value, types)), "")
 
 
-class Evaluator(ast.NodeTransformer):
-    """Evaluates expressions in a table of symbols: the formula is transformed, the example is what Python computes."""
-
-    def __init__(self, program: Program, symbols: Any, arguments: bool = False) -> None:
-        self.program = program
-        self.symbols = symbols
-        self.arguments = arguments  # names are those of arguments, as in $(eval)
-
-    def eval(self, tree: ast.expr) -> Any:
-        """Return the value of an expression. Raises what Python raises, if its names are known, or Failed."""
-        if isinstance(tree, ast.Name):
-            return self.lookup(tree.id)
-        if isinstance(tree, ast.BoolOp):
-            return self.bool_of(tree)
-        if isinstance(tree, ast.IfExp):
-            test = self.eval(tree.test)
-            if is_known(test):
-                return self.eval(tree.body if example_of(test) else tree.orelse)
-            return self.program.conditions.choice(test, self.eval(tree.body), self.eval(tree.orelse))
-        if isinstance(tree, ast.Constant):
-            return self.program.joined(tree.value) if isinstance(tree.value, str) else tree.value
-        known = all(is_known(one) for one in self.names(tree).values())
-        try:
-            value = self.example(tree)
-        except Failed:
-            raise
-        except Exception:
-            if known:
-                raise
-            value = UNKNOWN
-        if callable(value) or isinstance(value, (Iterator, self.program.xacro.NameSpace)):
-            return value
-        return Symbol(self.visit(_copied(tree)), value, known, self.program)
-
-    def lookup(self, name: str) -> Any:
-        token = TOKEN.fullmatch(name)
-        if token:
-            return self.program.literal(self.program.tokens[int(token[1])])
-        if self.arguments and name in self.program.arguments:
-            return self.program.literal(self.program.argument(name))
-        return self.program.read(self.symbols, name)
-
-    def names(self, tree: ast.expr) -> dict[str, Any]:
-        """Return the values of the names in an expression, and of the texts with names in them."""
-        own = {one.id for one in ast.walk(tree) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)}
-        own |= {one.arg for one in ast.walk(tree) if isinstance(one, ast.arg)}
-        texts = [one.value for one in ast.walk(tree) if isinstance(one, ast.Constant) and isinstance(one.value, str)]
-        found = {text: self.program.joined(text) for text in texts if TOKEN.search(text)}
-        for one in ast.walk(tree):
-            if isinstance(one, ast.Call) and ast.unparse(one.func) == "xacro.arg":
-                found[f"arg {ast.unparse(one)}"] = self.program.argument(ast.literal_eval(one.args[0]))
-        return found | {name: self.lookup(name) for name in names_in(tree) - own}
-
-    def example(self, tree: ast.expr) -> Any:
-        """Return what Python computes with the examples of names."""
-        names = {name: example_of(value) for name, value in self.names(tree).items()}
-        if any(value is UNKNOWN for value in names.values()):
-            return UNKNOWN
-        program = self.program
-
-        class Texts(ast.NodeTransformer):
-            def visit_Constant(self, node: ast.Constant) -> ast.AST:
-                is_text = isinstance(node.value, str) and TOKEN.search(node.value)
-                return ast.Constant(names[str(node.value)]) if is_text else node
-
-        space = names.get("xacro")
-        if isinstance(space, program.xacro.NameSpace):
-            own = {"load_yaml": program.chosen.load, "arg": program.argument}
-            names["xacro"] = _Functions(space, {key: _example_of(function) for key, function in own.items()})
-        if "load_yaml" in names:
-            names["load_yaml"] = program.chosen.load
-        return example_of(program.xacro.safe_eval(ast.unparse(Texts().visit(_copied(tree))), names))
-
-    def bool_of(self, tree: ast.BoolOp) -> Any:
-        """Return the value of and, or; what is known decides, or is left out."""
-        wins = isinstance(tree.op, ast.Or)
-        left: list[Any] = []
-        for item in tree.values:
-            value = self.eval(item)
-            if not is_known(value):
-                left.append(value)
-            elif bool(example_of(value)) == wins or item is tree.values[-1]:
-                left.append(value)
-                break
-        if len(left) > 1 and is_known(left[-1]) and bool(example_of(left[-1])) != wins:
-            left.pop()
-        if len(left) == 1:
-            return left[0]
-        examples = [example_of(one) for one in left]
-        found = UNKNOWN if UNKNOWN in examples else next((one for one in examples if bool(one) == wins), examples[-1])
-        return Symbol(ast.BoolOp(tree.op, [*map(node_of, left)]), found, False, self.program)
-
-    # Formulas.
-
-    def visit_Name(self, node: ast.Name) -> ast.AST:
-        if isinstance(node.ctx, ast.Store):
-            return node
-        try:
-            value = self.lookup(node.id)
-        except (NameError, KeyError):  # of a comprehension
-            return node
-        return node_of(value)
-
-    def visit_Constant(self, node: ast.Constant) -> ast.AST:
-        return node_of(self.program.joined(node.value)) if isinstance(node.value, str) else node
-
-    def visit_BoolOp(self, node: ast.BoolOp) -> ast.AST:
-        return node_of(self.eval(node)) if self.is_complete(node) else self.generic_visit(node)
-
-    def visit_IfExp(self, node: ast.IfExp) -> ast.AST:
-        return node_of(self.eval(node)) if self.is_complete(node) else self.generic_visit(node)
-
-    def is_complete(self, node: ast.expr) -> bool:
-        """Return True if all names in an expression have values: it is not within a comprehension."""
-        try:
-            self.names(node)
-        except (NameError, KeyError):
-            return False
-        return True
-
-    def visit_Compare(self, node: ast.Compare) -> ast.AST:
-        if self.is_complete(node):
-            self.program.note_comparison([self.eval(item) for item in (node.left, *node.comparators)])
-        return self.generic_visit(node)
-
-    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
-        text = getattr(node.left, "value", None)
-        if not isinstance(node.op, ast.Mod) or not isinstance(text, str):
-            return self.generic_visit(node)
-        values = node.right.elts if isinstance(node.right, ast.Tuple) else [node.right]
-        first, *others = text.split("%s")
-        if len(others) != len(values) or "%" in "".join([first, *others]):
-            return self.computed(node)
-        pairs = zip(map(self.visit, values), map(ast.Constant, others), strict=True)
-        return join([ast.Constant(first), *(piece for pair in pairs for piece in pair)])
-
-    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
-        if isinstance(node.value, ast.Name) and self.is_complete(node.value):
-            owner = self.lookup(node.value.id)
-            if isinstance(owner, self.program.xacro.NameSpace):
-                return node_of(self.program.read(owner, node.attr, own=True))
-        return ast.Subscript(self.visit(node.value), ast.Constant(node.attr), ast.Load())
-
-    def visit_Tuple(self, node: ast.Tuple) -> ast.AST:
-        is_target = isinstance(node.ctx, ast.Store)
-        return node if is_target else ast.List([self.visit(one) for one in node.elts], ast.Load())
-
-    def visit_GeneratorExp(self, node: ast.GeneratorExp) -> ast.AST:
-        return self.visit(ast.ListComp(node.elt, node.generators))  # type: ignore[no-any-return]
-
-    def visit_JoinedStr(self, node: ast.JoinedStr) -> ast.AST:
-        return self.computed(node)
-
-    def visit_Call(self, node: ast.Call) -> ast.AST:
-        function: Any = node.func
-        is_attribute = isinstance(function, ast.Attribute)
-        name = function.attr if is_attribute else getattr(function, "id", "")
-        is_named = is_attribute and isinstance(function.value, ast.Name) and self.is_complete(function.value)
-        is_space = is_named and isinstance(self.lookup(function.value.id), self.program.xacro.NameSpace)
-        is_method = is_attribute and not is_space
-        if name == "dict" and node.keywords and not node.args:
-            keys: list[Any] = [ast.Constant(one.arg) for one in node.keywords]
-            return ast.Dict(keys, [self.visit(one.value) for one in node.keywords])
-        if name == "load_yaml":
-            return node_of(self.program.chosen.load(self.eval(node.args[0])))
-        if name == "dotify":
-            return self.visit(node.args[0])  # type: ignore[no-any-return]
-        if name == "arg" and not is_method:
-            return node_of(self.program.literal(self.program.argument(str(example_of(self.eval(node.args[0]))))))
-        known = (_METHODS if is_method else _FUNCTIONS).split()
-        has_lambda = any(isinstance(one, ast.Lambda) for one in ast.walk(node))
-        if node.keywords or has_lambda or (name not in known and name != "str"):
-            return self.computed(node)
-        arguments = [self.visit(one) for one in node.args]
-        if name == "str" and len(arguments) == 1:
-            return join(arguments)
-        return ast.Call(ast.Name(name), [self.visit(function.value), *arguments] if is_method else arguments, [])
-
-    def computed(self, node: ast.expr) -> ast.AST:
-        """Return the value of what the language has no word for. Raises Failed if it is not known."""
-        unknown = [one.node for one in self.names(node).values() if not is_known(one)]
-        if unknown:
-            raise Failed(f"{ast.unparse(node)[:60]} cannot be translated", unknown[0])
-        value = self.example(node)
-        return node_of(list(value) if isinstance(value, Iterator) else value)
+def is_list_text(value: Any) -> bool:
+    """Return True if a value is a text of several numbers."""
+    return isinstance(value, str) and _NUMBERS.fullmatch(value) is not None
 
 
-class _Functions:
-    """The functions of xacro, some of them replaced."""
-
-    def __init__(self, space: Any, own: dict[str, Any]) -> None:
-        self.space, self.own = space, own
-
-    def __getattr__(self, name: str) -> Any:
-        return self.own.get(name) or getattr(self.space, name)
+# Texts in pieces.
 
 
-def _example_of(function: Any) -> Any:
-    return lambda value: example_of(function(value))
+def joined(pieces: Pieces) -> Any:
+    """Return pieces as one text: a text of Python if nothing in it depends on anything, else a symbol."""
+    made: Pieces = []
+    for piece in pieces:
+        for one in piece.pieces or [piece] if isinstance(piece, Symbol) else [piece]:
+            text = one if isinstance(one, str) else one.constant
+            if text is None:
+                made.append(one)
+            elif made and isinstance(made[-1], str):
+                made[-1] += text
+            elif text:
+                made.append(text)
+    if len(made) < 2:
+        return made[0] if made else ""
+    examples = [example_of(one) for one in made]
+    value = UNKNOWN if any(one is UNKNOWN for one in examples) else "".join(map(str, examples))
+    return Symbol(None, value, "text", all(map(is_known, made)), made)
 
 
-def _copied(tree: ast.expr) -> Any:
-    return ast.parse(ast.unparse(tree), mode="eval").body
-
-
-def join(pieces: Iterable[ast.expr]) -> ast.Call:
-    """Return the formula of a text that is made of pieces."""
-    return ast.Call(ast.Name("__join"), list(pieces), [])
-
-
-def is_find(node: Any) -> bool:
-    """Return True for the folder of a package."""
-    return isinstance(node, ast.Call) and getattr(node.func, "id", "") == "find"
-
-
-def parts_of(node: Any) -> list[Any]:
+def pieces_of(value: Any) -> Pieces:
     """Return the pieces of a text."""
-    parts = list(node.args) if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "__join" else [node]
-    plain = ("__number", "__flag")
-    return [one.args[0] if isinstance(one, ast.Call) and getattr(one.func, "id", "") in plain else one for one in parts]
+    text = value.constant if isinstance(value, Symbol) else value
+    return ([text] if text else []) if text is not None else value.pieces or [value]
 
 
-def as_printed(value: Any) -> ast.expr:
-    """Return the formula of what is printed: an entry of a table may be true or false."""
-    node = node_of(value)
-    is_entry = isinstance(node, ast.Subscript) and isinstance(example_of(value), bool)
-    return ast.Call(ast.Name("__flag"), [node], []) if is_entry else node
+def with_tokens(text: str) -> Any:
+    """Return a text with the symbols that its tokens are."""
+    parts = TOKEN.split(text)
+    return joined([Symbol.tokens[int(part)] if index % 2 else part for index, part in enumerate(parts)])
 
 
-def as_condition(test: Symbol) -> Symbol:
-    """Return a condition of xacro, which may be a text such as "true", as one of Python."""
-    if not isinstance(test.value, str):
-        return test
-    return Symbol(ast.Call(ast.Name("__flag"), [test.node], []), test.value, test.known, test.program)
+def joined_node(pieces: Pieces) -> ast.expr:
+    """Return pieces as an expression for one text."""
+    made: ast.expr | None = None
+    for piece in pieces:
+        item = ast.Constant(piece) if isinstance(piece, str) else piece.as_text()
+        last = made.right if isinstance(made, ast.BinOp) else made
+        if isinstance(last, ast.Constant) and isinstance(item, ast.Constant):
+            item = ast.Constant(str(last.value) + str(item.value))
+            made = made.left if isinstance(made, ast.BinOp) else None
+        made = item if made is None else ast.BinOp(made, ast.Add(), item)
+    return made if made is not None else ast.Constant("")
+
+
+def words_of(pieces: Pieces) -> list[Pieces]:
+    """Return pieces as the words that blanks separate."""
+    words: list[Pieces] = [[]]
+    for piece in pieces:
+        parts = re.split(r"\s+", piece) if isinstance(piece, str) else [piece]
+        for index, part in enumerate(parts):
+            if index:
+                words.append([])
+            if part != "":
+                words[-1].append(part)
+    return [word for word in words if word]
+
+
+def _number_of_word(word: Pieces) -> ast.expr:
+    """Return the number that one word is."""
+    if len(word) == 1:
+        return number_node(word[0]) if isinstance(word[0], str) else word[0].as_number()
+    if len(word) == 2 and word[0] in ("-", "+") and isinstance(word[1], Symbol):
+        made = word[1].as_number()
+        return ast.UnaryOp(ast.USub(), made) if word[0] == "-" else made
+    return call("float", joined_node(word))

@@ -1,14 +1,14 @@
 """Translate a xacro to a description with its macros and arguments, verified against what xacro makes.
 
-What cannot be translated is given up by name: a macro is expanded where it is called, an argument keeps its value.
-The result is compiled, and what differs names what is given up next.
+A child process writes the documents (``program``). What cannot be translated is given up there by name: a macro is
+expanded where it is called, an argument keeps its value. The result is compiled, and what differs names what is given
+up next.
 """
 
 from __future__ import annotations
 
-import ast
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
@@ -16,24 +16,37 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.imported import Imported, Outputs, ReadOptions
 from rosorin_compile.source.diagnostics import counted, listed
-from rosorin_compile.source.tree import Map
+from rosorin_compile.source.project import Description
 from rosorin_compile.source.xml.markup import MarkupError
 
-from ..description import tree_of
-from .documents import PROBE, GiveUp, Target, WrittenFiles
+from ..description import _Document, _written, sorted_sections, tree_of
+from ..layout import Remarks, Verbatim, layout
 from .expand import _expand
-from .formulas import literal
-from .ir import FLAG, LET, Program, Unsupported, Variable, build
-from .verify import Combination, Fault, Source, combinations, faults, moves
-from .wording import Found, find, wording_report
-from .write_yaml import write
+from .verify import Combination, Comparison, Fault, Source, combinations, compare
+from .write_yaml import decoded
 
-MAX_BUILDS, MAX_CHECKS = 60, 25
+MAX_ATTEMPTS = 25
 MAX_SECONDS = 45.0  # of CPU, with its children
+# What is made of the xacro begins and ends a file, in this order; other sections are between.
+_HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
+_TAIL = ("urdf_elements", "accept", "outputs")
+
+
+class Target(NamedTuple):
+    """Where a description is going to be, and what it has other than the xacro.
+
+    ``schema`` is the address of the schema for editors; ``name`` another name of the robot; ``meshes`` is put before
+    relative names of meshes.
+    """
+
+    folder: Path
+    schema: str = ""
+    name: str | None = None
+    meshes: str | None = None
 
 
 class WrittenOut(NamedTuple):
-    """A macro that is expanded where it is called, or an argument that keeps its value, with the reason."""
+    """A macro that is expanded where it is called, with the reason."""
 
     name: str
     reason: str
@@ -45,8 +58,7 @@ class Translation:
     """The files of a description (text by name), and what became of the macros and arguments of the source.
 
     ``fixed`` are arguments with the value that they keep, ``proven`` the combinations of arguments that were compared.
-    ``words`` are the lines about elements that became entries, ``plain`` is the robot without those. ``report`` are the
-    lines for the person who imports the robot. Without files, ``reason`` says why.
+    ``report`` are the lines for the person who imports the robot. Without files, ``reason`` says why.
     """
 
     files: dict[str, str]
@@ -55,10 +67,12 @@ class Translation:
     arguments: tuple[str, ...] = ()
     fixed: tuple[tuple[str, str], ...] = ()
     proven: tuple[Combination, ...] = ()
-    words: tuple[str, ...] = ()
-    plain: Map | None = None
     report: tuple[str, ...] = ()
     reason: str = ""
+
+
+class _Flat(Exception):
+    """The xacro cannot be translated at all."""
 
 
 def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, target: Target) -> Translation:
@@ -69,14 +83,10 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
     """
     try:
         return _Search(path, options, imported, wanted, target).run()
-    except Unsupported as problem:
-        reason = problem.reason
     except MarkupError as problem:
         reason = problem.diagnostic.message
-    except OSError as problem:
+    except (_Flat, OSError) as problem:
         reason = str(problem)
-    except RecursionError:
-        reason = "its expressions are nested too deeply"
     return Translation({}, report=(f"flat, without macros and arguments: {reason}",), reason=reason)
 
 
@@ -89,79 +99,53 @@ class _Search:
     """The search for what has to be given up."""
 
     def __init__(self, path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, target: Target) -> None:
-        self.path = path
-        self.options = options
-        self.imported = imported
-        self.wanted = wanted
-        self.target = target
+        self.path, self.options, self.imported, self.target = path, options, imported, target
+        self.outputs = dict(wanted.entries)
+        if "urdf" in self.outputs:  # kept elements need no hardware or sensors of Gazebo
+            urdf = self.outputs["urdf"]
+            self.outputs["urdf"] = {key: one for key, one in urdf.items() if key not in ("control", "gazebo")}
         self.source = Source(path, options, target.name, target.meshes)
         self.source.known[()] = imported
-        self.inlined: dict[str, str] = {}  # keys of macros, with the reason
+        self.inlined: dict[str, str] = {}  # places of macros, with the reason
         self.fixed: dict[str, list[str]] = {}  # values of arguments, with the reason
-        self.implicit: dict[str, list[str]] = {}
-        self.explicit: set[str] = set()
-        self.plain: set[str] = set()  # places of properties that are written as their values
-        self.program: Program | None = None
         self.began = _seconds()
 
     def run(self) -> Translation:
         failing: Combination | None = None
-        for _ in range(MAX_CHECKS):
-            made = self.attempt()
-            self.source.environment = [one.name for one in made.program.arguments.values() if one.environment]
-            rows, possible = combinations(made.choices)
-            rows = sorted(rows, key=lambda row: row != failing)  # what failed before fails first
-            found, compared, refused = self.check(made, rows)
-            if found:
-                failing = found[0].combination
-                self.mend(made, found)
-                continue
-            if self.fix_refused(made, rows, refused) or self.fix_unfollowed(made):
-                continue
-            late = len(rows) - len(compared) - len(refused) if self.is_late() else 0
-            return self.finished(made, compared, possible, refused, late)
-        raise Unsupported("nothing that was given up makes it the same robot")
+        for _ in range(MAX_ATTEMPTS):
+            answer = self.answer()
+            choices = {one["name"]: one["choices"] for one in answer["arguments"]}
+            self.source.environment = [one["name"] for one in answer["arguments"] if one["environment"]]
+            rows, possible = combinations(choices)
+            invented = [((one["name"], text),) for one in answer["arguments"] for text in one["invented"]]
+            rows = sorted([*rows, *invented], key=lambda row: row != failing)  # what failed before fails first
+            files = self.files(answer)
+            packages = {**self.options.packages, **{name: Path(one) for name, one in answer["packages"].items()}}
+            result = compare(files, self.source, rows, packages, self.is_late)
+            if not result.faults and self.accepted() != self.accepted_before:
+                continue  # other arguments break other rules
+            if result.faults:
+                failing = result.faults[0].combination
+                self.give_up(answer, result.faults)
+            elif not self.fix_refused(answer, rows, result.refused):
+                rows = [row for row in rows if row not in invented]
+                return self.finished(answer, files, result, rows, possible > len(rows))
+        raise _Flat("nothing that was given up makes it the same robot")
+
+    def answer(self) -> dict[str, Any]:
+        """Return the documents with what has been given up so far."""
+        if self.is_late():
+            raise _Flat(f"the translation takes more than {MAX_SECONDS:g} s")
+        folder = os.path.abspath(self.target.folder)
+        plan = {"inlined": self.inlined, "fixed": self.fixed, "folder": folder, "meshes": self.target.meshes}
+        answer = _expand(self.path, self.options, plan)
+        if "error" in answer:
+            raise _Flat(str(answer["error"]))
+        self.inlined, self.fixed = answer["inlined"], answer["fixed"]
+        return answer
 
     def is_late(self) -> bool:
         return _seconds() - self.began > MAX_SECONDS
-
-    # One attempt.
-
-    def attempt(self) -> WrittenFiles:
-        """Return the files with what has been given up so far; give up what cannot be written."""
-        for _ in range(MAX_BUILDS):
-            if self.is_late():
-                raise Unsupported(f"the translation takes more than {MAX_SECONDS:g} s")
-            program = self.program or self.built()
-            self.program = program
-            try:
-                return self.written(program)
-            except GiveUp as stop:
-                self.give_up(program, stop)
-        raise Unsupported("too much of it cannot be translated")
-
-    def built(self) -> Program:
-        plan = {"inlined": self.inlined, "fixed": self.fixed, "implicit": self.implicit, "plain": sorted(self.plain)}
-        answer = _expand(self.path, self.options, plan)
-        if "error" in answer:
-            raise Unsupported(str(answer["error"]))
-        for key, reason in answer["reasons"].items():
-            self.inlined.setdefault(key, reason)
-        for name, value in answer["fixed"].items():
-            self.fixed.setdefault(name, value)
-        self.implicit = answer["implicit"]
-        return build(answer)
-
-    def written(self, program: Program, words: Found | None = None) -> WrittenFiles:
-        made = write(program, self.target, self.explicit, self.imported, self.wanted, self.accepted(), words)
-        made.packages = {**self.options.packages, **made.packages}
-        return made
-
-    def check(
-        self, made: WrittenFiles, rows: Sequence[Combination], in_words: bool = False
-    ) -> tuple[list[Fault], list[Combination], list[Combination]]:
-        """Return the differences of some combinations, which were compared, and which xacro refuses."""
-        return faults(made.files, self.source, rows, made.packages, in_words, self.is_late)
 
     def accepted(self) -> list[Any]:
         """Return what the robots of all combinations have to be accepted for; each rule once."""
@@ -175,165 +159,95 @@ class _Search:
 
     # Giving up.
 
-    def give_up(self, program: Program, stop: GiveUp) -> None:
-        """Give up what cannot be written. Raises Unsupported if nothing is left to give up."""
-        macro, reason = stop.macro, stop.problem.reason
-        if macro is not None and stop.explicit and macro.key not in self.explicit:
-            self.explicit.add(macro.key)
-            return
-        self.program = None
-        if macro is not None and macro.definition not in self.inlined:
-            self.inlined[macro.definition] = reason
-        elif stop.problem.node is None or not self.blame_formula(program, stop.problem.node, reason):
-            raise stop.problem
-
-    def blame_formula(self, program: Program, node: ast.AST, reason: str) -> bool:
-        """Give up what a formula depends on: properties become their values, then arguments keep theirs."""
-        found = program.variables_in(node)
-        lets = [one for one in found if one.kind == LET and one.place and str(one.place) not in self.plain]
-        if lets:
-            self.plain |= {str(one.place) for one in lets}
-            return True
-        values = [one for one in found if one.kind != LET and one.name not in self.fixed and not one.owner]
-        for one in values:
-            self.fix(one, reason)
-        return bool(values)
-
-    def fix(self, variable: Variable, reason: str) -> None:
-        self.fixed[variable.name] = [str(variable.values[0]), reason]
-        self.program = None
-
-    def fix_refused(self, made: WrittenFiles, rows: Sequence[Combination], refused: Sequence[Combination]) -> bool:
-        """Fix variables of the environment of which xacro takes no other value than the one they have."""
-        found = False
-        for variable in made.program.arguments.values():
-            mine = [row for row in rows if len(row) == 1 and row[0][0] == variable.name]
-            if variable.environment and mine and all(row in refused for row in mine):
-                self.fix(
-                    variable, f"with another value of the environment variable {variable.name} xacro makes no robot"
-                )
-                found = True
-        return found
-
-    def fix_unfollowed(self, made: WrittenFiles) -> bool:
-        """Fix the arguments that the translation does not follow for any value; return True if there are any."""
-        others = {}
-        for variable in made.program.arguments.values():
-            text = str(variable.values[0])
-            value = literal(text)
-            if len(made.choices.get(variable.name, ())) > 1 or (variable in made.used and variable.type == FLAG):
-                continue
-            if isinstance(value, bool):
-                others[variable] = "false" if value else "true"
-            elif isinstance(value, (int, float)):
-                others[variable] = repr(value + 1 if isinstance(value, int) else value * 1.25 + 0.01)
-            elif len(words := text.split()) > 1 and all(isinstance(literal(one), (int, float)) for one in words):
-                others[variable] = " ".join(repr(float(one) * 1.25 + 0.01) for one in words)
-            elif variable in made.used and text and "/" not in text:
-                others[variable] = f"{text}{PROBE}"
-        read = {one: text for one, text in others.items() if one in made.used}
-        found = [one for one in others if one not in read and moves(self.source, ((one.name, others[one]),))]
-        if read and self.differs(made, tuple((one.name, text) for one, text in read.items())):
-            found += [one for one, text in read.items() if self.differs(made, ((one.name, text),))]
-        for one in found:
-            self.fix(one, "with another value of it the robot is another than xacro makes")
-        return bool(found)
-
-    def differs(self, made: WrittenFiles, row: Combination) -> bool:
-        known = row in self.source.known
-        found, *_ = self.check(made, [row])
-        if not known:
-            self.source.known.pop(row, None)
-        return any(not one.refused for one in found)
-
-    def mend(self, made: WrittenFiles, found: list[Fault]) -> None:
-        """Give up what a difference names. Raises Unsupported if there is nothing left."""
-        if self.accepted() != getattr(self, "accepts", None):
-            self.accepts = self.accepted()
+    def give_up(self, answer: Mapping[str, Any], faults: Sequence[Fault]) -> None:
+        """Give up the macros that differences name, else the arguments that were changed, else all macros."""
+        if self.accepted() != self.accepted_before:
             return  # other arguments break other rules
-        if self.blame(made, found) or self.give_up_all(made, found[0]):
-            self.program = None
+        text, _, row = faults[0]
+        named = {name for fault in faults for name in fault.macros}
+        macros = [key for name, ours, key in answer["macros"] if {name, ours} & named]
+        fixed = [name for name, _ in row if name not in self.fixed]
+        if not macros and not fixed:
+            macros = [key for _, _, key in answer["macros"]]
+        if macros:
+            self.inlined |= dict.fromkeys(macros, f"not proven: {text}")
             return
-        arguments = made.program.arguments
-        values = [arguments[name] for name, _ in found[0].combination if name in arguments and name not in self.fixed]
-        lets = {str(one.place) for one in made.used if one.kind == LET and one.place is not None}
-        if not values and lets <= self.plain:
-            raise Unsupported(found[0].text)
-        if not values:
-            self.plain |= lets
-            self.program = None
-        for variable in values:
-            self.fix(variable, f"not proven: {found[0].text}")
+        values = {one["name"]: one["value"] for one in answer["arguments"]}
+        self.fixed |= {name: [values[name], f"not proven: {text}"] for name in fixed}
+        if not fixed:
+            raise _Flat(text)
 
-    def blame(self, made: WrittenFiles, found: Sequence[Fault]) -> bool:
-        """Give up the macro or the property that a difference names; return False if it names none."""
-        macros = made.program.macros.values()
-        by_name = {macro.name: macro for macro in macros} | {macro.ours: macro for macro in macros}
-        for fault in found:
-            for macro in [by_name[name] for name in fault.macros if name in by_name]:
-                if macro.level == "robot" and macro.key not in self.explicit:
-                    self.explicit.add(macro.key)
-                    return True
-                if macro.definition not in self.inlined:
-                    self.inlined[macro.definition] = f"not proven: {fault.text}"
-                    return True
-        lets = {one.ours: one for one in made.used if one.kind == LET and one.place is not None}
-        for fault in found:
-            for variable in [lets[name] for name in fault.macros if name in lets]:
-                if str(variable.place) not in self.plain:
-                    self.plain.add(str(variable.place))
-                    return True
-        return False
-
-    def give_up_all(self, made: WrittenFiles, fault: Fault) -> bool:
-        """Keep the prefixes of all macros, or expand all inline; return False if that is done already."""
-        macros = [macro for macro in made.program.macros.values() if macro.definition not in self.inlined]
-        if any(macro.key not in self.explicit for macro in macros if macro.level == "robot"):
-            self.explicit |= {macro.key for macro in macros}
-        else:
-            self.inlined |= {macro.definition: f"not proven: {fault.text}" for macro in macros}
-        return bool(macros)
+    def fix_refused(
+        self, answer: Mapping[str, Any], rows: Sequence[Combination], refused: Sequence[Combination]
+    ) -> bool:
+        """Fix variables of the environment of which xacro takes no other value than the one they have."""
+        found = {}
+        for one in answer["arguments"]:
+            mine = [row for row in rows if len(row) == 1 and row[0][0] == one["name"]]
+            if one["environment"] and mine and all(row in refused for row in mine):
+                reason = f"with another value of the environment variable {one['name']} xacro makes no robot"
+                found[one["name"]] = [one["value"], reason]
+        self.fixed |= found
+        return bool(found)
 
     # The result.
 
+    def files(self, answer: Mapping[str, Any]) -> dict[str, str]:
+        """Return the files of the description."""
+        tree, root = tree_of(self.imported), Description.ROOT_FILE
+        documents: dict[str, Any] = decoded(answer["documents"])
+        documents = {name: {key: one for key, one in made.items() if one} for name, made in documents.items()}
+        remarks: dict[str, dict[tuple[Any, ...], list[str]]] = {}
+        for file, path, lines in answer["remarks"]:
+            remarks.setdefault(file, {}).setdefault(tuple(path), []).extend(lines)
+        sections = documents.get(root, {})
+        included = [name for name in documents if name != root and documents[name]]
+        head: dict[str, Any] = {"rosorin_compile": Verbatim("1"), "robot": self.target.name or decoded(answer["name"])}
+        head |= {"source": dict(tree["source"])} if "source" in tree else {}
+        head |= {"include": included} if included else {}
+        document = _Document(tree)
+        others = {name: value for name, value in tree.items() if name not in (*_HEAD, *_TAIL)}
+        tail = {name: document.value(value, (name,), None) for name, value in sorted_sections(others).items()}
+        self.accepted_before = self.accepted()
+        tail["accept"] = self.accepted_before
+        tail["outputs"] = {one: _written(entry) for one, entry in self.outputs.items()}
+        made: dict[str, str] = {}
+        for name, content in {root: {**head, **tail, **sections}, **{one: documents[one] for one in included}}.items():
+            schema = self.target.schema if name == root else ""
+            first = [f"yaml-language-server: $schema={schema}"] if schema else []
+            lines = Remarks({(): [*first, *answer["heads"].get(name, ())], **remarks.get(name, {})})
+            ordered = {key: content[key] for key in sorted(content, key=_rank) if content[key]}
+            made[name] = layout(ordered, lines)
+        return {**made, **answer["copied"]}
+
     def finished(
-        self, made: WrittenFiles, rows: list[Combination], possible: int, refused: Sequence[Combination], late: int
+        self,
+        answer: Mapping[str, Any],
+        files: dict[str, str],
+        result: Comparison,
+        rows: Sequence[Combination],
+        is_part: bool,
     ) -> Translation:
-        program, plain = made.program, None
-        made = self.written(program)  # the combinations may break rules that have to be accepted
-        lines: tuple[str, ...] = ()
-        if not self.target.verbatim:
-            rows_of_users = [row for row in rows if all(text != PROBE for _, text in row)]
-            made, lines, plain = self.in_words(made, rows_of_users)
-        order = [key for key, _, _ in program.answer["defined"]]
-        empty = [one for one in program.macros.values() if one.key in made.empty]
-        kept = [one for one in program.macros.values() if one not in empty]
-        kept.sort(key=lambda one: order.index(one.definition) if one.definition in order else 0)
-        lost = [
-            WrittenOut(name, reason, program.at(tuple(place[:2]) if place else None))
-            for name, place, reason, key in program.answer["inlined"]
-            if name not in program.answer["silent"]
-        ]
-        lost += [WrittenOut(one.name, "its materials are those of the robot", program.at(one.place)) for one in empty]
-        used = [one for one in program.arguments.values() if one in made.used]
-        names = tuple({one.definition: one.name for one in kept}.values())
-        report = [*_report_macros(names, lost, program), *self.report_arguments(program, used)]
-        for package in made.unfound:
+        kept = tuple({key: name for name, _, key in answer["macros"]}.values())
+        lost = tuple(WrittenOut(*one) for one in answer["lost"])
+        used = tuple(one["name"] for one in answer["arguments"] if one["used"])
+        refused = [row for row in result.refused if row in rows]
+        late = len([row for row in rows if row not in result.compared]) - len(refused)
+        report = [*_report_macros(kept, lost, answer), *self.report_arguments(answer, used)]
+        for package in answer["unfound"]:
             report.append(
                 f"it asks for the package {package}: source its workspace, or give --package {package}=FOLDER"
             )
-        report += self.target.sharing.report(made.files) if self.target.sharing is not None else ()
-        report += _report_proof(rows, possible, refused, late)
-        fixed = tuple((name, value[0]) for name, value in self.fixed.items())
-        arguments = tuple(one.name for one in used)
-        return Translation(made.files, names, tuple(lost), arguments, fixed, tuple(rows), lines, plain, tuple(report))
+        report += _report_proof(result.compared, is_part, refused, late)
+        fixed = tuple((name, value) for name, (value, _) in self.fixed.items())
+        return Translation(files, kept, lost, used, fixed, tuple(result.compared), tuple(report))
 
-    def report_arguments(self, program: Program, used: Sequence[Variable]) -> Iterator[str]:
+    def report_arguments(self, answer: Mapping[str, Any], used: Sequence[str]) -> Iterator[str]:
         """Yield the lines about arguments."""
-        unused = [one.name for one in program.arguments.values() if one not in used]
-        environment = [one.name for one in used if one.environment]
+        unused = [one["name"] for one in answer["arguments"] if one["name"] not in used]
+        environment = [one["name"] for one in answer["arguments"] if one["environment"] and one["name"] in used]
         if used:
-            yield f"arguments kept: {listed([one.name for one in used])}"
+            yield f"arguments kept: {listed(list(used))}"
         if unused:
             yield f"arguments left out, because nothing uses {_them(unused)}: {listed(unused)}"
         if environment:
@@ -344,26 +258,14 @@ class _Search:
         for reason, names in groupby(self.fixed, lambda name: self.fixed[name][1]):
             yield f"  {listed(list(names))}: {reason}"
 
-    def in_words(self, made: WrittenFiles, rows: list[Combination]) -> tuple[WrittenFiles, tuple[str, ...], Map | None]:
-        """Replace raw elements by entries of the language if the robot stays the same."""
-        found = first = find(made.documents.plain, list(self.source.known.values()))
-        while found.spots and not self.is_late():
-            again = self.written(made.program, found)
-            wrong, *_ = self.check(again, rows, in_words=True)
-            if not wrong and not self.is_late():
-                lines = tuple(wording_report(again.documents.labels, first))
-                return again, lines, found.left_of(tree_of(self.imported))
-            found = found.without(wrong[0].text) if wrong else Found()
-        return made, tuple(wording_report({}, first)), None
 
-
-def _report_macros(kept: Sequence[str], lost: Sequence[WrittenOut], program: Program) -> Iterator[str]:
+def _report_macros(kept: Sequence[str], lost: Sequence[WrittenOut], answer: Mapping[str, Any]) -> Iterator[str]:
     if kept or lost:
         line = f"{len(kept)} of {counted(len(kept) + len(lost), 'macro')} kept"
         how = f", {len(lost)} written out where {'it is' if len(lost) == 1 else 'they are'} called"
         yield f"{line}{how}" if lost else line
     yield from (f"  {one.name}: {one.reason}{f' ({one.at})' if one.at else ''}" for one in lost)
-    executed, idle = program.answer["silent"], list(dict.fromkeys(program.answer["uncalled"]))
+    executed, idle = answer["silent"], list(dict.fromkeys(answer["uncalled"]))
     if executed:
         yield f"named values where they are called, because they only set properties: {listed(executed)}"
     if idle:
@@ -371,11 +273,11 @@ def _report_macros(kept: Sequence[str], lost: Sequence[WrittenOut], program: Pro
 
 
 def _report_proof(
-    rows: Sequence[Combination], possible: int, refused: Sequence[Combination], late: int
+    rows: Sequence[Combination], is_part: bool, refused: Sequence[Combination], late: int
 ) -> Iterator[str]:
     how = "its arguments as they are" if len(rows) == 1 else f"{len(rows)} combinations of its arguments"
-    if possible > len(rows) + len(refused):
-        how += f" (of {possible}: the defaults, and each argument changed alone)"
+    if is_part:
+        how += " (the defaults, and each argument changed alone)"
     yield f"the same robot as xacro makes it, with {how}"
     if late:
         yield f"not compared, because that takes too long: {counted(late, 'combination')}"
@@ -386,3 +288,7 @@ def _report_proof(
 
 def _them(items: Sequence[Any]) -> str:
     return "it" if len(items) == 1 else "them"
+
+
+def _rank(key: str) -> int:
+    return _HEAD.index(key) if key in _HEAD else 100 + _TAIL.index(key) if key in _TAIL else 50

@@ -1,174 +1,186 @@
-"""Write the formulas and texts of a xacro as values of a description: numbers, lists, texts, names and files."""
+"""Write symbols and texts of a xacro as values of a description: numbers, lists, texts, names and files.
+
+This module runs in the child process.
+"""
 
 from __future__ import annotations
 
 import ast
 import re
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS
 from rosorin_compile.source.numbers import exact
 
 from ..layout import Expression, Verbatim, in_degrees
-from .formulas import Formulas, as_angle, folded, in_words, literal, written
-from .ir import ANY, FLAG, LET, LIST, NUMBER, PARAMETER, TEXT, Macro, Pieces, Program, Unsupported, Variable, flattened
+from .child import portable
+from .ir import Macro
+from .nodes import Failed, folded, literal, written
 from .part_names import PartNames
+from .symbols import Pieces, Symbol, Variable, joined, joined_node, pieces_of, symbol_of, words_of
+
+if TYPE_CHECKING:
+    from .program import Program
 
 _NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][-+]?\d+)?")
+_ANGULAR = ("acos", "asin", "atan", "atan2", "radians")
 _FULL_TURN, _LONG = 6.2832, 20
 
 
 class Values:
     """Writes the values of a program.
 
-    ``macro`` is the one that is written, and ``is_xml`` is set in elements that are kept. ``printed`` are variables
-    that texts contain, and ``file_names`` parameters that are names of files. ``meshes`` is put before relative names
-    of meshes, and ``address`` returns the name of a file that is loaded.
+    ``macro`` is the macro that is written, and ``is_xml`` is set in elements that are kept as text.
     """
 
-    def __init__(
-        self, program: Program, names: PartNames, formulas: Formulas, meshes: str | None, address: Callable[[str], str]
-    ) -> None:
-        self.program, self.names, self.formulas, self.meshes, self.address = program, names, formulas, meshes, address
+    def __init__(self, program: Program, names: PartNames, meshes: str | None) -> None:
+        self.program, self.names, self.meshes = program, names, meshes
         self.macro: Macro | None = None
         self.is_xml = False
-        self.printed: set[Variable] = set()
-        self.file_names: set[Variable] = set()
-        self._is_passing = False  # what is written is given to a part, and not printed
+
+    def spelt(self, node: ast.expr) -> str:
+        """Return an expression as text, and record what it uses."""
+        for one in ast.walk(node):
+            if isinstance(one, ast.Call) and getattr(one.func, "id", "") == "find":
+                name = one.args[0].value  # type: ignore[attr-defined]
+                if not self.program.packages_named.find(name):
+                    self.program.packages_named.unfound[name] = None
+            if hasattr(one, "variable"):
+                one.variable.used = True
+        return written(node)
+
+    def expression(self, node: ast.expr) -> Expression:
+        """Return an expression of the language as a value."""
+        return Expression(f"${{{self.spelt(node)}}}")
 
     def number(self, pieces: Pieces, unit: str = "") -> Any:
-        """Return a number. Raises Unsupported if a text is none."""
-        if all(isinstance(piece, str) for piece in pieces):
-            return number("".join(pieces).strip(), unit)
-        return _in_unit(self.formulas.of_number(joined(pieces)), unit)
+        """Return a number. Raises Failed if a text is none."""
+        symbol = symbol_of(joined(pieces))
+        return self._plain(symbol.as_number(), unit) if symbol.constant is None else number(symbol.constant, unit)
 
     def list_of(self, pieces: Pieces, count: int, unit: str = "") -> Any:
-        """Return a list of numbers. Raises Unsupported if there are more or fewer."""
-        words = in_words(pieces)
+        """Return a list of numbers. Raises Failed if there are more or fewer."""
+        words = words_of(pieces)
         if len(words) == count:
             return [self.number(word, unit) for word in words]
         if len(words) != 1 or (isinstance(words[0][0], str) and len(words[0]) == 1):
-            raise Unsupported(f"{len(words)} numbers, not {count}")
-        node = self.formulas.as_list(words[0][0] if len(words[0]) == 1 else joined(words[0]))
-        return [_value(item, unit) for item in node.elts] if isinstance(node, ast.List) else _expression(node)
+            raise Failed(f"{len(words)} numbers, not {count}")
+        return self._list(symbol_of(joined(words[0])), unit)
 
     def text(self, pieces: Pieces, name: bool = False, file: bool = False) -> Any:
         """Return a text with the expressions in it; a name without the prefix of the part."""
         macro = self.macro
-        prefix = self.names.prefix.get(macro) if macro is not None else None
-        short = self.names.short(pieces, prefix) if prefix is not None else None
-        if macro is not None and prefix is not None and short is not None:
-            if name and short and self.names.is_own(macro, short, self.is_xml):
-                pieces = short
-            elif prefix[1] and self.names.knows_prefix(macro):
-                pieces = [ast.Name("prefix", ast.Load()), *short]
-        return self.joined(self.file_name(pieces) if file else pieces)
+        rest = self.names.short(macro, pieces)
+        if macro is not None and rest is not None:
+            if name and rest and self.names.is_own(macro, rest, self.is_xml):
+                pieces = rest
+            elif self.names.prefix[macro][1] and self.names.knows_prefix:
+                pieces = [Symbol(ast.Name("prefix", ast.Load()), "", "text", False), *rest]
+        elif macro is not None and macro in self.names.mount and len(pieces) == 1 and name:
+            is_mount = isinstance(pieces[0], Symbol) and pieces[0].variable is self.names.mount[macro]
+            pieces = ["mount"] if is_mount else pieces
+        return self.joined(self._file_name(pieces) if file else pieces)
 
-    def file_name(self, pieces: Pieces) -> Pieces:
+    def _file_name(self, pieces: Pieces) -> Pieces:
         """Return the name of a file: of a package by its address."""
         first = pieces[0] if pieces else ""
         if first == "file://":
-            return self.file_name(pieces[1:])
-        named = self.program.variables.get(getattr(first, "id", ""))
-        if named is not None and named.kind == PARAMETER and len(pieces) == 1:
-            self.file_names.add(named)
-        for _ in self.program.variables:  # properties that begin with the folder of a package
-            variable = self.program.variables.get(getattr(pieces[0], "id", "")) if pieces else None
-            if variable is None or variable.kind != LET or variable.node is None:
-                break
-            inner = flattened([variable.node])
-            if not inner or not (_is_find(inner[0]) or isinstance(inner[0], ast.Name)):
-                break
-            pieces = [*inner, *pieces[1:]]
-        if pieces and _is_find(pieces[0]):
-            return flattened([f"package://{pieces[0].args[0].value}", *pieces[1:]])
-        if self.meshes and isinstance(first, str) and "://" not in first and not first.startswith("/"):
-            return flattened([f"{self.meshes.rstrip('/')}/{first}", *pieces[1:]])
-        return pieces
+            return self._file_name(pieces[1:])
+        if isinstance(first, Symbol):
+            return pieces_of(joined([f"package://{first.package}", *pieces[1:]])) if first.package else pieces
+        program = self.program
+        first = portable(f"{first}x", program.packages, [*map(str, program.xacro.all_includes), program.file])[:-1]
+        if self.meshes and "://" not in first and not first.startswith("/"):
+            first = f"{self.meshes.rstrip('/')}/{first}"
+        return [first, *pieces[1:]]
 
-    def joined(self, pieces: Pieces, spelt: Callable[[str], str] = lambda text: text) -> Any:
+    def joined(self, pieces: Pieces, escape: Callable[[str], str] = lambda text: text) -> Any:
         """Return pieces as one text."""
-        made, plain = "", True
-        for piece in flattened(pieces):
+        made, is_plain = "", True
+        for piece in pieces:
             if isinstance(piece, str):
-                made += spelt(piece).replace("${", "$${")
+                made += escape(piece).replace("${", "$${")
                 continue
-            if not self._is_passing and isinstance(piece, ast.Name):
-                self.printed |= set(self.program.variables_in(piece))
-            node = self.formulas.printed(piece)
-            if self.formulas.type(piece) == LIST and not isinstance(node, ast.Constant):
-                node = self.formulas.as_text(piece)
+            is_raw = isinstance(piece.value, str) or piece.type in ("number", "", "table")
+            node = piece.node if is_raw and piece.type != "list" else piece.as_text()
             value = folded(node)
             if isinstance(value, str) or (isinstance(value, int) and not isinstance(value, bool)):
-                made += spelt(str(value)).replace("${", "$${")
+                made += escape(str(value)).replace("${", "$${")
                 continue
-            made, plain = f"{made}${{{written(node)}}}", False
-        return made.replace("$${", "${") if plain else Expression(made)
+            if piece.variable is not None:
+                piece.variable.printed = True
+            made, is_plain = f"{made}${{{self.spelt(node)}}}", False
+        return made.replace("$${", "${") if is_plain else Expression(made)
 
-    def value(self, node: ast.expr, kind: str, unit: str = "") -> Any:
-        """Return a formula as a value of a type."""
-        plain = literal(node.value) if isinstance(node, ast.Constant) else None
-        if isinstance(node, ast.Constant) and node.value is None:
+    def value(self, symbol: Symbol, variable: Variable, unit: str = "") -> Any:
+        """Return the value that a variable is given."""
+        node = symbol.node
+        if isinstance(node, ast.Name) and node.id == "none":
             return None
-        if isinstance(node, ast.Dict):
-            keys = [str(one.value) if isinstance(one, ast.Constant) else "" for one in node.keys]
-            return {key: self.value(one, self.formulas.type(one)) for key, one in zip(keys, node.values, strict=True)}
-        if isinstance(node, ast.List) and any(isinstance(one, (ast.Dict, ast.List)) for one in node.elts):
-            return [self.value(one, self.formulas.type(one)) for one in node.elts]
-        if kind == LIST:
-            return self._list(node, unit)
-        if kind == FLAG:
-            made = self.formulas.flag(node)
+        if variable.type == "list":
+            return self._list(symbol, unit)
+        if variable.type == "boolean":
+            made = symbol.as_flag()
             decided = folded(made)
-            return decided if isinstance(decided, bool) else _expression(made)
-        if kind == NUMBER and isinstance(node, ast.Constant):
-            return number(str(node.value), "")
-        if kind == TEXT:
-            pieces = flattened([node])
-            if len(pieces) > 1 and _is_find(pieces[0]) and str(pieces[-1]).endswith((".yaml", ".yml")):
-                first, *rest = flattened([f"package://{pieces[0].args[0].value}", *pieces[1:]])
-                pieces = [self.address(first), *rest]
-            self._is_passing = len(pieces) == 1
-            text = self.text(pieces)
-            self._is_passing = False
-            return text
-        if isinstance(node, ast.Constant) and isinstance(node.value, str):
-            return str(node.value)
-        if isinstance(plain, bool):
-            return plain
-        if kind == ANY and isinstance(node, ast.Call) and getattr(node.func, "id", "") == "__join":
-            return self.joined([node])
-        return _value(self.formulas.node(node), "")
+            return decided if isinstance(decided, bool) else self.expression(made)
+        if variable.type == "number":
+            return self.number([symbol])
+        if variable.names_mesh:
+            return self.text(pieces_of(symbol), file=True)
+        if symbol.pieces or symbol.constant is not None or symbol.package or variable.type == "text":
+            pieces = pieces_of(symbol)
+            if variable.names_file:
+                pieces = self.program.loaded.named(pieces)
+            is_passed = len(pieces) == 1 and isinstance(pieces[0], Symbol)
+            return self.expression(pieces[0].node) if is_passed else self.text(pieces)
+        return self._plain(node)
 
-    def _list(self, node: ast.expr, unit: str) -> Any:
-        if isinstance(node, ast.Constant) and len(words := str(node.value).split()) > 1:
+    def argument(self, symbol: Symbol, variable: Variable) -> ast.expr:
+        """Return a value as an argument of a named value."""
+        if variable.names_mesh:
+            return joined_node(self._file_name(pieces_of(symbol)))
+        if variable.type == "list":
+            return symbol.as_list()
+        if variable.type == "boolean":
+            return symbol.as_flag()
+        return symbol.as_number() if variable.type == "number" else symbol.node
+
+    def _list(self, symbol: Symbol, unit: str) -> Any:
+        words = (symbol.constant or "").split()
+        if len(words) > 1:
             return [number(word, unit) for word in words]
-        made = self.formulas.as_list(node) if not isinstance(node, ast.List) else self.formulas.node(node)
-        return [_in_unit(item, unit) for item in made.elts] if isinstance(made, ast.List) else _expression(made)
+        made = symbol.as_list()
+        if isinstance(made, ast.List):
+            return [self._plain(item, unit) for item in made.elts]
+        return self.expression(made)
 
-    def argument(self, node: ast.expr, variable: Variable) -> ast.expr:
-        """Return a formula as an argument of a named value."""
-        if variable in self.file_names:
-            node = joined(self.file_name(flattened([node])))
-        if variable.type == LIST:
-            made = self.formulas.as_list(node)
-        elif variable.type == FLAG:
-            made = self.formulas.flag(node)
-        elif variable.type == NUMBER and isinstance(node, ast.Constant):
-            made = self.formulas.constant(literal(node.value))
-        else:
-            made = self.formulas.node(node)
-        if variable.name.endswith("rpy") and isinstance(made, ast.List):
-            return ast.List([_with_degrees(one) for one in made.elts], ast.Load())
-        return made
+    def _plain(self, node: ast.expr, unit: str = "") -> Any:
+        """Return an expression of the language as a value."""
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            return node.value
+        if isinstance(node, ast.Dict):
+            return {str(getattr(key, "value", "")): self._plain(value) for key, value in zip(node.keys, node.values)}  # noqa: B905
+        if isinstance(node, ast.List):
+            return [self._plain(item, unit) for item in node.elts]
+        if isinstance(node, ast.Name) and node.id in ("true", "false", "none"):
+            return {"true": True, "false": False, "none": None}[node.id]
+        value = folded(node)
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            is_negative = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub)
+            is_literal = isinstance(node.operand if is_negative else node, ast.Constant)  # type: ignore[attr-defined]
+            degrees = in_degrees(float(value), "deg") if unit == ANGLES and value else ""
+            if is_literal or value == 0 or degrees:
+                return number(written(node).replace(" ", ""), unit) if is_literal else Verbatim(degrees or "0")
+        return self.expression(_as_angle(node) if unit == ANGLES else node)
 
 
 def number(text: str, unit: str) -> Verbatim:
-    """Return a number as it is written. Raises Unsupported if the text is none."""
+    """Return a number as it is written. Raises Failed if the text is none."""
+    text = text.strip()
     value = literal(text)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value or abs(value) == float("inf"):
-        raise Unsupported(f'"{text[:40]}" is no number')
+        raise Failed(f'"{text[:40]}" is no number')
     if value == 0:
         return Verbatim("0")
     if unit == ANGLES and (degrees := in_degrees(float(value), "deg")):
@@ -181,47 +193,7 @@ def number(text: str, unit: str) -> Verbatim:
     return Verbatim(made)
 
 
-def joined(pieces: Pieces) -> ast.expr:
-    """Return a text as one formula."""
-    parts = [ast.Constant(one) if isinstance(one, str) else one for one in pieces]
-    return ast.Call(ast.Name("__join"), parts, [])
-
-
-def _in_unit(node: ast.expr, unit: str) -> Any:
-    if unit == ANGLES:
-        value = folded(node)
-        if value == 0:
-            return Verbatim("0")
-        degrees = in_degrees(float(value), "deg") if isinstance(value, (int, float)) else ""
-        if degrees:
-            return Verbatim(degrees)
-        node = as_angle(node)
-    return _value(node, unit)
-
-
-def _value(node: ast.expr, unit: str) -> Any:
-    """Return an expression of the language as a value."""
-    if isinstance(node, ast.Constant) and isinstance(node.value, str):
-        return node.value
-    is_negative = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub)
-    if isinstance(node, ast.Constant) or (is_negative and isinstance(node.operand, ast.Constant)):  # type: ignore[attr-defined]
-        value = folded(node)
-        if isinstance(value, (int, float)) and not isinstance(value, bool):
-            return number(written(node).replace(" ", ""), unit)
-    if isinstance(node, ast.Name) and node.id in ("true", "false", "none"):
-        return {"true": True, "false": False, "none": None}[node.id]
-    return _expression(node)
-
-
-def _expression(node: ast.expr) -> Expression:
-    return Expression(f"${{{written(node)}}}")
-
-
-def _with_degrees(node: ast.expr) -> ast.expr:
-    value = folded(node)
-    text = in_degrees(float(value), "deg") if isinstance(value, (int, float)) and value else ""
-    return ast.Name(f"({text})" if text.startswith("-") else text) if text else node
-
-
-def _is_find(node: Any) -> bool:
-    return isinstance(node, ast.Call) and getattr(node.func, "id", "") == "find"
+def _as_angle(node: ast.expr) -> ast.expr:
+    """Return an expression for an angle: functions that return angles are not made plain numbers."""
+    inner = node.args[0] if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "float" else None
+    return inner if isinstance(inner, ast.Call) and getattr(inner.func, "id", "") in _ANGULAR else node

@@ -1,163 +1,177 @@
-"""Write the intermediate representation of a xacro as the files of a description, in one pass.
+"""Write the intermediate representation of a xacro as the documents of a description, in one pass.
 
-What nothing uses is left out: the files are written again until what is used does not grow any more.
+What nothing uses is left out. This module runs in the child process, and the documents are its answer.
 """
 
 from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.imported import Imported, Outputs
 from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.tree import Map
+from rosorin_compile.source.xml.markup import COMMENT
 from rosorin_compile.source.yaml_text import Scalar
 
-from ..description import _Document, _written, sorted_sections, tree_of
-from ..layout import Expression, Remarks, Verbatim, cleaned, layout
-from .arguments import ArgumentValues, declare_dimensions
-from .choices import any_of, conditional, covers, merged
-from .documents import Documents, GiveUp, PackageFiles, Target, WrittenFiles, within
-from .entries import Entries
-from .formulas import Formulas, all_of, folded, literal, type_of_values, written
-from .ir import (
-    ANY,
-    ARGUMENT,
-    FLAG,
-    LET,
-    LIST,
-    NUMBER,
-    TEXT,
-    Call,
-    Comment,
-    Element,
-    File,
-    If,
-    Macro,
-    Program,
-    Unsupported,
-    Variable,
-    Words,
-    comments_before,
-    flattened,
-    usable,
-)
-from .part_names import PartNames, makes_only_materials
+from ..layout import Expression, Verbatim, cleaned
+from .entries import Entries, conditional, merged
+from .ir import Call, Comment, Element, If, Macro, Words, expressions_in, nodes_of, walk
+from .nodes import Failed, all_of, folded, literal, usable, variables_in, written
+from .part_names import PartNames
+from .symbols import Pieces, Restart, Symbol, Variable, pieces_of, symbol_of, with_tokens
 from .values import Values, number
-from .wording import OPTIONS, Found, Spot, outputs_for
-from .wording import Words as WordsOf
 
-# What is made of the xacro begins and ends a file, in this order; other sections are between.
-_HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
-_TAIL = ("urdf_elements", "accept", "outputs")
+if TYPE_CHECKING:
+    from .program import Program
+
+PROBE = "probe_"  # a text that an argument has in no condition
 
 
 class Writer:
-    """Writes a program. ``explicit`` are the keys of macros whose names keep their prefix."""
+    """Writes a program. ``documents`` are the sections by file, and ``remarks`` their comments by file and path."""
 
-    def __init__(self, program: Program, target: Target, explicit: set[str], words: Mapping[Spot, WordsOf]) -> None:
-        self.program, self.target, self.words = program, target, words
-        self.used: set[Variable] = set()
-        self.packages = PackageFiles(program, target.folder)
-        self.documents = Documents()
-        self._set_types()
-        self.names = PartNames(program, explicit)
-        formulas = Formulas(program.variables, self._use)
-        formulas.found, formulas.address = self.packages.find, self.packages.address
-        self.values = Values(program, self.names, formulas, target.meshes, self.packages.address)
-        self.arguments = ArgumentValues(program, self.values.printed)
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.documents: dict[str, dict[str, Any]] = {}
+        self.remarks: list[tuple[str, tuple[Any, ...], list[str]]] = []
+        self.file_names = _file_names(program)
+        self.macros = list(program.macro_calls.macros.values())
+        self.names = PartNames([one for one in self.macros if one.level == "robot"], program.variables)
+        self.values = Values(program, self.names, program.request["meshes"])
+        self.entries = Entries(self.values, self.write_macro)
+        self._written: dict[Macro, dict[str, Any]] = {}
         self._part: dict[str, Any] | None = None  # the part that is written
+        self._keys: set[str] = set()
+        self._alternatives: dict[tuple[int, str], list[Any]] = {}
 
-    def render(self) -> Documents:
-        """Return the documents. Raises GiveUp for what cannot be written."""
-        program = self.program
+    def answer(self, document: Any) -> dict[str, Any]:
+        """Return the description as JSON: its documents, arguments and macros, and what was given up."""
+        program, root = self.program, document.documentElement
+        body = nodes_of(root)
+        self._name_macros()
+        for macro in self.macros:
+            self.write_macro(macro)
+        with self._within(None):
+            self._body(body, None)
+            name = self.values.joined(pieces_of(with_tokens(root.getAttribute("name"))))
+        self._propagate()
         before = -1
-        while before != len(self.used) + len(self.values.file_names):
-            before = len(self.used) + len(self.values.file_names)
-            self._name_variables()
-            self.documents = Documents()
-            self.entries = Entries(program, self.values, self.documents)
-            self._keys: set[str] = set()
-            self._alternatives: dict[tuple[int, str], list[Any]] = {}
-            for macro in program.macros.values():
-                with within(self.values, macro):
-                    if macro.level == "robot":
-                        self._write_part(macro)
-                    else:
-                        self.entries.named_value(macro)
-            with within(self.values, None):
-                self._body(program.body, None)
-                for variable in self._lets(""):
-                    file = program.file_of(variable.place).name
-                    self.documents.section(file, "let")[variable.ours] = self._let_value(variable)
-                    self.documents.remark(file, ("let", variable.ours), variable.comments)
-                self._write_arguments()
-        return self.documents
+        while before != (before := sum(one.used for one in program.variables)):
+            self._write_arguments()
+            self._write_lets("")
+        for file in self.file_names.values():
+            self.documents.setdefault(file, {})
+        calls, defined = program.macro_calls, program.defined
+        lost = {key: reason for key, reason in program.inlined.items() if key in calls.called and key in defined}
+        return {
+            "documents": encoded(self.documents),
+            "heads": {self.file_names[index]: comments_before(one) for index, one in program.parsed.items()},
+            "remarks": self.remarks,
+            "name": encoded(name),
+            "copied": program.loaded.copied,
+            "packages": program.packages_named.folders,
+            "unfound": list(program.packages_named.unfound),
+            "arguments": [self._argument(one) for one in program.arguments.values()],
+            "macros": [[one.name, one.ours, one.key] for one in sorted(self.macros, key=self._order)],
+            "lost": [
+                [defined[key][0], reason, self._at(defined[key][1])]
+                for key, reason in lost.items()
+                if calls.called[key]
+            ],
+            "silent": [defined[key][0] for key, has_made in calls.called.items() if not has_made and key in defined],
+            "uncalled": [name for key, (name, _) in defined.items() if key not in calls.called],
+            "inlined": program.inlined,
+            "fixed": program.fixed,
+        }
 
-    def _set_types(self) -> None:
-        formulas = Formulas(self.program.variables, lambda _: None)
-        variables = self.program.variables.values()
-        for variable in variables:
-            variable.type = type_of_values(variable.values, variable.kind == ARGUMENT)
-            if variable.kind == ARGUMENT:
-                has_texts = any(isinstance(literal(one), str) for one in variable.candidates)
-                variable.type = TEXT if has_texts or variable.type not in (NUMBER, FLAG) else variable.type
-            elif variable.type == ANY and variable.kind == LET and variable.node is not None:
-                variable.type = formulas.type(variable.node)
-        for variable in variables:  # a value that several calls give
-            if variable.kind == LET and isinstance(variable.node, ast.IfExp):
-                variable.type = formulas.type(variable.node) or variable.type
+    def _argument(self, variable: Variable) -> dict[str, Any]:
+        """Return an argument with the values that are compiled: those of the source, and one that is invented."""
+        choices, invented = self._choices(variable) if variable.used else ([], [])
+        return {
+            "name": variable.name,
+            "value": str(variable.value),
+            "choices": list(dict.fromkeys([str(variable.value), *choices])),
+            "invented": invented,
+            "used": variable.used,
+            "environment": variable.environment,
+        }
 
-    def _use(self, variable: Variable) -> ast.expr | None:
-        """Record that a variable is read; return what is written for it, if that is not its name."""
-        owner, macro = self.program.macros.get(variable.owner), self.values.macro
-        if variable.kind == LET and owner is not None and owner.level != "robot" and variable.node is not None:
-            return self.values.formulas.node(variable.node)  # a named value has no properties of its own
-        self.used.add(variable)
-        if macro is not None and variable.owner == macro.key:
-            prefix = self.names.prefix.get(macro)
-            if prefix is not None and variable is prefix[0] and not prefix[1] and self.names.knows_prefix(macro):
-                return ast.Name("prefix", ast.Load())
-            if self.names.mount.get(macro) is variable:
-                return ast.Constant("mount")
-        return None
+    def _order(self, macro: Macro) -> int:
+        return list(self.program.defined).index(macro.key)
 
-    # Names.
+    def _at(self, place: Any) -> str:
+        """Return a place for a person, such as ``arm.xacro:12``."""
+        document = self.program.parsed[place[0]]
+        line = document.source.text.count("\n", 0, place[1]) + 1
+        return f"{Path(document.source.path).name}:{line}"
 
-    def _name_variables(self) -> None:
-        """Give the macros and the properties that are used names that are unique where they are read."""
-        program = self.program
-        taken: set[str] = set()
+    # Names and places.
+
+    def _name_macros(self) -> None:
+        """Give macros unique names, and find the variables that are names of files."""
         parts: set[str] = set()
-        for variable in program.arguments.values():  # people set it by its name
-            variable.ours = usable(variable.name, taken, shadows=True)
-            taken.add(variable.ours)
-        for macro in program.macros.values():
-            name, number = macro.name.replace(".", "_"), 1
-            macro.ours = name if macro.level == "robot" else usable(macro.name, taken)
-            while macro.level == "robot" and macro.ours in parts:
-                number += 1
-                macro.ours = f"{name}_{number}"
-            (parts if macro.level == "robot" else taken).add(macro.ours)
-        for variable in self._lets(""):
-            variable.ours = usable(variable.name, taken)
-            taken.add(variable.ours)
-        for macro in program.macros.values():
-            own: set[str] = set()
-            for variable in macro.parameters.values():
-                variable.ours = usable(variable.name, own)
-                own.add(variable.ours)
-            for variable in self._lets(macro.key):
-                variable.ours = usable(variable.name, own | taken)
-                own.add(variable.ours)
+        for macro in self.macros:
+            if macro.level == "robot":
+                macro.ours = _free(macro.name.replace(".", "_"), parts)
+                parts.add(macro.ours)
+            else:
+                macro.ours = usable(macro.name, self.program.names)
+                self.program.names.add(macro.ours)
+            for node in walk(macro.body):
+                pieces = node.attributes.get("filename", []) if isinstance(node, Element) else []
+                is_sole = len(pieces) == 1 and isinstance(pieces[0], Symbol) and pieces[0].variable is not None
+                if is_sole and node.tag in ("mesh", "texture"):
+                    pieces[0].variable.names_mesh = True
+        self._propagate()
 
-    def _lets(self, owner: str) -> list[Variable]:
-        """Return the properties of a macro, or of the robot, that are used."""
-        variables = self.program.variables.values()
-        return [one for one in variables if one.kind == LET and one.owner == owner and one in self.used]
+    def _propagate(self) -> None:
+        """Let variables have what is known of those that they are given to as they are."""
+        given = [(one.symbol, one) for one in self.program.variables if one.symbol is not None]
+        for macro in self.macros:
+            given += [
+                (symbol, macro.parameters[key]) for call in macro.calls for key, (symbol, _) in call.given.items()
+            ]
+        pairs = [(symbol.variable, target) for symbol, target in given if symbol.variable is not None]
+        for _ in range(len(self.macros) + 1):  # macros that call each other are written out
+            for source, target in pairs:
+                source.names_mesh |= target.names_mesh
+                source.names_file |= target.names_file
+                source.printed |= target.printed
+                source.candidates = list(dict.fromkeys([*source.candidates, *target.candidates]))
+
+    def _section(self, place: Any, key: str) -> dict[str, Any]:
+        return self.documents.setdefault(self._file(place), {}).setdefault(key, {})  # type: ignore[no-any-return]
+
+    def _file(self, place: Any) -> str:
+        return self.file_names[place[0]] if place is not None else Description.ROOT_FILE
+
+    def _remark(self, place: Any, path: tuple[Any, ...], comments: Iterable[str]) -> None:
+        lines = [line for comment in comments for line in cleaned(comment)]
+        remark = (self._file(place), path, lines)
+        if lines and remark not in self.remarks:
+            self.remarks.append(remark)
+
+    @contextmanager
+    def _within(self, macro: Macro | None, node: Element | Call | None = None) -> Iterator[None]:
+        """Write a node in a macro; give up the macro, or what the node depends on, if it cannot be written."""
+        before, self.values.macro = self.values.macro, macro
+        try:
+            yield
+        except Failed as problem:
+            macro = node.macro if macro is None and isinstance(node, Call) else macro
+            inner = [] if node is None else [node, *walk(getattr(node, "body", []))]
+            nodes = problem.nodes or [expression for one in inner for expression in expressions_in(one)]
+            if macro is not None:
+                self.program.inlined[macro.key] = str(problem)
+            elif not self.program.blamed(nodes, str(problem)):
+                raise
+            raise Restart from None
+        finally:
+            self.values.macro = before
 
     # What is at the level of links.
 
@@ -169,298 +183,265 @@ class Writer:
                 comments.append(node.text)
                 continue
             if isinstance(node, If):
-                condition = all_of([one for one in (when, self.entries.condition(node)) if one is not None])
+                condition = all_of(when, self.entries.condition(node))
                 if condition is None or folded(condition) is not False:
                     self._body([*map(Comment, comments), *node.body], condition)
-            elif isinstance(node, Call):
-                with within(self.values, self.values.macro, node):
-                    self.use_part(node, when, [*comments, *node.comments])
-            elif isinstance(node, Element):
-                with within(self.values, self.values.macro, node):
-                    self._entry(node, when, [*comments, *node.comments])
             elif isinstance(node, Words):
-                raise Unsupported("text among links", None)
+                raise Failed("text among links")
+            else:
+                with self._within(self.values.macro, node):
+                    write = self._use if isinstance(node, Call) else self._entry
+                    write(node, when, [*comments, *node.comments])
             comments = []
 
-    def _place_of(self, node: Element | Call) -> tuple[str, tuple[Any, ...], dict[str, Any]]:
-        """Return where a node is written: the file, the path in it, and the mapping."""
+    def _place_of(self, node: Element | Call) -> tuple[Any, tuple[Any, ...], dict[str, Any]]:
+        """Return where a node is written: the place that has the file, the path in it, and the mapping."""
         macro = self.values.macro
         if self._part is not None and macro is not None:
-            return self.program.file_of(macro.place).name, ("parts", macro.ours), self._part
-        file = self.program.file_of(node.place).name
-        return file, (), self.documents.files.setdefault(file, {})
+            return macro.place, ("parts", macro.ours), self._part
+        return node.place, (), self.documents.setdefault(self._file(node.place), {})
 
     def _entry(self, node: Element, when: ast.expr | None, comments: list[str]) -> None:
-        file, path, document = self._place_of(node)
+        place, path, document = self._place_of(node)
         if node.tag == "material":
-            self._material(node, when, file, comments)
+            name = self.values.text(node.attributes.get("name", []))
+            value = self.entries.finished(self.entries.fragment(node.body, "material"))
+            holder = next((one for one in self.documents.values() if name in one.get("materials", ())), document)
+            section = holder.setdefault("materials", {})
+            known = self._alternatives.get((id(section), str(name)), [])
+            if not known or known[-1][1] is not None:  # the first one that is always there is it
+                self._put(section, name, value, when)
+                self._remark(place, ("materials", name), comments)
         elif node.tag in ("link", "joint"):
-            section = document.setdefault(f"{node.tag}s", {})
             key = self.values.text(node.attributes.get("name", []), name=True)
             value = self.entries.link(node) if node.tag == "link" else self.entries.joint(node)
-            shapes, here = self.entries.shapes, (*path, f"{node.tag}s", key)
+            section = document.setdefault(f"{node.tag}s", {})
             self._put(section, key, value, when)
-            self.documents.remark(file, here, [*comments, *self.entries.inner])
-            for name, lists in shapes.items():
-                written_shapes = section[key].get(name)
-                for index, lines in enumerate(lists):
-                    if isinstance(written_shapes, list) and index < len(written_shapes):
-                        self.documents.remark(file, (*here, name, index), lines)
+            self._remark(place, (*path, f"{node.tag}s", key), [*comments, *self.entries.inner])
         else:
-            text = self._in_words(node, when, comments)
-            if text:
-                made = document.setdefault("urdf_elements", [])
-                self.documents.remark(file, (*path, "urdf_elements", len(made)), comments)
-                made.append(conditional(text, when))
-
-    def _in_words(self, node: Element, when: ast.expr | None, comments: list[str]) -> Any:
-        """Write the entries that an element becomes, if there are any, and return what is left of it."""
-        text, (file, path, target) = self.entries.xml.text(node), self._place_of(node)
-        documents, macro = self.documents, self.values.macro
-        at = (file, *path)
-        count = documents.counts[at] = documents.counts.get(at, 0) + 1
-        spot = (file, count, *path[1:])
-        if not isinstance(text, Expression):
-            documents.plain[spot] = text
-        words = self.words.get(spot)
-        may_have = macro is None or (when is None and words is not None and self._may_have(words, macro))
-        if words is None or words.text != text or not may_have:
-            return text
-        for entry in words.entries:
-            if entry.section == "drive" and (when is not None or "drive" in target):
-                continue  # a robot has one drive, whatever its arguments
-            documents.conditions.setdefault(OPTIONS.get(entry.section, ""), []).append(when)
-            documents.labels.setdefault(entry.section, []).append(entry.label)
-            if entry.section == "edges":
-                target.setdefault(entry.section, []).append(conditional(entry.value, when))
-            elif not entry.name:
-                target[entry.section] = entry.value
-            else:
-                section = target.setdefault(entry.section, {})
-                key = _free_key(section, entry.name)
-                section[key] = conditional(entry.value, when)
-                where = path if macro is not None else ()
-                remarks = [*([] if words.rest else comments), *entry.comments]
-                documents.remark(file, (*where, entry.section, key), remarks)
-        return words.rest
-
-    def _may_have(self, words: WordsOf, macro: Macro) -> bool:
-        """Return True if a part may have entries: sensors, and hardware if the robot always has the part."""
-        sections = {entry.section for entry in words.entries}
-        top = {id(one) for one in self.program.body}
-        is_always_used = any(call.caller is None and id(call) in top for call in macro.calls)
-        return sections == {"sensors"} or (sections == {"control"} and is_always_used)
+            made = document.setdefault("urdf_elements", [])
+            self._remark(place, (*path, "urdf_elements", len(made)), comments)
+            made.append(conditional(self.entries.xml.text(node), when))
 
     def _put(self, section: dict[Any, Any], key: Any, value: Any, when: ast.expr | None) -> None:
         """Add an entry; entries of one name on different conditions become one."""
         known = self._alternatives.setdefault((id(section), str(key)), [])
         known.append((value, when))
-        chosen = merged("", known) if len(known) > 1 else None
-        if chosen is not None:
-            section[key] = chosen
-        else:
-            section[_free_key(section, key)] = conditional(value, when)
+        chosen = merged("", known)
+        if chosen is None:
+            raise Failed(f'there are several entries "{key}"', *(one for _, one in known if one is not None))
+        section[key] = chosen
 
-    def _material(self, node: Element, when: ast.expr | None, file: str, comments: list[str]) -> None:
-        """Write a material, which the whole robot shares."""
-        name = self.values.text(node.attributes.get("name", []))
-        value = self.entries.finished(self.entries.fragment(node.body, "material"))
-        holder = next((one for one in self.documents.files.values() if name in one.get("materials", ())), None)
-        section = holder["materials"] if holder is not None else self.documents.section(file, "materials")
-        known = self._alternatives.get((id(section), str(name)), [])
-        if not known or known[-1][1] is not None:
-            self._put(section, name, value, when)
-            self.documents.remark(file, ("materials", name), comments)
+    # Macros: parts and named values.
 
-    # Parts and their uses.
+    def write_macro(self, macro: Macro) -> dict[str, Any]:
+        """Write a macro, unless that is done; return the keys of a named value."""
+        if macro in self._written:
+            return self._written[macro]
+        self._written[macro] = {}
+        inner, is_xml = self.entries.inner, self.values.is_xml
+        with self._within(macro):
+            if macro.level == "robot":
+                self._write_part(macro)
+            else:
+                value, keys = self.entries.named_value(macro)
+                names = ", ".join(one.ours for one in macro.parameters.values())
+                self._section(macro.place, "let")[f"{macro.ours}({names})"] = value
+                self._remark(macro.place, ("let", f"{macro.ours}({names})"), [*macro.comments, *self.entries.inner])
+                self._written[macro] = keys
+        self.entries.inner, self.values.is_xml = inner, is_xml
+        return self._written[macro]
 
     def _write_part(self, macro: Macro) -> None:
-        file, path = self.program.file_of(macro.place).name, ("parts", macro.ours)
-        made: dict[str, Any] = {}
-        self._part = made
+        path = ("parts", macro.ours)
+        outer, self._part = self._part, {}
         self._body(macro.body, None)
-        self._part = None
-        params = self._params(macro)
-        lets = {variable.ours: self._let_value(variable) for variable in self._lets(macro.key)}
-        for variable in self._lets(macro.key):
-            self.documents.remark(file, (*path, "let", variable.ours), variable.comments)
-        head = {key: value for key, value in (("params", params), ("let", lets)) if value}
+        made, self._part = self._part, outer
+        lets = self._write_lets(macro.key, path)
+        head = {key: value for key, value in (("params", self._params(macro)), ("let", lets)) if value}
         order = ("links", "joints", "use", "urdf_elements")
-        rest = {key: made[key] for key in order if made.get(key)} | {k: v for k, v in made.items() if k not in order}
-        if rest:
-            self.documents.section(file, "parts")[macro.ours] = {**head, **rest}
-            self.documents.remark(file, path, macro.comments)
-        else:
-            self.documents.files.setdefault(file, {})
+        self._section(macro.place, "parts")[macro.ours] = head | {key: made[key] for key in order if made.get(key)}
+        self._remark(macro.place, path, macro.comments)
 
-    def _given(self, macro: Macro) -> list[tuple[str, Variable]]:
+    def _declared(self, macro: Macro) -> list[tuple[str, Variable]]:
         """Return the parameters that a part declares, by their names in the xacro."""
-        parameters = macro.parameters.items()
-        return [one for one in parameters if not self.names.is_implied(macro, one[1], one[1] in self.used)]
+        return [one for one in macro.parameters.items() if not self.names.is_implied(macro, one[1])]
 
-    def _default_of(self, macro: Macro, name: str) -> ast.expr | None:
+    def _default_of(self, macro: Macro, name: str) -> Symbol | None:
         """Return the default of a parameter, if it is the same in all calls."""
-        nodes = {ast.dump(one.given[name][0]): one.given[name][0] for one in macro.calls if one.given[name][1]}
-        if len(nodes) != 1:
+        found = {written(one.given[name][0].node): one.given[name][0] for one in macro.calls if one.given[name][1]}
+        if len(found) != 1:
             return None
-        node = next(iter(nodes.values()))
-        found = self.program.variables_in(node)
-        is_hidden = any(one.owner or one.ours == macro.parameters[name].ours for one in found)
-        return None if is_hidden else node
+        symbol = next(iter(found.values()))
+        is_hidden = any(one.owner or one.ours == macro.parameters[name].ours for one in variables_in([symbol.node]))
+        return None if is_hidden else symbol
 
     def _params(self, macro: Macro) -> dict[str, Any]:
         made: dict[str, Any] = {}
-        for name, variable in self._given(macro):
-            entry: dict[str, Any] = {"type": variable.type} if variable.type else {}
+        for name, variable in self._declared(macro):
+            entry: dict[str, Any] = (
+                {"type": variable.type} if variable.type in ("text", "boolean", "list", "number") else {}
+            )
             default = self._default_of(macro, name)
-            if isinstance(default, ast.Constant) and default.value is None:
-                entry = {"default": Expression("${none}")}
-            elif default is not None:
-                entry["default"] = self.values.value(default, variable.type)
+            if default is not None:
+                value = self.values.value(default, variable)
+                entry["default"] = Expression("${none}") if value is None else value
             made[variable.ours] = entry
         return made
 
-    def use_part(self, call: Call, when: ast.expr | None, comments: list[str]) -> None:
+    def _use(self, call: Call, when: ast.expr | None, comments: list[str]) -> None:
         """Write a call of a macro that is a part."""
         macro, values = call.macro, self.values
-        if makes_only_materials(macro):
-            return
+        self.write_macro(macro)
         made: dict[str, Any] = {"part": macro.ours}
         first, prefix = self._key(call)
         mount = self.names.mount.get(macro)
         if mount is not None:
-            made["parent"] = values.text(flattened([call.given[mount.name][0]]), name=True)
+            made["parent"] = values.text(pieces_of(call.given[mount.name][0]), name=True)
         given: dict[str, Any] = {}
-        for name, variable in self._given(macro):
-            node, defaulted = call.given[name]
-            if variable in values.file_names:
-                given[variable.ours] = values.text(flattened([node]), file=True)
-            elif not defaulted or self._default_of(macro, name) is None:
-                given[variable.ours] = values.value(node, variable.type, ANGLES if name.endswith("rpy") else "")
+        for name, variable in self._declared(macro):
+            symbol, is_default = call.given[name]
+            if not is_default or self._default_of(macro, name) is None:
+                given[variable.ours] = values.value(symbol, variable, ANGLES if name.endswith("rpy") else "")
         for key, variable in self.names.pose.get(macro, {}).items():
-            value = values.value(call.given[variable.name][0], LIST, ANGLES if key == "rpy" else LENGTHS)
+            value = values.value(call.given[variable.name][0], variable, ANGLES if key == "rpy" else LENGTHS)
             made |= {key: value} if value != [Verbatim("0")] * 3 else {}
         if given:
             made["with"] = given
-        file, path, document = self._place_of(call)
+        place, path, document = self._place_of(call)
         section = document.setdefault("use", {})
-        taken: Any = section if path else self._keys
-        key, count = first, 1
-        while key in taken:
-            count += 1
-            key = f"{first}_{macro.ours}" if count == 2 and first != macro.ours else f"{first}_{count}"
+        key = _free(first, section if path else self._keys, macro.ours)
         if not path:
             self._keys.add(key)
         if prefix != f"{key}_":
             made = {"part": made.pop("part"), "prefix": prefix, **made}
         section[key] = conditional(made, when)
-        self.documents.remark(file, (*path, "use", key), comments)
+        self._remark(place, (*path, "use", key), comments)
 
     def _key(self, call: Call) -> tuple[str, Any]:
         """Return the name of a use, and its prefix."""
         macro = call.macro
         if macro not in self.names.prefix:
-            leads = ["name", *(one.name for one in self.names.leads(macro))]
-            found = next((call.given[name][0] for name in leads if name in call.given), None)
-            last = flattened([found])[-1:] if found is not None else []
+            given = next((call.given[name] for name in ("name", *self.names.leads(macro)) if name in call.given), None)
+            last = pieces_of(given[0])[-1:] if given is not None else []
             return _as_key(last[0] if last and isinstance(last[0], str) else "") or macro.ours, ""
-        pieces = self.names.prefix_of(call)
-        outer = self.names.prefix.get(self.values.macro) if self.values.macro is not None else None
-        if outer is not None:
-            short = self.names.short(pieces, outer)
-            if short is None:
-                raise GiveUp(self.values.macro, Unsupported("its names do not compose"), explicit=True)
-            pieces = short
+        pieces: Pieces = self.names.prefix_of(call)
+        rest = self.names.short(self.values.macro, pieces)
+        pieces = pieces if rest is None else rest
         text = self.values.joined(pieces)
-        tail = text
-        if isinstance(text, Expression):
-            tail = pieces[-1] if isinstance(pieces[-1], str) else ""
+        tail = text if not isinstance(text, Expression) else pieces[-1] if isinstance(pieces[-1], str) else ""
         return _as_key(tail) or macro.ours, text
 
     # Properties and arguments.
 
-    def _let_value(self, variable: Variable) -> Any:
-        node: Any = variable.node
-        if variable.raw:
-            return number(variable.raw, "")
-        is_any = isinstance(node, ast.Constant) and variable.type == ANY
-        return self.values.value(node, type_of_values([node.value]) if is_any else variable.type)
+    def _write_lets(self, owner: str, path: tuple[Any, ...] = ()) -> dict[str, Any]:
+        """Write the properties of a macro, or of the robot, that are used, in their order; return those of a macro."""
+        values: dict[Variable, Any] = {}
+        lets = [one for one in self.program.variables if one.kind == "let" and one.owner == owner]
+        while waiting := [one for one in lets if one.used and one not in values]:
+            for variable in waiting:
+                symbol: Any = variable.symbol
+                with self._within(self.values.macro):
+                    digits = variable.digits
+                    values[variable] = number(digits, "") if digits else self.values.value(symbol, variable)
+        made: dict[str, Any] = {}
+        for variable in (one for one in lets if one in values):
+            section = made if owner else self._section(variable.place, "let")
+            section[variable.ours] = values[variable]
+            place = variable.place
+            if owner:
+                place = next(one.place for one in self.macros if one.key == owner)
+            self._remark(place, (*path, "let", variable.ours), variable.comments)
+        return made
 
     def _write_arguments(self) -> None:
         """Write the arguments that are used; one that is made of others is after them, in the first file."""
-        composed: list[tuple[str, Variable, dict[str, Any]]] = []
-        plain: list[tuple[str, Variable, dict[str, Any]]] = []
-        for variable in self.program.arguments.values():
-            if variable not in self.used:
-                continue
-            default = self.values.value(variable.node or ast.Constant(""), variable.type)
-            declared = {"type": variable.type, "default": default}
-            allowed = self.arguments.allowed(variable)
-            if allowed:
-                declared["one_of"] = allowed
-            if isinstance(default, Expression):
-                composed.append((Description.ROOT_FILE, variable, declared))
-            else:
-                plain.append((self.program.file_of(variable.place).name, variable, declared))
-        for file, variable, declared in (*plain, *composed):
-            self.documents.section(file, "args")[variable.ours] = declared
-            self.documents.remark(file, ("args", variable.ours), variable.comments)
+        written_in: dict[bool, list[Variable]] = {False: [], True: []}
+        values = {
+            one: self.values.value(symbol_of(one.symbol), one) for one in self.program.arguments.values() if one.used
+        }
+        for variable, value in values.items():
+            written_in[isinstance(value, Expression)].append(variable)
+        for file in self.documents.values():
+            file.pop("args", None)
+        for is_composed, variables in written_in.items():
+            for variable in variables:
+                place = None if is_composed else variable.place
+                declared = {"type": variable.type, "default": values[variable]}
+                allowed = self._allowed(variable)
+                self._section(place, "args")[variable.ours] = {**declared, **({"one_of": allowed} if allowed else {})}
+                self._remark(place, ("args", variable.ours), variable.comments)
+
+    # What arguments are compared with.
+
+    def _allowed(self, variable: Variable) -> list[str]:
+        """Return the texts that an argument may be, or nothing if it may be any."""
+        texts = [str(one) for one in variable.candidates]
+        if variable.type != "text" or not texts or variable.printed or "" in texts:
+            return []
+        allowed = list(dict.fromkeys([str(variable.value), *sorted(texts)]))
+        return allowed if len(allowed) > 1 else []
+
+    def _choices(self, variable: Variable) -> tuple[list[str], list[str]]:
+        """Return the values that an argument is compared with, and others that show whether it is followed."""
+        default, value = str(variable.value), literal(str(variable.value))
+        compared = [str(one) for one in variable.candidates]
+        if variable.type == "boolean":
+            return ["false" if value is True else "true"], []
+        if variable.type == "number":
+            numbers = [one for one in compared if isinstance(literal(one), (int, float))]
+            other = repr(value + 1 if isinstance(value, int) else value * 1.25 + 0.01)
+            return numbers, [other] if other not in numbers else []
+        words = [literal(one) for one in default.split()]
+        if len(words) > 1 and all(isinstance(one, (int, float)) for one in words):
+            return sorted(compared), [" ".join(repr(one * 1.25 + 0.01) for one in words)]
+        is_free = not self._allowed(variable) and not variable.names_file and not re.search(r"[\s/]", default)
+        return sorted(compared), [PROBE] if is_free else []
 
 
-def write(
-    program: Program,
-    target: Target,
-    explicit: set[str],
-    imported: Imported,
-    wanted: Outputs,
-    accepts: list[Any],
-    words: Found | None = None,
-) -> WrittenFiles:
-    """Return the files of a description. Raises GiveUp."""
-    words = words or Found()
-    writer = Writer(program, target, explicit, words.spots)
-    data, documents = writer.packages.copied(), writer.render()
-    declare_dimensions(documents.files)
-    options: dict[str, Any] = {}
-    for option in sorted(documents.conditions.keys() & words.options.keys()):
-        value, conditions = words.options[option], documents.conditions[option]
-        when = None if covers(conditions) else any_of(conditions)
-        options[option] = value if when is None else Expression(f"${{{value!r} if {written(when)} else none}}")
-    tree, root = tree_of(imported), Description.ROOT_FILE
-    others: dict[str, str] = {}
-    included: list[str] = []
-    for file in program.files[1:]:
-        sections = {key: value for key, value in documents.files.get(file.name, {}).items() if value}
-        if not sections:
-            continue
-        text, name = _layout(sections, documents, file, ""), file.name
-        if target.sharing is not None and not data:  # tables are named from the file
-            name, text = target.sharing.placed(program, file, text)
-        included.append(name)
-        others[name] = text
-    with within(writer.values, None):
-        is_text = all(isinstance(piece, str) for piece in program.name)
-        name = target.name or (str(tree["robot"]) if is_text else writer.values.joined(program.name))
-    head: dict[str, Any] = {"rosorin_compile": Verbatim("1"), "robot": name}
-    head |= {"source": dict(tree["source"])} if "source" in tree else {}
-    head |= {"include": included} if included else {}
-    tail: dict[str, Any] = {**_other_sections(tree), **({"accept": accepts} if accepts else {})}
-    tail["outputs"] = {one: _written(entry) for one, entry in outputs_for(wanted, options).entries.items()}
-    sections = {**head, **(documents.files.get(root) or {}), **tail}
-    texts = {root: _layout(sections, documents, program.files[0], target.schema), **others, **data}
-    empty = tuple(one.key for one in program.macros.values() if one.level == "robot" and makes_only_materials(one))
-    used = [one for one in program.arguments.values() if one in writer.used]
-    choices = {one.name: writer.arguments.choices(one) for one in used}
-    return WrittenFiles(
-        texts,
-        program,
-        dict(writer.packages.folders),
-        documents,
-        writer.used,
-        choices,
-        tuple(writer.packages.unfound),
-        empty,
+def encoded(value: Any) -> Any:
+    """Return a value of a document as JSON; keys are texts as they are in the document, or expressions."""
+    if isinstance(value, dict):
+        return {"map": [[encoded(key), encoded(item)] for key, item in value.items()]}
+    if isinstance(value, list):
+        return [encoded(item) for item in value]
+    kind = next(
+        (name for name, of in (("expression", Expression), ("verbatim", Verbatim)) if isinstance(value, of)), ""
     )
+    return {kind: str(value)} if kind else value
+
+
+def decoded(value: Any) -> Any:
+    """Return the value of a document that ``encoded`` has made JSON."""
+    if isinstance(value, list):
+        return [decoded(item) for item in value]
+    if not isinstance(value, dict):
+        return value
+    if "map" in value:
+        return {decoded(key): decoded(item) for key, item in value["map"]}
+    return Expression(value["expression"]) if "expression" in value else Verbatim(value["verbatim"])
+
+
+def comments_before(document: Any) -> list[str]:
+    """Return the lines of the comments at the top of a file."""
+    remarks = [one.text for one in document.before if one.kind == COMMENT]
+    return [line for text in remarks if "autogenerated by xacro" not in text for line in cleaned(text)]
+
+
+def _file_names(program: Program) -> dict[int, str]:
+    """Return the file in the description for each file of the xacro: in the same folder next to the first."""
+    made: dict[int, str] = {}
+    first = Path(program.file).absolute()
+    for path, index in program.files.items():
+        here = Path(path).absolute()
+        stem = re.sub(r"[^\w.-]+", "_", re.sub(r"(\.urdf)?\.xacro$|\.urdf$|\.xml$", "", here.name)).strip(".") or "part"
+        folder = ""
+        if here.is_relative_to(first.parent) and here.parent != first.parent:
+            folder = f"{here.parent.relative_to(first.parent).as_posix()}/"
+        stem = "robot_parts" if f"{folder}{stem}" == "robot" else stem
+        names = [name.removesuffix(".yaml") for name in made.values()]
+        made[index] = f"{_free(f'{folder}{stem}', names)}.yaml" if made else Description.ROOT_FILE
+    return made
 
 
 def _as_key(text: str) -> str:
@@ -468,27 +449,10 @@ def _as_key(text: str) -> str:
     return made if made and isinstance(Scalar(made).value, str) else ""
 
 
-def _free_key(section: Mapping[Any, Any], key: str) -> str:
-    """Return a key that is not taken, and has the same value."""
-    while key in section:
-        key = Expression(f"{key}${{''}}")
+def _free(name: str, taken: Iterable[str], of: str = "") -> str:
+    """Return a name that is not taken: with what it is of, or with a number."""
+    key, count = name, 1
+    while key in taken:
+        count += 1
+        key = f"{name}_{of}" if count == 2 and of and name != of else f"{name}_{count}"
     return key
-
-
-def _layout(sections: Mapping[str, Any], documents: Documents, file: File, schema: str) -> str:
-    document = {key: sections[key] for key in sorted(sections, key=_rank) if sections[key]}
-    head = [f"yaml-language-server: $schema={schema}"] if schema and file.name == Description.ROOT_FILE else []
-    for text in comments_before(file):
-        head += cleaned(text)
-    return layout(document, Remarks({(): head, **documents.comments.get(file.name, {})}))
-
-
-def _other_sections(tree: Map) -> dict[str, Any]:
-    """Return the sections that come from other files than the xacro."""
-    document = _Document(tree)
-    others = sorted_sections({name: value for name, value in tree.items() if name not in (*_HEAD, *_TAIL)})
-    return {name: document.value(value, (name,), None) for name, value in others.items()}
-
-
-def _rank(key: str) -> int:
-    return _HEAD.index(key) if key in _HEAD else 100 + _TAIL.index(key) if key in _TAIL else 50

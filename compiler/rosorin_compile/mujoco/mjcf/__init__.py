@@ -69,7 +69,7 @@ def _refusal(text: str, folder: Path) -> Refusal:
 
 
 def _adds(robot: Robot, name: str, described: Robot) -> bool:
-    """Say whether a frame of a simulation is a site or a camera that a sensor of the description has there."""
+    """Return True if a frame of a simulation is a site or a camera of a sensor of the description."""
     link, joint = robot.link[name], robot.joint_to.get(name)
     if link.inertial or link.visual or link.collision or joint is None or not joint.is_fixed:
         return False
@@ -85,9 +85,9 @@ _ITS_OWN = {"integrator": "Euler"}
 
 
 def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
-    wishes = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base stands in the world
-    option = {} if "drives" in wishes else {"option": wishes.get("option", _ITS_OWN)}
-    return Asked({"file": "", **wishes, **option} | {"file": f"{name}.xml"})
+    options = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base stands in the world
+    option = {} if "drives" in options else {"option": options.get("option", _ITS_OWN)}
+    return Asked({"file": "", **options, **option} | {"file": f"{name}.xml"})
 
 
 def _one_of(words: Sequence[str], description: str) -> dict[str, Any]:

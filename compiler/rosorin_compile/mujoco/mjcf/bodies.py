@@ -1,16 +1,14 @@
-"""Bodies and geoms: how an MJCF of ours names and groups what a robot has, and which bits its shapes have.
+"""Bodies and geoms of an MJCF of ours: their names, their groups, and the bits of their shapes.
 
-Masks are the bits by which MuJoCo lets two geoms touch, before it asks for excluded bodies. Two geoms may touch if the
+Masks are the bits by which MuJoCo lets two geoms touch, before it looks at excluded bodies. Two geoms may touch if the
 ``contype`` of one has a bit that the ``conaffinity`` of the other has. A shape has those of its ``contact``; a shape
-that has none, and so the floor of a scene, has bit 1 in both.
+without them, and so the floor of a scene, has bit 1 in both. Where a robot sets no bits, the wheels of its drive meet
+the floor alone: a hub and its rollers are built into each other, and a wheel into its arch.
 
-Where a robot sets no bits, the wheels of its drive meet the floor alone: a hub and its rollers are built into each
-other, and a wheel into its arch. What else the robot has meets itself, the floor, and other things.
-
-A height map is boxes or a height field of MuJoCo's own (XMLreference "asset/hfield"). Elevations are those of points,
-with slopes between them: a point has the height of its highest cell, so that the field is never smaller than the body.
-They are scaled to what is between the lowest and the highest of them; the first row is the one of the largest y. What
-is below the lowest point is a slab, which has a thickness. A field does not collide with planes and other fields.
+A height map is boxes or a height field (XMLreference "asset/hfield"). A field has elevations of points, with slopes
+between them: a point has the height of its highest cell, so that the field is never smaller than the body. They are
+scaled between the lowest and the highest; the first row has the largest y. Below the lowest point is a slab. A field
+does not collide with planes and other fields.
 """
 
 from __future__ import annotations
@@ -26,16 +24,16 @@ if TYPE_CHECKING:
     from .contacts import Geom
 
 
-# The body that everything else stands in.
+# The root body of MuJoCo.
 WORLD = "world"
-# What a pair of ours says beside its shapes, and one of others that says nothing: that they touch.
+# Attributes of a pair besides its geoms that mean no more than that they touch.
 TOUCHES: tuple[dict[str, str], ...] = ({}, {"condim": "1"})
 
 # The ends of the names of the joints that stand for one, as MuJoCo's own reader of URDF names them.
 PLANAR = ("_TX", "_TY", "_RZ")
 FLOATING = ("_TX", "_TY", "_TZ", "_R")
 
-# How stiff the coupling of a joint that follows another one is, where nobody says it.
+# The default stiffness of the coupling of a joint that follows another one.
 STIFF = {"solref": (0.005, 1.0), "solimp": (0.95, 0.99, 0.001)}
 # The ends of the names of default classes (``classes``), and the groups by which viewers show and hide.
 VISUAL, COLLISION = "visual", "collision"
@@ -44,7 +42,7 @@ WHEEL = "wheel_collision"
 # Collision shapes that are seen, in the groups of visuals: those of links that have nothing else to be seen by.
 SHOWN, SHOWN_WHEEL = "shown_collision", "shown_wheel_collision"
 
-# The sites that mark where frames are: dots that a viewer shows when it is asked for group 4.
+# The sites that mark frames: dots that a viewer shows with group 4.
 FRAME = "frame"
 
 VISUAL_GROUP, COLLISION_GROUP, FRAME_GROUP = 2, 3, 4
@@ -81,7 +79,7 @@ def shifted(coefficients: Sequence[float], by: float) -> list[float]:
 
 
 def is_free(robot: model.Robot, joint: model.Joint) -> bool:
-    """Say whether a floating joint is one of MuJoCo's: those stand in the world alone."""
+    """Return True if a floating joint is a free joint of MuJoCo, whose parent is the world."""
     return joint.type == "floating" and robot.root_in_world.world and joint.parent == robot.root
 
 
@@ -123,7 +121,7 @@ USUAL, ROLLS, BESIDE_WHEELS = Mask(), Mask(1, 0), Mask(3, 2)
 class Masks:
     """The masks of the collision shapes of a robot; ``rolling`` are the links that meet the floor alone.
 
-    Without ``implied`` they are those that the description says.
+    Without ``implied`` they are those of the description.
     """
 
     def __init__(self, robot: model.Robot, implied: bool) -> None:
@@ -174,7 +172,7 @@ def rolling(robot: model.Robot) -> frozenset[str]:
 
 
 HFIELD = "hfield"
-_THIN = 1e-5  # m: what stands for a thickness of zero, which MuJoCo does not take
+_THIN = 1e-5  # m: instead of a thickness of zero, which MuJoCo refuses
 
 
 class Field(NamedTuple):
@@ -188,7 +186,7 @@ class Field(NamedTuple):
 
 
 def has_volume(geometry: model.Geometry) -> bool:
-    """Say whether MuJoCo takes the sizes of a geometry: all above zero; a mesh may be mirrored."""
+    """Return True if MuJoCo accepts the sizes of a geometry: all above zero; a mesh may be mirrored."""
     if isinstance(geometry, model.HeightMap):
         return True
     if isinstance(geometry, model.Mesh):

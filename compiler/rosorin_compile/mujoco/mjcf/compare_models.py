@@ -79,7 +79,7 @@ _WELD = 1  # mjEQ_WELD
 _FILTER_PARENT = 1 << 10  # mjDSBL_FILTERPARENT
 _NO_MASS = 1e-12  # kg: what MuJoCo needs where there is none
 _NUMBER, _RELATIVE = 1e-12, 1e-9  # MuJoCo converts degrees, quaternions and axes
-_POSE, _SINGLE, _SIMULATED = 1e-9, 1e-6, 1e-6
+_POSE, _SINGLE, _SIMULATED = 1e-8, 1e-6, 1e-6
 _VERTEX = 1e-5  # of the size of a mesh
 _SHOWN = 20  # numbers in a message
 

@@ -1,23 +1,22 @@
-"""Contacts: which links are not to collide, and which may though MuJoCo would not let them.
+"""Contacts: pairs of links that must not collide, and pairs that may collide although MuJoCo filters them.
 
 MuJoCo lets nothing that is welded together on one side of a joint collide with what is welded together on its other
-side, where both sides can move. That hides too much: a camera that is fixed to the wrist may well meet the gripper. So
+side, where both sides can move. That hides too much: a camera that is fixed to the wrist may meet the gripper. So
 
 - the two links that the joint connects are excluded, and so are links that touch at zero, in each named pose and all
   over the range of the joint: a simulation would push them apart;
 - links with a mesh are excluded: what a mesh touches is not known here;
 - of the others the shapes that the joint can bring together are named as pairs, which slide without friction.
 
-Where the bits of shapes (``Masks``) keep links apart, there is nothing to exclude; and a pair would pass over them.
-Pairs and excludes are written for every base, fixed or free: a robot is attached to other things.
+Where the bits of shapes (``Masks``) keep links apart, nothing is excluded or paired. Pairs and excludes are written for
+every base, fixed or free: a robot may be attached to other things.
 
-Solids are boxes, cylinders, capsules, spheres and ellipsoids. The distance of two is that of their Minkowski difference
-from the origin, which simplices of support points approach (E. G. Gilbert, D. W. Johnson, S. S. Keerthi, "A fast
-procedure for computing the distance between complex objects in three-dimensional space", 1988). A sphere is a point and
-a capsule a line with a radius around it.
+The distance of two solids is that of their Minkowski difference from the origin, which simplices of support points
+approach (E. G. Gilbert, D. W. Johnson, S. S. Keerthi, "A fast procedure for computing the distance between complex
+objects in three-dimensional space", 1988). A sphere is a point and a capsule a line with a radius around it.
 
-MJX, MuJoCo on accelerators, loads no model of which two shapes may touch that it cannot collide (mujoco-mjx 3.17, JAX):
-cylinders and ellipsoids against boxes, meshes and height fields, and fields against each other.
+MJX, MuJoCo on accelerators, does not collide cylinders and ellipsoids with boxes, meshes and height fields, nor fields
+with each other, and does not load a model in which they may touch (mujoco-mjx 3.17, JAX).
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from functools import cache, cached_property
-from itertools import combinations, product
+from itertools import combinations
 from typing import NamedTuple
 
 from rosorin_compile.model import Joint, Link, Mesh, Output, Robot
@@ -347,34 +346,31 @@ def refused(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, str], tup
     implied = output.options.get("contacts", "implied") == "implied"
     masks, form, touching = Masks(robot, implied), form_of(output), contacts(robot, form_of(output), implied)
     # The first shape of each kind and mask of a link, with its number.
-    looks: dict[str, dict[tuple[str, Mask], int]] = {}
+    looks: dict[tuple[str, str, Mask], int] = {}
     for link in robot.links:
         for number, shape in enumerate(link.collision):
             kind = _kind(robot, shape, form)
             if kind:
-                looks.setdefault(link.name, {}).setdefault((kind, masks.of(link.name, shape)), number)
+                looks.setdefault((link.name, kind, masks.of(link.name, shape)), number)
     paired = {frozenset((geom.link, _kind(robot, geom.solid.shape, form)) for geom in pair) for pair in touching.pairs}
     excluded = set(map(frozenset, touching.excluded))
     top_of = {name: top for top, names in weld_groups(robot).items() for name in names}
     above = {top: top_of[robot.joint_to[top].parent] for top in set(top_of.values()) if top in robot.joint_to}
     world = "" if robot.has_free_base(output) else robot.root  # the top of what is welded to the world
     found: set[frozenset[str]] = set()
-    for one, other in combinations(looks, 2):
+    for first, second in combinations(looks, 2):
+        (one, kind, mask), (other, other_kind, other_mask) = first, second
+        kinds = frozenset((kind, other_kind))
+        if one == other or kinds not in CANNOT or kinds in found or not mask.meets(other_mask):
+            continue
         tops = top_of[one], top_of[other]
         is_filtered = tops[0] == tops[1] or (world not in tops and bool({above.get(top) for top in tops} & set(tops)))
         is_excluded = frozenset((body_name(robot, one), body_name(robot, other))) in excluded
-        for ((kind, mask), number), ((other_kind, other_mask), other_number) in product(
-            looks[one].items(), looks[other].items()
-        ):
-            kinds = frozenset((kind, other_kind))
-            if kinds not in CANNOT or kinds in found or not mask.meets(other_mask):
-                continue
-            if frozenset(((one, kind), (other, other_kind))) in paired or not (is_filtered or is_excluded):
-                found.add(kinds)
-                first, second = (kind, (one, number)), (other_kind, (other, other_number))
-                if other_kind in _ROUND:
-                    first, second = second, first
-                yield (first[0], second[0]), first[1], second[1]
+        if frozenset(((one, kind), (other, other_kind))) in paired or not (is_filtered or is_excluded):
+            found.add(kinds)
+            if other_kind in _ROUND:
+                first, second = second, first
+            yield (first[1], second[1]), (first[0], looks[first]), (second[0], looks[second])
 
 
 def _kind(robot: Robot, shape: Shape, form: str) -> str:

@@ -16,6 +16,7 @@ from rosorin_compile.language.schema import resolve, schema
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.model.geometry import IDENTITY, Rows
 from rosorin_compile.model.geometry import unit as normalized
+from rosorin_compile.model.mass import along_link
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Attribute, Element
@@ -27,6 +28,7 @@ DEGREE = math.pi / 180
 ROUNDING = 1e-15  # of sums and products of numbers near 1
 ANGLE_ROUNDING = 1e-12  # rad
 NO_POSE = Transform()
+MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _ILLEGAL = re.compile(r"[<>&\"'\s\x00-\x1f\x7f]+")
 
 
@@ -249,25 +251,17 @@ def rotation(quaternion: Sequence[float]) -> Rows:
 
 
 def rpy_of(rows: Rows) -> Vector:
-    """Return a rotation as fixed-axis roll, pitch, yaw in radians, whole degrees where it misses them by rounding.
-
-    Where pitch is near 90 degrees, roll alone and yaw alone mean little. Yaw is therefore measured after roll was taken
-    out, so that all three together are the rotation to the last digit, and roll is 0 where nothing of it can be seen.
-    """
-    (a, b, c), (d, e, f), (g, h, i) = rows
-    horizontal = math.hypot(h, i)
-    roll = math.atan2(h, i) if horizontal > ANGLE_ROUNDING else 0.0
-    sine, cosine = math.sin(roll), math.cos(roll)
-    yaw = math.atan2(c * sine - b * cosine, e * cosine - f * sine)
-    pitch = math.atan2(-g, a * math.cos(yaw) + d * math.sin(yaw))
-    return (tidy_angle(roll), tidy_angle(pitch), tidy_angle(yaw))
+    """Return a rotation as fixed-axis roll, pitch, yaw in radians, whole degrees where it misses them by rounding."""
+    roll, pitch, yaw = Transform(rows).rpy()
+    return tidy_angle(roll), tidy_angle(pitch), tidy_angle(yaw)
 
 
 def full_inertia(diagonal: Sequence[float], rows: Rows) -> dict[str, float]:
     """Return the moments along the axes of the link of an inertia that is diagonal in the axes of ``rows``."""
-    cells = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
-    moments = {name: sum(rows[j][n] * diagonal[n] * rows[k][n] for n in range(3)) for name, (j, k) in cells.items()}
-    return {name: tidy(moment, ROUNDING * max(map(abs, diagonal))) for name, moment in moments.items()}
+    xx, yy, zz = diagonal
+    moments = along_link((xx, yy, zz, 0.0, 0.0, 0.0), Transform(rows))
+    most = ROUNDING * max(map(abs, diagonal))
+    return {name: tidy(one, most) for name, one in zip(MOMENTS, moments, strict=True)}
 
 
 def is_unturned(place: Transform) -> bool:

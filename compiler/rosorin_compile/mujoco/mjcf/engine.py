@@ -1,11 +1,9 @@
-"""The program of the child process: MuJoCo reads a file, and what it made of it is written as JSON.
+"""The program of the child process: MuJoCo reads a file, and the result is written as JSON.
 
-It runs in a process of its own: a file that makes MuJoCo's native code crash, hang or eat all memory ends that process
-and not the command. ``process`` starts it.
+A file that makes MuJoCo's native code crash, hang or use all memory ends this process, not the command (``process``).
 
-MuJoCo's own writer says each element in the words of the format, in radians, with includes, replicas and attached
-models in place, and only what differs from its class. Here the classes are resolved as well (``_elements``), so that an
-element has all that the file says of it, wherever it says it.
+MuJoCo's writer prints each element in radians, with includes, replicas and attached models in place, and only what
+differs from its class. Here the classes are resolved as well (``_elements``): an element has all its attributes.
 """
 
 from __future__ import annotations
@@ -51,20 +49,20 @@ _NO_NAME = "rosorin-compile without name "  # begins the names that nameless obj
 _OPEN = ("user", "data", "qpos", "qvel", "act", "ctrl", "mpos", "mquat", "vertex", "face")
 
 
-def main(job: str, request: str, answer: str, cpu_seconds: int) -> None:
-    """Do a job of the file ``request``, and write its answer to the file ``answer``, both as JSON."""
+def main(job: str, request_file: str, answer: str, cpu_seconds: int) -> None:
+    """Do a job of the file ``request_file``, and write its answer to the file ``answer``, both as JSON."""
     _limit(cpu_seconds)
     mujoco: Any = import_module("mujoco")
-    asked, here = json.loads(Path(request).read_text("utf-8")), Path(answer).parent
+    request, here = json.loads(Path(request_file).read_text("utf-8")), Path(answer).parent
     if job == "load":
-        made: Any = load(mujoco, asked["text"], asked["folder"])
+        made: Any = load(mujoco, request["text"], request["folder"])
     elif job == "prove":
         mujoco.set_mju_user_warning(lambda _: None)  # which would go into a file in the working folder
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            made = _proof(mujoco, asked, here)
+            made = _proof(mujoco, request, here)
     else:
-        made = read(mujoco, Path(asked["path"]), here)
+        made = read(mujoco, Path(request["path"]), here)
     Path(answer).write_text(json.dumps(made), encoding="utf-8")
 
 
@@ -111,23 +109,23 @@ def reason(mujoco: Any, problem: Exception) -> tuple[str, bool]:
     return f"MuJoCo {version} is too old for it, MuJoCo {_WRITTEN_FOR} may know it: {why}", True
 
 
-def _proof(mujoco: Any, asked: dict[str, Any], here: Path) -> dict[str, Any]:
+def _proof(mujoco: Any, request: dict[str, Any], here: Path) -> dict[str, Any]:
     """Return how the MJCF at ``path`` differs from a text of ours, field by field, and in motion if nothing does.
 
-    ``asked`` has the ``path``, the ``text``, the files of its meshes by the names that it has for them (``files``), and
-    the ``names`` that the import gave by kind and index.
+    ``request`` has the ``path``, the ``text``, the files of its meshes by the names in it (``files``), and the
+    ``names`` that the import gave by kind and index.
     """
     from .compare_models import STATES, TOLERANCE, Comparison
 
-    theirs, ours = _spec(mujoco, Path(asked["path"]), here), mujoco.MjSpec.from_string(asked["text"])
-    ours.modelfiledir = str(Path(asked["path"]).parent)
-    for asset in (*ours.meshes, *ours.textures, *ours.hfields, *ours.skins):
-        asset.file = asked["files"].get(asset.file, asset.file)
-    for texture in ours.textures:
-        texture.cubefiles = [asked["files"].get(file, file) for file in texture.cubefiles]
-    given = {kind: {int(index): name for index, name in names.items()} for kind, names in asked["names"].items()}
-    source = theirs.compile()
+    given = {kind: {int(index): name for index, name in names.items()} for kind, names in request["names"].items()}
+    source = _spec(mujoco, Path(request["path"]), here).compile()
     try:
+        ours = mujoco.MjSpec.from_string(request["text"])
+        ours.modelfiledir = str(Path(request["path"]).parent)
+        for asset in (*ours.meshes, *ours.textures, *ours.hfields, *ours.skins):
+            asset.file = request["files"].get(asset.file, asset.file)
+        for texture in ours.textures:
+            texture.cubefiles = [request["files"].get(file, file) for file in texture.cubefiles]
         made = ours.compile()
     except Exception as problem:  # whatever MuJoCo has against it
         return {"refused": " ".join(str(problem).split())}
@@ -154,7 +152,7 @@ def _spec(mujoco: Any, path: Path, here: Path) -> Any:
         try:
             spec = mujoco.MjSpec.from_string(files.read_text(path))
         finally:
-            os.chdir(here)  # what MuJoCo logs goes there, not beside the file
+            os.chdir(here)  # for the log of MuJoCo
         spec.modelfiledir = str(path.parent)
     # What these would take away of the robot (fixed bodies, visuals) is a matter of the simulation's speed.
     spec.compiler.fusestatic = spec.compiler.discardvisual = False
@@ -167,7 +165,7 @@ def _resolve_files(spec: Any) -> None:
     def path(file: str, folder: str) -> str:
         file, folder = file.replace("\\", "/"), folder.replace("\\", "/").rstrip("/")
         file = file.rpartition("/")[2] if spec.strippath else file
-        return f"{folder}/{file}" if file and folder else file
+        return f"{folder}/{file}" if file and folder and not Path(file).is_absolute() else file
 
     for word, assets in (("meshdir", (*spec.meshes, *spec.hfields, *spec.skins)), ("texturedir", spec.textures)):
         for asset in assets:
@@ -199,12 +197,12 @@ def _limit(cpu_seconds: int) -> None:
     for kind, most in ((resource.RLIMIT_CPU, cpu_seconds), (resource.RLIMIT_AS, MAX_MEMORY), (resource.RLIMIT_CORE, 0)):
         _, allowed = resource.getrlimit(kind)  # which no process may raise
         least = most if allowed == resource.RLIM_INFINITY else min(most, allowed)
-        grace = kind == resource.RLIMIT_CPU and least != allowed  # whoever passes the first of the two is told apart
+        grace = kind == resource.RLIMIT_CPU and least != allowed  # between the soft and the hard limit
         resource.setrlimit(kind, (least, least + grace))
 
 
 def _facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
-    """Return the compiled model as lists of plain values by MuJoCo's names, and what only the file says."""
+    """Return the compiled model as lists of plain values by MuJoCo's names, and facts that only the file has."""
     has_digits = hasattr(spec.compiler, "savecompiled")
     if has_digits:  # before MuJoCo 4 it writes six digits
         spec.compiler.savecompiled = False
@@ -324,7 +322,7 @@ def _node(element: Any) -> dict[str, Any]:
 
 
 def _merged(usual: Mapping[str, str], own: Mapping[str, str]) -> dict[str, str]:
-    """Return the attributes of a class with those of an element over them: of a list as many numbers as it says."""
+    """Return the attributes of a class with those of an element over them: of a list as many numbers as it has."""
     made = dict(usual)
     for key, value in own.items():
         words, before = value.split(), made.get(key, "").split()

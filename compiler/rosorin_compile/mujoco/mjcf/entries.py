@@ -1,4 +1,4 @@
-"""Sections of an MJCF besides its bodies: couplings of joints, contacts, sensors, and elements kept as XML.
+"""Sections of an MJCF besides its bodies: equalities, contacts, sensors, and elements kept as XML.
 
 What an element names of the scene (a site or a geom of the world, if the world is not a link) is kept with it.
 """
@@ -9,24 +9,18 @@ import posixpath
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from rosorin_compile.language.element_names import kind_of_name
 from rosorin_compile.source.diagnostics import Span, counted
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Element
 
 from . import convert
-from .bodies import STIFF
+from .bodies import STIFF, shifted
 from .reading import BALL, Reading
 from .shapes import ASSETS, is_scene, keep_asset, whole_geom
 
-# The kinds of objects that attributes name.
-_KINDS = {
-    **dict.fromkeys(("body", "xbody", "body1", "body2", "subtree1", "subtree2", "target"), "body"),
-    **dict.fromkeys(("site", "site1", "site2", "sidesite", "refsite"), "site"),
-    **dict.fromkeys(("geom", "geom1", "geom2"), "geom"),
-    **dict.fromkeys(("joint", "joint1", "joint2"), "joint"),
-    **dict.fromkeys(("tendon", "tendon1", "tendon2"), "tendon"),
-    **{kind: kind for kind in ("actuator", "camera", "material")},
-}
+_OF_CONSTRAINT = {"torquescale": "torque_scale", "polycoef": "polynomial", "anchor": "at"}
+_PAIRED = {"body": "links", "site": "sites", "joint": "joints"}
 # The types of sensors that other formats know, by the element of MuJoCo.
 _TYPES = {"gyro": "imu", "accelerometer": "imu", "force": "force_torque", "torque": "force_torque"}
 _TYPES |= {"touch": "contact", "rangefinder": "range_finder", "magnetometer": "magnetometer"}
@@ -44,11 +38,6 @@ class _Measured(NamedTuple):
     node: convert.Node
     element: Element
     site: Mapping[str, Any]
-
-
-def _kind_of(word: str, attributes: Mapping[str, str]) -> str:
-    """Return the kind of what an attribute names; empty if it names nothing of the robot."""
-    return _KINDS.get(attributes.get(f"{word[:3]}type", "") if word in ("objname", "refname") else word, "")
 
 
 def keep_tendons(reading: Reading) -> None:
@@ -154,23 +143,20 @@ def _number_or_text(text: str) -> float | int | str:
 
 
 def add_equalities(reading: Reading) -> None:
-    """Let joints follow others where an equality couples them in proportion; keep the other equalities."""
-    nodes = reading.facts["elements"]["equalities"]
+    """Let joints follow others where an equality couples them; add the other equalities as constraints."""
+    nodes, constraints = reading.facts["elements"]["equalities"], Map(reading.markup.root.span)
     elements = reading.elements_of("equality", nodes)
     for index, (fact, node, element) in enumerate(zip(reading.facts["equalities"], nodes, elements, strict=True)):
         if not _is_mimic(reading, fact):
-            attributes = node["attributes"]
-            ends = (attributes.get(f"{kind}1", "") for kind in ("body", "site", "joint", "tendon"))
-            made_up = f"{next(filter(None, ends), 'robot')}_{node['tag']}"
-            own = reading.name("constraint", attributes.get("name", ""), made_up, index)
-            named = {**node, "attributes": {**attributes, "name": own}}
-            reading.keep_in_section("equality", named, "equality", element.span)
+            _add_constraint(reading, constraints, index, fact, node, element)
             continue
         follower = reading.joint_of[fact["obj1id"]]
         name, mimic = reading.name("constraint", fact["name"], follower, index), _mimic(reading, fact, element)
         if name != follower:
             convert.put(mimic, "name", name)
         convert.put(reading.joints[follower], "mimic", mimic)
+    if constraints:
+        convert.put(reading.tree, "constraints", constraints)
 
 
 def _is_mimic(reading: Reading, fact: Mapping[str, Any]) -> bool:
@@ -186,11 +172,15 @@ def _is_mimic(reading: Reading, fact: Mapping[str, Any]) -> bool:
     return not here and "mimic" not in reading.joints[follower]
 
 
-def _mimic(reading: Reading, fact: Mapping[str, Any], element: Element) -> Map:
-    """Return the entry of a joint that follows another. MuJoCo counts both from the positions in the file."""
-    mimic, leader = Map(element.span), element.attributes.get("joint2")
+def _zeros(reading: Reading, fact: Mapping[str, Any]) -> list[float]:
+    """Return the positions in the file (rad or m) of the joints of an equality, from which MuJoCo counts."""
     joints, zero = reading.facts["joints"], reading.facts["qpos0"]
-    first, second = (zero[joints[fact[word]]["qposadr"]] for word in ("obj1id", "obj2id"))
+    return [zero[joints[at]["qposadr"]] if at >= 0 else 0.0 for at in (fact["obj1id"], fact["obj2id"])]
+
+
+def _mimic(reading: Reading, fact: Mapping[str, Any], element: Element) -> Map:
+    mimic, leader = Map(element.span), element.attributes.get("joint2")
+    first, second = _zeros(reading, fact)
     convert.put(mimic, "joint", reading.joint_of[fact["obj2id"]], leader.span if leader else None)
     factor = convert.tidy(fact["data"][1])
     offset = convert.tidy(fact["data"][0] + first - factor * second)
@@ -203,6 +193,38 @@ def _mimic(reading: Reading, fact: Mapping[str, Any], element: Element) -> Map:
         if tuple(values[: len(usual)]) != usual or values[len(usual) :] != _DEFAULTS[word]:
             convert.put(mimic, word, convert.numbers(values, element, word))
     return mimic
+
+
+def _add_constraint(
+    reading: Reading, constraints: Map, index: int, fact: Mapping[str, Any], node: convert.Node, element: Element
+) -> None:
+    """Add a connect, a weld or a polynomial of joints; keep what has no words."""
+    attributes, entry = node["attributes"], Map(element.span)
+    ends = (attributes.get(f"{kind}1", "") for kind in ("body", "site", "joint", "tendon"))
+    made_up = f"{next(filter(None, ends), 'robot')}_{node['tag']}"
+    name = reading.name("constraint", attributes.get("name", ""), made_up, index)
+    rest = dict(attributes)
+    convert.put(entry, "type", node["tag"])
+    for word, key in _PAIRED.items():
+        names = [rest.pop(end) for end in (f"{word}1", f"{word}2") if end in rest]
+        for one in names:
+            _keep_of_scene(reading, word, one)
+        if names:
+            convert.put(entry, key, convert.listing([reading.called(word, one) for one in names], element))
+    pose = convert.floats({"relpose": rest.pop("relpose", "")}, "relpose", [0, 1, 0, 0, 0, 0, 0])
+    if any(pose[3:]):  # where one link of a weld is in the other; a quaternion of zeros is the first pose
+        convert.put(entry, "xyz", convert.numbers([convert.tidy(value) for value in pose[:3]], element))
+        convert.put_pose(entry, convert.transform(pose[:3], pose[3:]), element)
+    first, second = _zeros(reading, fact) if fact["type"] == _EQ_JOINT else (0.0, 0.0)
+    if first or second:
+        offset, *others = shifted(convert.floats(rest, "polycoef", [0, 1, 0, 0, 0]), -second)
+        rest["polycoef"] = " ".join(repr(convert.tidy(value)) for value in (offset + first, *others))
+    known = node["tag"] in ("connect", "weld", "joint")
+    if not known or convert.put_words(entry, rest, "constraint", element, _OF_CONSTRAINT):
+        named = {**node, "attributes": {**attributes, "name": name}}
+        reading.keep_in_section("equality", named, "equality", element.span)
+    else:
+        constraints.put(name, entry, element.span, element.span)
 
 
 def add_contacts(reading: Reading) -> None:
@@ -300,7 +322,7 @@ def add_kept(reading: Reading) -> None:
 def _keep_named_by(reading: Reading, node: convert.Node, span: Span) -> None:
     """Keep the assets, and what is in the world, that an element and its inner elements name."""
     for word, text in node["attributes"].items():
-        _keep_of_scene(reading, _kind_of(word, node["attributes"]), text)
+        _keep_of_scene(reading, kind_of_name(word, node["attributes"]), text)
         if word in ASSETS:
             keep_asset(reading, word, text, span)
     for inner in node["inner"]:
@@ -313,7 +335,7 @@ def _renamed(reading: Reading, node: convert.Node) -> convert.Node:
     if node["tag"] == "skin" and "file" in attributes:
         attributes["file"] = reading.markup.place_of(attributes["file"])
     for word, text in attributes.items():
-        kind = _kind_of(word, attributes)
+        kind = kind_of_name(word, attributes)
         if kind and kind != "material":
             attributes[word] = reading.called(kind, text)
     return {**node, "attributes": attributes, "inner": [_renamed(reading, one) for one in node["inner"]]}

@@ -43,7 +43,6 @@ STAND_IN_VELOCITY = 10.0  # rad/s or m/s
 STAND_IN_TRAVEL = 1000.0  # m
 _SAME = 1e-9  # relative: MuJoCo's way through principal axes and back
 _UNFELT = 1e6  # times the inertia of a link without mass
-_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _POSED = ("name", "pos", "quat")
 # The sections of marks in a link, with the tag of their elements and the form of their entries.
 _MARKS = {"sites": ("site", "site"), "cameras": ("camera", "mjcf_camera"), "lights": ("light", "light")}
@@ -116,17 +115,17 @@ def _inertial(body: Mapping[str, Any], element: Element) -> Map:
     moments, pose = convert.full_inertia(body["inertia"], rows), convert.transform(place)
     is_turned = list(convert.full_inertia((1.0, 2.0, 3.0), rows).values()) != [1, 2, 3, 0, 0, 0]
     if written and written["full"] is not None:
-        full = dict(zip(_MOMENTS, written["full"], strict=True))
+        full = dict(zip(convert.MOMENTS, written["full"], strict=True))
         # Settings of MuJoCo's compiler may bound or balance an inertia.
         most = _SAME * max(map(abs, moments.values()))
         moments = full if all(abs(full[key] - moments[key]) <= most for key in full) else moments
     elif is_turned and (written or min(body["inertia"]) < LEAST_EIGENVALUE):
         moments, pose = convert.full_inertia(body["inertia"], convert.NO_POSE.rows), Transform(rows, place)
     convert.put_pose(entry, pose, element)
-    inertia, order = Map(element.span), {"fullinertia": _MOMENTS, "diaginertia": _MOMENTS[:3]}
+    inertia, order = Map(element.span), {"fullinertia": convert.MOMENTS, "diaginertia": convert.MOMENTS[:3]}
     attribute = next((word for word in order if word in element.attributes), "")
     for key, value in moments.items():
-        if value or key in _MOMENTS[:3]:
+        if value or key in convert.MOMENTS[:3]:
             at = order[attribute].index(key) if attribute and key in order[attribute] else 99
             convert.put_number(inertia, key, value, element, attribute, at)
     convert.put(entry, "inertia", inertia)
@@ -138,15 +137,11 @@ def _inertial(body: Mapping[str, Any], element: Element) -> Map:
 def add_marks(reading: Reading) -> None:
     """Add the sites, cameras and lights of every link; those of the world are its scene, unless that is a link."""
     for kind in _MARKS:
-        scene = []
         for index, thing in enumerate(reading.facts[kind]):
             if thing["bodyid"] in reading.link_of:
                 _add_mark(reading, kind, index, thing)
             else:
-                scene.append(index)
-        if scene:
-            message = f"{counted(len(scene), kind[:-1])} of the world: the scene is no part of the robot"
-            reading.ignored(message, reading.places.of(kind, scene[0]).span)
+                reading.skip_scene(kind[:-1], reading.places.of(kind, index).span)
 
 
 def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any]) -> None:

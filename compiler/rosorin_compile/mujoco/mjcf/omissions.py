@@ -26,7 +26,7 @@ _IMAGE_FORMAT = ".png"
 # What is converted on the way, and what it becomes.
 _CONVERTED = (".dae", ".gltf", ".glb")
 CONVERTED_ENDING = ".obj"
-MESHES = "meshes"  # the folder beside the MJCF that has the meshes of packages
+MESHES = "meshes"  # the folder next to the MJCF that has the meshes of packages
 
 
 def mesh_path(file: str) -> str:
@@ -64,18 +64,18 @@ def _path(file: str, more: str) -> str:
     if mark or file.startswith("/"):
         return "" if more or scheme not in ("file", file) else file.removeprefix("file://")
     inside = posixpath.normpath(file)
-    while more and inside.startswith("../"):  # what is converted stands beside the MJCF
+    while more and inside.startswith("../"):  # converted files are next to the MJCF
         inside = inside[3:]
     return file if not more else f"{inside}{more}" if inside == posixpath.normpath(file) else f"{MESHES}/{inside}{more}"
 
 
 def is_written(robot: Robot, mesh: Mesh) -> bool:
-    """Say whether the MJCF has a mesh: MuJoCo opens its file, and it was not looked for in vain."""
+    """Return True if the MJCF has a mesh: MuJoCo opens its format, and the file was found."""
     return bool(mesh_path(mesh.file)) and mesh.file not in robot.missing_meshes
 
 
 def is_textured(robot: Robot, texture: str) -> bool:
-    """Say whether the MJCF has a texture, by its name in the description."""
+    """Return True if the MJCF has a texture, by its name in the description."""
     return bool(texture_path(texture)) and texture not in robot.missing_meshes
 
 
@@ -102,7 +102,7 @@ def position_range(joint: Joint) -> tuple[float, float] | None:
 
 
 def refused(robot: Robot, free: bool) -> Iterator[Diagnostic]:
-    """Yield an error for each thing that MuJoCo does not load."""
+    """Yield an error for each thing that MuJoCo does not load; ``free``: the base floats."""
     yield from masses(robot, free)
     for sensor, part in [(one, part) for one in robot.sensors for part in one.simulated]:
         site = part.name if part.element == "site" else ""
@@ -113,62 +113,57 @@ def refused(robot: Robot, free: bool) -> Iterator[Diagnostic]:
             yield Diagnostic("mjcf-reserved-name", ERROR, message, help="name the element of its type: name: WORD")
 
 
+def _omitted(message: str, help: str = "", severity: str = WARNING) -> Diagnostic:
+    return Diagnostic("mjcf-cannot-say", severity, message, help=help)
+
+
 def omitted(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
-    """Yield what joints and meshes have that MJCF has no word for."""
-
-    def cannot(message: str, help: str = "", severity: str = WARNING) -> Diagnostic:
-        return Diagnostic("mjcf-cannot-say", severity, message, help=help)
-
+    """Yield what joints, meshes and textures have that MJCF cannot express."""
     for joint in joints:
         ends, effort = position_range(joint), joint.limit.known("effort") if joint.limit else None
-        if ends and ends[0] >= ends[1]:  # MuJoCo would read it as "no limit"
-            what = f"is held at {ends[0]:g}" if ends[0] == ends[1] else f"goes from {ends[0]:g} to {ends[1]:g}"
-            message = f'joint "{joint.name}" {what}: MuJoCo takes a range of no width for no limit'
-            yield cannot(message, "make the joint fixed, or its range wider")
+        if ends and ends[0] >= ends[1]:
+            message = f'joint "{joint.name}" is limited to {ends[0]:g} to {ends[1]:g}: MuJoCo ignores an empty range'
+            yield _omitted(message, "make the joint fixed, or its range wider")
         if joint.moves and effort is not None and effort <= 0:
-            message = f'joint "{joint.name}" has an effort of {effort:g}:'
-            message += " MuJoCo takes a force range of no width for no limit"
-            yield cannot(message, "give the effort that the joint really has")
+            message = f'joint "{joint.name}" has an effort of {effort:g}: MuJoCo ignores an empty range of forces'
+            yield _omitted(message, "give the effort that the joint really has")
         words = ["limit"] if joint.limit is not None and joint.type == "planar" else []
         words += ["dynamics"] if joint.dynamics is not None and joint.type != "ball" else []
         if words and not joint.moves and not is_free(robot, joint):
-            message = f'joint "{joint.name}" is {joint.type}: its {" and its ".join(words)}'
-            message += f" {'is' if words == ['limit'] else 'are'} left out of the MJCF"
-            yield cannot(message, "the URDF carries them")
-    every = [shape.texture for link in robot.links for shape in link.visual]
-    every += [material.texture for material in robot.materials]
-    names = [name for name in dict.fromkeys(every) if name and not texture_path(name)]
-    if names:  # what has them is in its colour alone
+            message = f'joint "{joint.name}" is {joint.type}, without its {" and ".join(words)} in the MJCF'
+            yield _omitted(message, "the URDF carries them")
+    files = [shape.texture for link in robot.links for shape in link.visual]
+    files += [material.texture for material in robot.materials]
+    names = [name for name in dict.fromkeys(files) if name and not texture_path(name)]
+    if names:  # the colour alone is left
         what = f"texture {names[0]} is" if len(names) == 1 else f"{len(names)} textures ({first_of(names, 3)}) are"
-        yield cannot(
-            f"{what} left out of the MJCF: MuJoCo opens PNG files", "save it as PNG, and name the new file", NOTE
-        )
+        message = f"{what} left out of the MJCF: MuJoCo opens PNG files"
+        yield _omitted(message, "save it as PNG, and name the new file", NOTE)
     meshes: list[tuple[str, str]] = []
     for link, shape in [(one, shape) for one in robot.walk() for shape in (*one.collision, *one.visual)]:
         if not all(has_volume(solid.geometry) for solid in shape.solids(MERGED)):
             kind = type(shape.geometry).__name__.lower()
             message = f'a {kind} of link "{link.name}" is left out of the MJCF: MuJoCo takes no size of zero'
-            yield cannot(message, "give it sizes above zero")
+            yield _omitted(message, "give it sizes above zero")
         elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry.file):
             meshes.append((shape.geometry.file, link.name))
     if meshes:
         (file, name), *more = meshes
         message = f'mesh {file} of link "{name}"{and_more(len(more))} {"are" if more else "is"} left out of the MJCF:'
         message += " MuJoCo opens STL, OBJ and MSH files; DAE, glTF and GLB are converted"
-        yield cannot(message, "convert it, and name the new file")
+        yield _omitted(message, "convert it, and name the new file")
     if WORLD in robot.link:
-        message = f'MuJoCo keeps the name "{WORLD}" for a body of its own: that of link "{WORLD}" is'
-        message += f' "{body_name(robot, WORLD)}" in the MJCF, its site has the name of the link'
-        yield cannot(message, severity=NOTE)
+        message = f'MuJoCo has a body "{WORLD}": that of link "{WORLD}" is "{body_name(robot, WORLD)}" in the MJCF'
+        yield _omitted(message, severity=NOTE)
 
 
 def unpaired(links: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
-    """Yield a note on links that may collide, and have too many shapes to say it."""
+    """Yield a note on links that may collide, and have too many shapes for pairs."""
     if links:
         which = first_of([f'"{one}" and "{other}"' for one, other in links], 3)
         message = f"links with hundreds of shapes that a joint brings together: {which}"
         message += "; MuJoCo lets them collide only where one is fixed to the world"
-        yield Diagnostic("mjcf-cannot-say", NOTE, message, help="fewer shapes: a height map of larger cells or steps")
+        yield _omitted(message, "fewer shapes: a height map of larger cells or steps", NOTE)
 
 
 # What MuJoCo 4.0.0 loads, found by trying: the least mass and moment of what moves, the least moment of fullinertia.
@@ -177,13 +172,13 @@ LEAST_EIGENVALUE = 1e-14
 
 
 def has_mass(inertial: Inertial) -> bool:
-    """Say whether an inertial says anything: neither mass nor inertia is what a link without one has."""
+    """Return True if an inertial has a mass or an inertia."""
     i = inertial
     return bool(i.mass) or any((i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz))
 
 
 def has_products(inertial: Inertial) -> bool:
-    """Say whether an inertia has products in its own frame, whose axes are no principal ones then."""
+    """Return True if an inertia has products in its frame, whose axes are then not principal."""
     return any((inertial.ixy, inertial.ixz, inertial.iyz))
 
 
@@ -224,13 +219,12 @@ def _is_body(inertial: Inertial) -> bool:
 
 
 def masses(robot: Robot, free: bool) -> Iterator[Diagnostic]:
-    """Yield what MuJoCo does not load, and what it takes for something else; ``free``: the base floats."""
+    """Yield masses and inertias that MuJoCo does not load, or reads as something else; ``free``: the base floats."""
     carried = weightless(robot, free)
     if carried:
-        what = f'link "{carried[0]}"{and_more(len(carried) - 1)}'
-        message = f"MuJoCo loads no moving body without mass: {what}, whose mass hangs on further joints,"
-        message += f" {'has' if len(carried) == 1 else 'have'} {LEAST:g} kg in the MJCF"
-        yield Diagnostic("mjcf-cannot-say", NOTE, message)
+        verb = "has" if len(carried) == 1 else "have"
+        message = f'MuJoCo loads no moving body without mass: link "{carried[0]}"{and_more(len(carried) - 1)}, whose'
+        yield _omitted(f"{message} mass hangs on further joints, {verb} {LEAST:g} kg in the MJCF", severity=NOTE)
     for top, names in weld_groups(robot).items():
         joint, inertials = robot.joint_to.get(top), _inertials(robot, names)
         if top in carried or (joint is None and not free) or any(map(_is_body, inertials)):
@@ -238,9 +232,9 @@ def masses(robot: Robot, free: bool) -> Iterator[Diagnostic]:
         what = f'joint "{joint.name}" moves link "{top}"' if joint else f'"base: free" lets link "{top}" move'
         lacks = "mass and inertia above zero" if inertials else "a mass"
         message = f"{what}, but neither it nor a link fixed to it has {lacks}: MuJoCo does not load that"
-        way_out = "make the joint fixed" if joint else 'say "base: fixed"'
-        given = "another inertial" if inertials else "an inertial"
-        yield Diagnostic("mjcf-needs-mass", ERROR, message, help=f'give "{top}" {given}, or {way_out}')
+        help = f'give "{top}" {"another" if inertials else "an"} inertial, or '
+        help += "make the joint fixed" if joint else 'write "base: fixed"'
+        yield Diagnostic("mjcf-needs-mass", ERROR, message, help=help)
     for link in robot.links:
         if link.inertial is None or not has_mass(link.inertial):
             continue
@@ -248,7 +242,7 @@ def masses(robot: Robot, free: bool) -> Iterator[Diagnostic]:
         products = has_products(link.inertial) and any(along_link_of(link.inertial)[3:])
         if link.inertial.mass < 0 or (low < 0 and not products):
             message = f'MuJoCo takes the negative mass or moments of link "{link.name}" for zero'
-            yield Diagnostic("mjcf-cannot-say", WARNING, message, help="correct them")
+            yield _omitted(message, "correct them")
         why = "it has products, and a principal moment of zero" if low < LEAST_EIGENVALUE and products else ""
         if (low if products else max(low, 0.0)) + middle < high:
             why = "the largest of its principal moments is more than the sum of the others"

@@ -1,8 +1,7 @@
 """Run MuJoCo in a child process, and return its answer or its refusal.
 
-MuJoCo is native code that trusts its files: some make it crash, hang or ask for all memory. In a child process that
-ends with a message. It costs a start of Python, 20 ms besides the 300 ms in which MuJoCo itself is loaded, and this
-process never loads it.
+MuJoCo is native code that trusts its files: some make it crash, hang or use all memory. In a child process that ends
+with a message. It costs a start of Python, 20 ms besides the 300 ms in which MuJoCo is loaded.
 """
 
 from __future__ import annotations
@@ -37,9 +36,9 @@ _START = (
 
 
 class Answer(NamedTuple):
-    """What MuJoCo made of a file (None after a refusal), what it warned of, and why it refused.
+    """The compiled model of a file (None after a refusal), the warnings of MuJoCo, and why it refused.
 
-    ``own`` says that the words of the refusal are ours, not MuJoCo's, and ``missing`` that MuJoCo is not installed.
+    ``own``: the words of the refusal are ours, not MuJoCo's; ``missing``: MuJoCo is not installed.
     """
 
     facts: dict[str, Any] | None
@@ -85,9 +84,9 @@ def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) ->
     return Refusal(reason.replace(f"{files.resolve(folder)}{os.sep}", ""), outdated)
 
 
-def prove(path: Path, asked: Mapping[str, Any], seconds: int = SECONDS) -> dict[str, Any] | str:
+def prove(path: Path, request: Mapping[str, Any], seconds: int = SECONDS) -> dict[str, Any] | str:
     """Return how the MJCF at ``path`` differs from ours (see ``engine``), or why MuJoCo gives no answer."""
-    answer = _in_child("prove", {"path": str(files.resolve(path)), **asked}, seconds)
+    answer = _in_child("prove", {"path": str(files.resolve(path)), **request}, seconds)
     if isinstance(answer, Answer):
         return answer.refusal
     proved: dict[str, Any] = answer
@@ -100,9 +99,9 @@ def _in_child(job: str, request: Mapping[str, Any], seconds: int) -> Any:
     Its working folder is empty, for MuJoCo writes a log into it; nothing makes MuJoCo look for a screen.
     """
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as folder:
-        asked, answer = Path(folder, "request.json"), Path(folder, "answer.json")
-        asked.write_text(json.dumps(request), encoding="utf-8")
-        command = [sys.executable, "-c", _START, _TOP, job, str(asked), str(answer), str(seconds)]
+        file, answer = Path(folder, "request.json"), Path(folder, "answer.json")
+        file.write_text(json.dumps(request), encoding="utf-8")
+        command = [sys.executable, "-c", _START, _TOP, job, str(file), str(answer), str(seconds)]
         message = f"MuJoCo did not come to an end with the file in {seconds} s"
         endless = Answer(None, (), message, "make the model smaller", True)
         try:

@@ -19,7 +19,6 @@ _GONE = r".*: is not in ours$"
 LISTED = {
     "of the world: the scene": rf"(geom|mesh|hfield|site|camera) {_GONE}|geom user"
     r"|contact : body world and .* may touch in the source alone$",
-    "that no geom has": rf"(mesh|hfield) {_GONE}",
     "becomes the link": r"\w+ name:",
     'is called "': r"\w+ name:",
     "no range limit": r"joint (range|limited):",

@@ -30,7 +30,7 @@ _SIZES = {"ball": 4, "free": _FREE}
 TOP = "the world of MuJoCo"
 # The attributes of a joint that follows another, in their order.
 _FOLLOWS = ("name", "joint1", "joint2", "polycoef", "solref", "solimp")
-# What a body has beside what sensors are made of.
+# The elements of a body that are not parts of sensors.
 _PLAIN = ("body", "joint", "freejoint", "inertial", "geom")
 # The attributes of a sensor that name what it measures at.
 _MEASURED = ("site", "objname", "camera", "body", "body1", "subtree1")
@@ -265,7 +265,7 @@ class _Reader:
             values = [next(left) for _ in range(size)]
             if size == 1:
                 positions[name] = values[0]
-            elif size != _FREE:  # where it floats, no pose says
+            elif size != _FREE:  # of a floating joint no pose has values
                 positions |= {f"{name} {letter}": value for letter, value in zip("wxyz", values, strict=True)}
         return JointPose(_text(key, "name"), positions)
 

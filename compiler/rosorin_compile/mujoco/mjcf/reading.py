@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import cannot_carry
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, counted, listed
 from rosorin_compile.source.messages import and_here
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Element
@@ -48,6 +49,7 @@ class Reading:
         self.in_order = True  # the actuators, as an MJCF of ours has them
         self.sensor_order: list[str] = []  # names, if it is not that of an MJCF of ours
         self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}  # by the word of the limit: joint, value, place
+        self.scene: list[tuple[str, Span]] = []
         self.reported: set[Element] = set()
         self.groups: dict[str, int] = {}
         self.of_scene: set[tuple[str, str]] = set()  # what is kept of the scene and of the assets, by kind and name
@@ -124,6 +126,16 @@ class Reading:
 
     def ignored(self, message: str, span: Span) -> None:
         self.note("import-ignored", message, span)
+
+    def skip_scene(self, kind: str, span: Span) -> None:
+        """Count an object of the world, which is no part of the robot, for ``report_scene``."""
+        self.scene.append((kind, span))
+
+    def report_scene(self) -> None:
+        if self.scene:
+            counts = Counter(kind for kind, _ in self.scene)
+            what = listed([counted(count, kind) for kind, count in counts.items()])
+            self.ignored(f"{what} of the world: the scene is no part of the robot", self.scene[0][1])
 
     def changed(self, message: str, span: Span) -> None:
         self.note("import-changed", message, span)

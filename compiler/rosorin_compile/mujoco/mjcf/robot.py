@@ -1,7 +1,7 @@
 """MJCF: MuJoCo itself reads the file; what it made of it becomes the plain tree of a description.
 
 So defaults, classes, includes, frames, replicas, units, euler sequences, ``fromto`` and inertias of geoms mean what
-MuJoCo means by them. The text is read beside it, for the place of everything, for what is left out, and for comments.
+MuJoCo means by them. The text is read as well, for positions, for what is left out, and for comments.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _NEAR_KEY = 1e-9  # rad or m: of two that are the same but for rounding
 def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     """Return the robot of an MJCF as a plain tree. Problems are diagnostics, never exceptions.
 
-    ``outputs`` of the tree says ``{mjcf: {base: free}}`` where the base of the robot has a free joint, and the settings
+    ``outputs`` of the tree has ``{mjcf: {base: free}}`` where the base of the robot has a free joint, and the settings
     of the simulation; it is for the writer to add the files.
     """
     try:
@@ -76,14 +76,13 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
 
 
 def _no_body(markup: Markup) -> Diagnostic:
-    outside = [element for element in markup.everything() if element.tag == "body"]
-    if not outside:
+    outside = next((element for element in markup.everything() if element.tag == "body"), None)
+    if outside is None:
         message = "the file has no body: it is a scene without a robot"
         return error("mjcf-no-body", message, markup.root.span, "name the file that has the robot")
-    count = "its body is" if len(outside) == 1 else f"its {len(outside)} bodies are"
-    message = f"{count} outside of <worldbody>, which MuJoCo ignores: this is a part of an MJCF"
+    message = "bodies outside of <worldbody>, which MuJoCo ignores: this is a part of an MJCF"
     help = "name the MJCF that includes it, or put them into a <worldbody>"
-    return error("mjcf-no-body", message, outside[0].span, help)
+    return error("mjcf-no-body", message, outside.span, help)
 
 
 def _read(reading: Reading, path: Path) -> None:
@@ -108,6 +107,7 @@ def _read(reading: Reading, path: Path) -> None:
     entries.add_sensors(reading)
     entries.add_contacts(reading)
     entries.add_kept(reading)
+    reading.report_scene()
 
 
 def _outputs(reading: Reading) -> Map:

@@ -1,4 +1,4 @@
-"""Actuators: what they are called in an MJCF of ours, in which order, and what they can be asked for."""
+"""Actuators of an MJCF of ours: their names, their order, and the ranges of their controls."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _INPUTS = {"pid": "pos vel", "dcmotor": "voltage"}
 
 
 class Drive(NamedTuple):
-    """An actuator and its name; ``joint`` is what it drives, if that is a joint, ``beside`` if it stands with it."""
+    """An actuator and its name; ``joint`` is what it drives, if that is a joint; ``in_joint``: its entry has it."""
 
     name: str
     actuator: Actuator
     joint: Joint | None
-    beside: bool
+    in_joint: bool
 
 
 def servo_name(joint: Joint) -> str:
@@ -87,7 +87,7 @@ def _stand_in(robot: Robot, joint: Joint, kind: str, places: Mapping[str, Transf
 
 
 def aims(drive: Drive) -> tuple[float, float] | None:
-    """Return what an actuator can be asked for: of a servo a position (rad or m) or speed; None is anything."""
+    """Return the range of the control of an actuator: of a servo a position (rad or m) or speed; None is any."""
     actuator, joint = drive.actuator, drive.joint
     if actuator.unlimited or "inheritrange" in actuator.mjcf:
         return None
@@ -127,14 +127,14 @@ def _strength(actuator: Actuator) -> float | None:
     return gear * abs(float(gain)) * max(map(abs, actuator.range or ()))
 
 
-def controls_of(drive: Drive, asked: float) -> list[float]:
-    """Return the controls of an actuator of which ``asked`` is the first; MuJoCo has several of some kinds."""
+def controls_of(drive: Drive, first: float) -> list[float]:
+    """Return the controls of an actuator of which ``first`` is the first; MuJoCo has several of some kinds."""
     count = _count(drive.actuator.type, drive.actuator.mjcf)
-    return [asked, *[0.0] * (count - 1)] if count else []
+    return [first, *[0.0] * (count - 1)] if count else []
 
 
 def kept_controls(robot: Robot) -> int:
-    """Return how many controls the actuators have that stand in elements of MJCF."""
+    """Return how many controls the actuators have in elements of MJCF."""
     texts = [text for text in robot.mjcf if "<actuator" in text]
     elements = [found for text in texts for found in found_in(text) if found.tags[:-1] == ("actuator",)]
     return sum(_count(found.tags[-1], found.attributes) for found in elements)
@@ -149,11 +149,11 @@ def _count(tag: str, attributes: Mapping[str, object]) -> int:
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the names of actuators, and with the list that orders them; name the stand-ins."""
+    """Yield diagnostics about the names of actuators and the lists that order them, and a note on stand-ins."""
     robot, names = case.robot, dict[str, Drive]()
 
     def place_of(drive: Drive) -> tuple[str | int, ...]:
-        if drive.joint is not None and drive.beside:
+        if drive.joint is not None and drive.in_joint:
             return case.joint(drive.joint, "actuator")
         return ("actuators", drive.name)
 
@@ -182,7 +182,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
                 message = f'the robot has no {kind} "{name}"'
                 yield case.problem("mjcf-actuators", message, path, Suggestion(name, known))
             elif name in ordered[:index]:
-                yield case.problem("mjcf-actuators", f'the {kind} "{name}" is listed twice', path, "remove one")
+                yield case.problem("mjcf-actuators", f'the {kind} "{name}" is listed again', path, "remove one")
 
 
 def _sensor_names(robot: Robot) -> set[str]:

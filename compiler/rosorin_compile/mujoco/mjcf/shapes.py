@@ -18,7 +18,7 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from rosorin_compile.model import Transform
-from rosorin_compile.source.diagnostics import Span, counted
+from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Element
 
@@ -70,7 +70,7 @@ def add_shapes(reading: Reading) -> None:
             span, link = reading.places.of("geoms", index).span, reading.link_of[geom["bodyid"]]
             reading.keep(whole_geom(reading, geom), f"geom: {_WORDS[geom['type']]}", span, link)
     looks.finish()
-    _report_scene(reading)
+    _add_unused(reading)
 
 
 def _purposes(reading: Reading) -> dict[int, list[str]]:
@@ -308,33 +308,27 @@ class Looks:
         for index in range(len(reading.facts["materials"])):
             if index not in left:
                 self.material(index)
-        if left:
-            message = f"{counted(len(left), 'material')} of the world: the scene is no part of the robot"
-            reading.ignored(message, reading.markup.first("asset").span)
+        for _ in left:
+            reading.skip_scene("material", reading.markup.first("asset").span)
         if self.materials:
             convert.put(reading.tree, "materials", self.materials)
 
 
-def _report_scene(reading: Reading) -> None:
+def _add_unused(reading: Reading) -> None:
+    """Keep meshes that no shape uses, and count textures without a material and geoms of the world as the scene."""
     geoms, markup, assets = reading.facts["geoms"], reading.markup, reading.facts["elements"]
     used = {name for kind, name in reading.of_scene if kind == "texture"}
     for material in assets["material_assets"]:
         used |= {one["attributes"].get("texture", "") for one in (material, *material["inner"])}
-    names = [_asset_name(texture) for texture in assets["texture_assets"]]
-    unused = [name for name in names if not name or name not in used]
-    if unused:
-        elements = markup.listed("asset", "texture") or [markup.root]
-        element = next((one for one in elements if one.get("name") == unused[0]), elements[0])
-        message = f"{counted(len(unused), 'texture')} that no material has: the scene is no part of the robot"
-        reading.ignored(message, element.span)
+    for name in map(_asset_name, assets["texture_assets"]):
+        if not name or name not in used:
+            reading.skip_scene("texture", (markup.named("asset", name) or markup.first("asset")).span)
     shaped = {geom["dataid"] for geom in geoms if geom["type"] in (_MESH, _SDF)}
-    of_sites = {site["element"]["attributes"].get("mesh") for site in reading.facts["sites"]}
-    meshes = [mesh["name"] for at, mesh in enumerate(reading.facts["meshes"]) if at not in shaped]
-    meshes = [name for name in meshes if name not in of_sites]
-    if meshes:
-        element = markup.named("asset", meshes[0]) or markup.first("asset")
-        reading.ignored(f"{counted(len(meshes), 'mesh')} that no geom has", element.span)
-    scene = [at for at, geom in enumerate(geoms) if geom["bodyid"] not in reading.link_of or is_scene(geom)]
-    if scene:
-        message = f"{counted(len(scene), 'geom')} of the world: the scene is no part of the robot"
-        reading.ignored(message, reading.places.of("geoms", scene[0]).span)
+    for index, mesh in enumerate(reading.facts["meshes"]):
+        if index not in shaped:
+            keep_asset(
+                reading, "mesh", mesh["name"], (markup.named("asset", mesh["name"]) or markup.first("asset")).span
+            )
+    for index, geom in enumerate(geoms):
+        if geom["bodyid"] not in reading.link_of or is_scene(geom):
+            reading.skip_scene("geom", reading.places.of("geoms", index).span)

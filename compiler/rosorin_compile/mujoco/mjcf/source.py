@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import posixpath
 import re
-import shlex
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,7 +20,6 @@ from rosorin_compile.source.xml.markup import Attribute, Document, Element, Mark
 from .process import Answer
 
 MAX_DEPTH = 20  # of files that include files
-_OWN = 4  # parts of the path of a folder that is somebody's own: /home/somebody/robots
 _GROUPING = ("frame", "replicate")
 _MAKERS = ("attach", "replicate", "flexcomp", "composite")
 _TAGS = {
@@ -88,7 +86,7 @@ class Markup:
             absolute = os.path.abspath(path)
             if not any(files.resolve(path).is_relative_to(allowed) for allowed in self.allowed):
                 message = f"{file.value} is outside the folder of the robot, and is not read"
-                help = f"move it there, or allow its folder: --package {self._to_allow(path)}"
+                help = "move it there, or allow its folder: --package NAME=FOLDER"
                 raise MarkupError(error("include-outside", message, file.span, help))
             if depth == MAX_DEPTH:
                 message = f"files include each other {MAX_DEPTH} levels deep"
@@ -107,18 +105,10 @@ class Markup:
             self.included[element] = self._read(path, file.span)
             self._follow(self.included[element], main, path.parent, known, (*above, absolute), depth + 1)
 
-    def _to_allow(self, path: Path) -> str:
-        """Return the argument of --package that allows the folder of a file, unless that has many projects."""
-        main, file = self.allowed[0], files.resolve(path)
-        shared = [one for one in main.parents if file.is_relative_to(one) and len(one.parts) >= _OWN]
-        if not shared or not files.is_file(path):
-            return "NAME=FOLDER"
-        return f"{shared[0].name}={shlex.quote(os.path.relpath(shared[0]))}"
-
     def place_of(self, name: str) -> str:
         """Return the name of a mesh or texture as seen from the main file.
 
-        MuJoCo names one that is beside an included file by its whole path, and one of an attached model as that model
+        MuJoCo names one in the folder of an included file by its whole path, and one of an attached model as that model
         does.
         """
         top = Path(os.path.abspath(self.models[0]))

@@ -1,20 +1,17 @@
-"""MJCF: the robot for MuJoCo 4, and only the robot: no floor, no light, for ``<include>`` or attaching to a scene.
+"""MJCF: the robot for MuJoCo 4, without floor and light, for ``<include>`` or attaching to a scene.
 
-Every link is a body of the whole tree, from its root, and also a site of the same name in the frame of the link. Static
-transforms of other nodes whose numbers are known are frames too. About the format (MuJoCo 4.0.0, XMLreference):
+Every link is a body, and also a site of the same name in the frame of the link. Static transforms of other nodes with
+known numbers are frames too. About the format (MuJoCo 4.0.0, XMLreference):
 
-- Sizes of geoms are halves. Rotations are quaternions (w x y z), because what ``euler`` means is a setting.
-- A geom without mass of its own would get the mass of water, so every geom has density 0. MuJoCo refuses a moving body
-  that has no mass with what is fixed to it; if it carries mass by further joints, it has the least that MuJoCo takes.
-- The torque of a joint is clamped once, at the joint (actuatorfrcrange). There is no word for a velocity limit. A range
-  whose ends are equal means no range.
+- Sizes of geoms are halves. Rotations are quaternions (w x y z), because the meaning of ``euler`` is a setting.
+- A geom without a mass would get the mass of water, so every geom has density 0.
+- The torque of a joint is clamped once, at the joint (actuatorfrcrange). There is no velocity limit.
 - There is a free joint at the top of the tree alone. A floating joint is therefore three slides and a ball on one body,
   and a planar joint two slides and a hinge.
 - ``mimic`` is an equality constraint, which is soft: positions that are set by hand have to be set for followers too.
-- MuJoCo filters contacts of neighbours except where one is fixed to the world (see ``contacts``).
-- Visual geoms are in group 2. Collision geoms are in group 3, which viewers hide; in group 0 if there is nothing else
-  to look at, or in group 2 if they are shown for want of visuals. The sites of frames are in group 4, which is hidden.
-- What MuJoCo takes for an attribute that is absent is not written: a place at zero, a hinge, the axis z, a sphere.
+- Visual geoms are in group 2. Collision geoms are in group 3, which viewers hide; in group 0 if there are no visuals,
+  or in group 2 if they are shown instead of visuals. The sites of frames are in group 4, which is hidden.
+- Attributes that are absent in MuJoCo's sense are not written: a place at zero, a hinge, the axis z, a sphere.
 """
 
 from __future__ import annotations
@@ -203,7 +200,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
     """Return the MJCF of a robot.
 
     Options: ``base`` (fixed: the root link is held in the world; free: it floats, as that of a robot with a drive does
-    unless it says fixed), ``number_format``,
+    unless it is set to fixed), ``number_format``,
     ``visuals`` (own, or from_collision for links that have none).
     """
     number, free, frames = number_format(output.options), robot.has_free_base(output), list(_walk(robot))
@@ -434,7 +431,7 @@ def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int
         first.setdefault(name, purpose)
     counts = Counter(name for (_, purpose, _), name in own if first[name] == purpose)
     names = {at: name for at, name in own if counts[name] == 1 and first[name] == at[1]}
-    taken, meant = set(names.values()), {}
+    taken, aliases = set(names.values()), {}
     for at in places:
         plain = made = f"{at[0]}_{at[1]}_{at[2]}"
         if at not in names:
@@ -442,8 +439,8 @@ def _geom_names(robot: model.Robot, form: str) -> tuple[dict[tuple[str, str, int
                 made += "_"
             names[at] = made
         if names[at] != plain and plain not in taken:
-            meant[plain] = names[at]
-    return names, meant
+            aliases[plain] = names[at]
+    return names, aliases
 
 
 def _option(
@@ -451,13 +448,13 @@ def _option(
 ) -> tuple[Markup, Markup | str]:
     """Return the attributes of the settings of the simulation, and those of its flags, if any is set.
 
-    What an import says is all that its source has: nothing is added.
+    The option of an imported robot is complete: nothing is added.
     """
-    said, drive = output.options.get("option", {}), robot.drive
+    described, drive = output.options.get("option", {}), robot.drive
     standing: Mapping[str, object] = {}
-    if (free or drive) and not (said and robot.source.status == "imported"):
+    if (free or drive) and not (described and robot.source.status == "imported"):
         standing = STANDING if drive is None or drive.slides else PLAIN_WHEELS
-    values = {**OPTION, **standing, **said}
+    values = {**OPTION, **standing, **described}
     flags = values.pop("flag", {})
     texts = {word: printer.text(tuple(one) if isinstance(one, (list, tuple)) else one) for word, one in values.items()}
     return attributes(**texts), attributes(**flags) if flags else ""

@@ -147,7 +147,7 @@ class Classes:
         solid = {"group": str(group)} if group else {}
         solid |= {"density": "0", **(BESIDE_WHEELS.attributes() if rolls else {})}
         inner = {WHEEL: ROLLS.attributes(), SHOWN: seen, SHOWN_WHEEL: seen | ROLLS.attributes()}
-        solids = [Class(self.named(name), [_part("geom", said)]) for name, said in inner.items() if name in used]
+        solids = [Class(self.named(name), [_part("geom", values)]) for name, values in inner.items() if name in used]
         made = []
         if VISUAL in used:
             seen |= {"contype": "0", "conaffinity": "0", "density": "0"}
@@ -218,10 +218,10 @@ class Classes:
         """Return by how many characters the file gets shorter by a class, or by more in one that is made already."""
         joined = self._with_joints(shared)
         name = joined or self._called(shared)
-        said, named = len(attributes(**shared.values)), len(f' class="{name}"')
+        size, reference = len(attributes(**shared.values)), len(f' class="{name}"')
         around = len(f"        <{shared.tag}/>\n")
         around += 0 if joined else len(f'      <default class="{name}">\n      </default>\n')
-        return len(shared.members) * (said - named) - said - around if said else 0
+        return len(shared.members) * (size - reference) - size - around if size else 0
 
 
 def _words_of(names: Sequence[str]) -> str:
@@ -281,7 +281,7 @@ class ElementPrinter:
         """Return the element of an actuator: its name, what it acts on, its gains, its ranges, all else."""
         actuator = drive.actuator
         values: dict[str, Attribute] = dict(actuator.targets)
-        if drive.joint is not None and drive.beside:
+        if drive.joint is not None and drive.in_joint:
             values = {"joint": drive.joint.name}
         values |= {"kp": actuator.kp, "kv": actuator.kv or None, "dampratio": actuator.damping_ratio or None}
         values |= {"gear": actuator.gear or None, "ctrlrange": aims(drive), "forcerange": actuator.force}
@@ -336,8 +336,8 @@ class ElementPrinter:
         first, second = (reference(joint) if joint else 0.0 for joint in known)
         values = {"name": entry.name, **entry.values}
         if first or second:
-            said = entry.values.get("polycoef")
-            offset, *others = shifted(list(map(float, said)) if isinstance(said, tuple) else [0.0, 1.0], second)
+            value = entry.values.get("polycoef")
+            offset, *others = shifted(list(map(float, value)) if isinstance(value, tuple) else [0.0, 1.0], second)
             values["polycoef"] = (offset - first, *others)
         return Part(entry.tag, self.printed(values))
 
@@ -346,9 +346,9 @@ class ElementPrinter:
         values = {key: value for key, value in mark.values.items() if value is not None}
         if mark.tag == "light":  # which has no axes but a direction
             place = {key: text for key, text in place.items() if key == "pos"}
-            said = values.get("dir")
-            x, y, z = map(float, said) if isinstance(said, tuple) else (0.0, 0.0, -1.0)
-            if said is not None or any(mark.pose.rpy):
+            value = values.get("dir")
+            x, y, z = map(float, value) if isinstance(value, tuple) else (0.0, 0.0, -1.0)
+            if value is not None or any(mark.pose.rpy):
                 values["dir"] = mark.pose.transform().rotate((x, y, z))
         return Part(mark.tag, attributes(name=mark.name, **place) + self.printed(values))
 

@@ -23,6 +23,7 @@ from rosorin_compile.source.diagnostics import (
     error,
     has_errors,
     listed,
+    quoted,
 )
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
@@ -35,46 +36,13 @@ from ..parameters.tables import MANAGER
 from ..ports import full_type
 from . import owners, topics
 from .nodes import Node, check_node, nodes_of
-from .topics import Remap, of_launch, of_word
+from .topics import of_launch, of_word
 
 # Keys of the configuration files of MoveIt, which are no parameter files.
 _MOVEIT = re.compile(
     r"\b(cartesian_limits|joint_limits|kinematics_solver|moveit_controller_manager|moveit_simple_controller_manager"
     r"|octomap_frame|planner_configs|planning_plugins?|sensor_plugin|trajectory_execution)\s*:"
 )
-
-
-@dataclass(frozen=True)
-class ParameterFiles:
-    """Parameter files of nodes, and how the nodes are started.
-
-    ``controllers`` are the files that must have controllers, ``launch`` launch files to read remappings from.
-    ``remaps`` are further ones as NODE:FROM:=TO. Without a distribution, parameters of all ROS 2 distributions are
-    accepted, or of the one that the outputs of the robot name.
-    """
-
-    files: Sequence[Path] = ()
-    controllers: Sequence[Path] = ()
-    launch: Sequence[Path] = ()
-    remaps: Sequence[str] = ()
-    namespace: str = ""
-    distribution: str = ""
-
-    def remappings(self) -> list[Remap]:
-        """Return the remappings. Raises RequestError for one that is invalid."""
-        found = []
-        for word in self.remaps:
-            remap = of_word(word)
-            if remap is None:
-                raise RequestError(f'"{word}" is no remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
-            found.append(remap)
-        return found
-
-    def check(self) -> None:
-        """Raise RequestError for a file that does not exist."""
-        for path in (*self.files, *self.controllers, *self.launch):
-            if not is_file(path):
-                raise RequestError(no_file(path))
 
 
 @dataclass(frozen=True)
@@ -115,45 +83,53 @@ def check_parameters(
         distribution: The ROS 2 distribution; by default that of the outputs of the robot, if they agree.
     """
     nodes, managers, launches = ([Path(file) for file in paths] for paths in (files, controllers, launch))
-    selected = ParameterFiles(nodes, managers, launches, remaps, namespace, distribution or "")
-    selected.check()
-    selected.remappings()
     understood = Request.of(robot, arguments, packages, trust=trust).understand()
     if understood.case is None:
         return CheckedParameters(diagnostics=tuple(one for one in understood.diagnostics if one.severity == ERROR))
-    return look(understood.case, selected)
+    return look(understood.case, nodes, managers, launches, remaps, namespace, distribution or "")
 
 
-def look(case: Case, selected: ParameterFiles) -> CheckedParameters:
-    """Check parameter files against a robot. Raises RequestError."""
-    robot, distribution = case.robot, selected.distribution
+def look(
+    case: Case,
+    nodes: Sequence[Path],
+    managers: Sequence[Path] = (),
+    launches: Sequence[Path] = (),
+    remaps: Sequence[str] = (),
+    namespace: str = "",
+    distribution: str = "",
+) -> CheckedParameters:
+    """Check parameter files against a robot. Raises RequestError for a missing file and an invalid remap."""
+    robot = case.robot
     if not distribution:
         every = {str(one.options["distribution"]) for one in robot.outputs if "distribution" in one.options}
         distribution = every.pop() if len(every) == 1 else ""
+    for path in (*nodes, *managers, *launches):
+        if not is_file(path):
+            raise RequestError(no_file(path))
     found: list[Diagnostic] = []
-    files = _read((*selected.controllers, *selected.files), found)
-    remaps = selected.remappings()
-    for path in selected.launch:
+    files = _read((*managers, *nodes), found)
+    moved = [of_word(word) for word in remaps]
+    for path in launches:
         of_file, wrong = of_launch(path)
-        remaps += of_file
+        moved += of_file
         found += wrong
-    nodes, wrong = nodes_of(files, selected.namespace, distribution, robot.controllers)
+    known, wrong = nodes_of(files, namespace, distribution, robot.controllers)
     found += wrong
-    if selected.controllers and not any(node.type for node in nodes) and not has_errors(found):
+    if managers and not any(node.type for node in known) and not has_errors(found):
         help = f"{MANAGER}: {{ros__parameters: {{NAME: {{type: TYPE}}}}}}"
         first = [section.span for sections in files for section in sections]
-        span = first[0] if first else Span(Source(str(selected.controllers[0]), ""), 1, 1)
+        span = first[0] if first else Span(Source(str(managers[0]), ""), 1, 1)
         found.append(error("controllers-none", "no controller has a type here", span, help))
-    for node in nodes:
+    for node in known:
         found += _check(case, node, distribution)
-    claims = owners.claims(nodes, remaps)
+    claims = owners.claims(known, moved)
     found += owners.check(case, claims)
-    found += owners.check_frames(case, nodes, claims)
-    found += topics.check(robot, nodes, remaps, distribution)
+    found += owners.check_frames(case, known, claims)
+    found += topics.check(robot, known, moved, distribution)
     of_nodes = [edge.publisher for edge in robot.edges if edge.publisher.kind == NODE]
-    judged = [one for one in of_nodes if any(node.kind and node.is_of(one, robot.publishers) for node in nodes)]
+    judged = [one for one in of_nodes if any(node.kind and node.is_of(one, robot.publishers) for node in known)]
     absent = dict.fromkeys(one.name for one in of_nodes if one not in judged)
-    unknown = [node for node in nodes if node.kind is None]
+    unknown = [node for node in known if node.kind is None]
     names = (node.shown for node in unknown if any(node.is_of(one, robot.publishers) for one in robot.publishers))
     return CheckedParameters(robot.name, len(judged), tuple(absent), tuple(names), tuple(arrange(found)))
 
@@ -169,8 +145,9 @@ def _check(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
     yield from diagnostics
     if not node.type:
         return
-    if wrong is None:
-        yield from (one.at(node.span) for one in missing(node.shown, node.kind, node.parameters))
+    if wrong is None and (needed := missing(node.kind, node.parameters)):
+        message = f"{node.shown} needs {quoted(needed, most=4)}: it does not start"
+        yield error("controller-missing", message, node.span, f"add {needed[0]}: VALUE")
     places = {one.span for one in diagnostics}
     values = {key: value for key, value in node.values.items() if node.parameters[key].span not in places}
     kind = full_type(node.type)

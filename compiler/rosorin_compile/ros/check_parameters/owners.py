@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from rosorin_compile.model import Publisher
 from rosorin_compile.model.joint import NODE
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.joints import pieces
-from rosorin_compile.rules.publishers import steps_in_modes
+from rosorin_compile.rules.publishers import Step, all_steps, steps_in_modes
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Suggestion, error, quoted
-from rosorin_compile.source.tree import Path
 
 from ..parameters.tables import Key, written
+from ..ports import full_topic
 from .nodes import Node, Setting
-from .topics import Remap, is_tf, topic
+from .topics import Remap, moved
 
 
 @dataclass(frozen=True)
@@ -49,23 +48,6 @@ class Claim:
         return f"{self.key}: {'0.0' if isinstance(self.switch.value, float) else 'false'}"
 
 
-@dataclass(frozen=True)
-class _Declared:
-    """A transform of the description: its ends, its publisher with its name in messages, its place and mode."""
-
-    parent: str
-    child: str
-    publisher: Publisher
-    path: Path
-    who: str
-    when: str = ""
-
-    @property
-    def edge(self) -> str:
-        """The edge in words."""
-        return f"{self.parent} -> {self.child}"
-
-
 def claims(nodes: Iterable[Node], remaps: Sequence[Remap]) -> list[Claim]:
     """Return what the nodes publish, or would publish."""
     found = []
@@ -76,8 +58,9 @@ def claims(nodes: Iterable[Node], remaps: Sequence[Remap]) -> list[Claim]:
         if node.kind is None or claim is None:
             continue
         name = node.kind.odometry or "/tf"
-        full = topic(name, node.namespace, node.name, remaps)
-        if not claim.silent and not is_tf(full, node.namespace):
+        full = full_topic(name, node.namespace, node.name)
+        full = moved(node, remaps).get(full, full)
+        if not claim.silent and full not in ("/tf", full_topic("tf", node.namespace, "")):
             fix = f"remap {full} to /tf: --remap {node.name}:{name}:=/tf, if the launch file does"
             claim = replace(claim, silent=f"publishes on {full}, which nothing remaps to /tf", fix=fix)
         found.append(claim)
@@ -128,21 +111,14 @@ def _of_filter(node: Node) -> Claim | None:
     return claim if tf.value else replace(claim, silent=claim.because)
 
 
-def _declared(case: Case) -> list[_Declared]:
-    """Return the transforms of the description that are published, joints first."""
-    found = []
-    for joint in case.robot.joints:
-        who = f'{joint.publisher.name} (joint "{joint.name}")'
-        found.append(_Declared(joint.parent, joint.child, joint.publisher, case.end(joint, "child"), who))
-    for index, edge in enumerate(case.robot.edges):
-        path, who = case.edge(index, "child"), edge.publisher.name
-        found.append(_Declared(edge.parent, edge.child, edge.publisher, path, who, edge.when))
-    return [one for one in found if one.publisher.publishes]
+def _edge(step: Step) -> str:
+    return f"{step.parent} -> {step.child}"
 
 
 def check(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
     """Yield where what nodes publish is not what the description says."""
-    declared, publishers = _declared(case), case.robot.publishers
+    declared = [step for step in all_steps(case, legal=False) if step.publisher.publishes]
+    publishers = case.robot.publishers
     speaking = [claim for claim in found if not claim.silent]
     explained: set[str] = set()
     for index, claim in enumerate(speaking):
@@ -170,10 +146,10 @@ def check(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
         does = any(not claim.silent and claim.child.value == one.child for claim in owned)
         if could and not does and not any(claim.node.full in explained for claim in owned):
             claim, when = owned[0], f" when {one.when}" if one.when else ""
-            message = f"no node publishes {one.edge}{when}: {claim.node.shown} owns it, and "
+            message = f"no node publishes {_edge(one)}{when}: {claim.node.shown} owns it, and "
             message += claim.silent or f"it publishes {claim.edge}"
             help = claim.fix if claim.silent else "correct its frames, or the edge"
-            related = [case.related(f"{one.who} owns it here", one.path)]
+            related = [case.related(f"{one.owner} owns it here", one.path)]
             yield error("parameters-no-owner", message, claim.switch.span, help, related)
 
 
@@ -184,27 +160,27 @@ def _both(claim: Claim, rival: Claim) -> Diagnostic:
     return error("parameters-two-owners", message, claim.switch.span, help, [related])
 
 
-def _not_its_own(case: Case, claim: Claim, into: Sequence[_Declared], owners: Iterable[Claim]) -> Diagnostic:
+def _not_its_own(case: Case, claim: Claim, into: Sequence[Step], owners: Iterable[Claim]) -> Diagnostic:
     """Return that a node publishes an edge of another one."""
     one = into[0]
-    message = f"{claim.node.shown} publishes {claim.edge} ({claim.because}), and by the description {one.edge} is of "
-    related = [case.related(f"{other.edge} is of {other.who} here", other.path) for other in into]
+    message = f"{claim.node.shown} publishes {claim.edge} ({claim.because}), and by the description {_edge(one)} is of "
+    related = [case.related(f"{_edge(other)} is of {other.owner} here", other.path) for other in into]
     related += [Related(f"{it.node.shown}: {it.silent or it.because}", it.switch.span) for it in owners]
     help = claim.off
     if one.publisher.kind == NODE and claim.node.name != one.publisher.name:
         help += f"; if it is to own the edge, name it in the description: publisher: {claim.node.name}"
-    return error("parameters-two-owners", message + one.who, claim.switch.span, help, related)
+    return error("parameters-two-owners", message + one.owner, claim.switch.span, help, related)
 
 
-def _other_edge(case: Case, claim: Claim, near: _Declared | None, end: Setting) -> Diagnostic:
+def _other_edge(case: Case, claim: Claim, near: Step | None, end: Setting) -> Diagnostic:
     """Return that a node publishes another edge than ``near``, or one that the description does not have."""
     help, prefix = "", _prefix(claim.node)
     if prefix:
         help = f'the controller writes "{prefix}" before its frames, unless tf_frame_prefix_enable is false'
     message = f"{claim.node.shown} publishes {claim.edge}"
     if near is not None:
-        message += f"{end.how}, and by the description it is {near.edge}"
-        related = [case.related(f"described here, of {near.who}", near.path)]
+        message += f"{end.how}, and by the description it is {_edge(near)}"
+        related = [case.related(f"described here, of {near.owner}", near.path)]
         help = help or f'name the frame "{near.parent if end is claim.parent else near.child}", or correct the edge'
         return error("parameters-other-edge", message, end.span, help, related)
     ends = f"parent: {claim.parent.value}, child: {claim.child.value}, publisher: {claim.node.name}"
@@ -265,9 +241,8 @@ def _check_frame(
         return
     value = value.removeprefix("/")
     if key.frame == BASE:
-        odom = _odometry(case, node)
-        moved = [step for step in steps_in_modes(case)[0] if step.parent == odom]
-        part: Collection[str] = next((part for part in parts if odom in part), ())
+        moved = _moved(case, node)
+        part: Collection[str] = next((part for part in parts if moved and moved[0].parent in part), ())
         if value in part or not moved:
             return
         related = [case.related(f"{step.parent} -> {step.child} is described here", step.path) for step in moved]
@@ -276,7 +251,7 @@ def _check_frame(
             suggestion = Suggestion(value, part, instead=help)
             yield error("parameters-frame", f"{name}: there is no such frame", setting.span, suggestion, related)
             return
-        message = f'{name}, and no transform leads to it from "{odom}": the odometry moves '
+        message = f'{name}, and no transform leads to it from "{moved[0].parent}": the odometry moves '
         message += quoted(step.child for step in moved)
         yield error("parameters-base", message, setting.span, help, [*related, *_unpublished(case, value)])
     elif value not in known:
@@ -292,17 +267,10 @@ def _unpublished(case: Case, frame: str) -> list[Related]:
     return [case.related(f'no node publishes joint "{joint.name}"', case.publisher(joint))] if joint else []
 
 
-def _odometry(case: Case, node: Node) -> str:
-    """Return the frame that the odometry is given in: as the node says, if it is there, else as the description has it.
-
-    That is the parent of the transform of another node that leads to the robot and hangs on no other, but for a map.
-    """
-    steps = [step for step in steps_in_modes(case)[0] if step.edge is not None]
-    parents = [step.parent for step in steps]
-    said = next((setting.value for key, _, setting in _named(node) if key.frame == ODOM), None)
-    if said in parents:
-        return str(said)
-    moving = [step for step in steps if step.edge is not None and case.robot.edges[step.edge].moving]
-    lowest = [step.parent for step in moving if step.child not in parents]
-    children = {step.child for step in steps_in_modes(case)[0]}
-    return next((parent for parent in lowest if parent in children), next(iter(lowest), ""))
+def _moved(case: Case, node: Node) -> list[Step]:
+    """Return the transforms that move the robot: those from the frame of the odometry that a node names, or all."""
+    links, edges = case.robot.link, case.robot.edges
+    steps = [step for step in steps_in_modes(case)[0] if step.edge is not None and edges[step.edge].moving]
+    leading = [step for step in steps if step.child in links and step.parent not in links]
+    said = {setting.value for key, _, setting in _named(node) if key.frame == ODOM}
+    return [step for step in leading if step.parent in said] or leading

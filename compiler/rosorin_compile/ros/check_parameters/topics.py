@@ -7,17 +7,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.model import Robot
 from rosorin_compile.rules.case import report
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Related, Span, error, listed
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Related, RequestError, Span, error, listed
 
 from ..graph import End, Graph, mismatched_qos, source_message, topics_of_sensors
-from ..launch_reader import LaunchError, nodes_of
-from ..ports import IMU, ODOMETRY, SCAN, TF, VELOCITY, controller_ports, full_topic, full_type, ports, short_type
+from ..launch_files import LaunchError, nodes_of
+from ..ports import IMU, ODOMETRY, SCAN, VELOCITY, controller_ports, full_topic, full_type, ports, short_type
 from .nodes import Node
 
 _ODOM = "odom"  # the usual topic
@@ -36,27 +37,20 @@ class Remap(NamedTuple):
     to: str
 
 
-def of_word(word: str) -> Remap | None:
-    """Return what a text such as NODE:FROM:=TO says; None if it is no remap."""
-    left, mark, to = word.partition(":=")
+def of_word(word: str) -> Remap:
+    """Return the remap that a text such as NODE:FROM:=TO is. Raises RequestError if it is none."""
+    left, _, to = word.partition(":=")
     node, colon, name = left.rpartition(":")
-    if not mark or not name or not to or (colon and not node):
-        return None
+    if not name or not to or (colon and not node):
+        raise RequestError(f'"{word}" is no remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
     return Remap(node.strip("/").rsplit("/", 1)[-1], name, to)
 
 
-def topic(name: str, namespace: str, node: str, remaps: Iterable[Remap]) -> str:
-    """Return the topic that a node publishes on under ``name``: the first rule that fits is followed."""
-    full = full_topic(name, namespace, node)
-    for remap in remaps:
-        if remap.node in ("", node) and full_topic(remap.name, namespace, node) == full:
-            return full_topic(remap.to, namespace, node)
-    return full
-
-
-def is_tf(topic: str, namespace: str) -> bool:
-    """Return True if a topic is the one that tf2 listens to: /tf, or that of the namespace."""
-    return topic in (f"/{TF}", full_topic(TF, namespace, ""))
+def moved(node: Node, remaps: Iterable[Remap]) -> dict[str, str]:
+    """Return the new topics of a node by the old ones, in full; the first remap of one is followed."""
+    space, name = node.namespace, node.name
+    mine = [one for one in remaps if one.node in ("", name)]
+    return {full_topic(one.name, space, name): full_topic(one.to, space, name) for one in reversed(mine)}
 
 
 def of_launch(path: Path) -> tuple[list[Remap], list[Diagnostic]]:
@@ -90,8 +84,10 @@ def _unknown(what: str, these: str, span: Span) -> Diagnostic:
 
 def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
     for flag, word in pairwise(words):
-        if flag in _FLAGS and (remap := of_word(word)) is not None:
-            yield remap if remap.node else remap._replace(node=node)
+        if flag in _FLAGS:
+            with suppress(RequestError):  # which the node refuses, too
+                remap = of_word(word)
+                yield remap if remap.node else remap._replace(node=node)
         elif flag == "--controller-ros-args":
             spawned = next((one for one in words if not one.startswith("-")), "")
             yield from _of_arguments(word.split(), spawned)
@@ -128,8 +124,7 @@ def _graph(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) ->
             known = tuple(ports(distribution, node=node.kind.name))
         those = [one for one in known if not one.each and node.setting(one.parameter).value != ""]
         those = [one for one in those if one.parameter in values or one.parameter not in node.parameters]
-        moved = [(one.name, one.to) for one in reversed(remaps) if one.node in ("", node.name)]
-        made.add(node.full, those, values, node.namespace, moved)
+        made.add(node.full, those, values, node.namespace, moved(node, remaps).items())
     return made
 
 

@@ -7,23 +7,13 @@ robot, be they of a description or of a file; what is known of the types is in `
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import partial
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from rosorin_compile.formats.format import Unsupported, described_by
-from rosorin_compile.model import Edge, Output, Robot
+from rosorin_compile.model import Output, Robot
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    WARNING,
-    Diagnostic,
-    Suggestion,
-    first_of,
-    listed,
-    nearest,
-    quoted,
-)
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Suggestion, first_of, listed, nearest, quoted
 from rosorin_compile.source.tree import Path, Seq, at, exists
 
 from ..parameters.checking import Finding, against_kind, unwritable
@@ -54,8 +44,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     is_first = output.name == next(one for one in case.robot.outputs if one.backend == output.backend).name
     if not case.robot.controllers:
         message = f'output "{output.name}" is for controllers, and the description has none'
-        help = "name them: controllers: {NAME: {type: diff_drive}}"
-        yield case.problem("controllers-none", message, entry, help, severity=WARNING, key=True)
+        yield case.problem("controllers-none", message, entry, severity=WARNING, key=True)
     for found in against_kind(f"the {MANAGER}", kinds(distribution)[MANAGER], managed(output, distribution)):
         yield _placed(case, found, entry, "manager")
     if is_first:
@@ -66,11 +55,11 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     every = filled(case.robot, distribution)
     for one in every:
         findings = list(_findings(case, one, distribution))
-        for found in findings:
-            yield _placed(case, found, ("controllers", one.controller.name), "params")
         wrong = {found.key for found in findings}
         if one.kind is not None and one.kind.odometry and not wrong & {key for key, _ in _ENDS}:
-            yield from _odometry(case, one)
+            findings += _odometry(case.robot, one)
+        for found in findings:
+            yield _placed(case, found, ("controllers", one.controller.name), "params")
     if is_first:
         yield from _claimed(case, every)
 
@@ -79,21 +68,16 @@ def _claimed(case: Case, every: Iterable[Filled]) -> Iterator[Diagnostic]:
     """Yield the commands that two active controllers claim, once for each controller."""
     owners: dict[tuple[str, str], str] = {}
     for one in every:
-        name, taken = one.controller.name, []
+        name, taken = one.controller.name, dict[tuple[str, str, str], list[str]]()
         for joint, word, key in () if one.controller.inactive else claims(one.type, one.values):
             owner = owners.setdefault((joint, word), name)
             if owner != name and joint in case.robot.joint:
-                taken.append((owner, joint, word, key))
-        if not taken:
-            continue
-        owner, _, word, key = taken[0]
-        joints = quoted(dict.fromkeys(joint for of, joint, what, _ in taken if (of, what) == (owner, word)), most=4)
-        message = f'controllers "{owner}" and "{name}" both claim the {word} of {joints}: the second one does not start'
-        help = f"start one of them later: {name}: {{inactive: true}}; or give them other joints"
-        path = _path(case, ("controllers", name, "params"), key)
-        path = path if exists(case.tree, path) and path[-1] != "params" else ("controllers", name)
-        related = [case.related("the first claim", ("controllers", owner), key=True)]
-        yield case.problem("controller-interface", message, path, help, related=related, key=True)
+                taken.setdefault((owner, word, key), []).append(joint)
+        for (owner, word, key), joints in list(taken.items())[:1]:
+            message = f'controllers "{owner}" and "{name}" both claim the {word} of {quoted(joints, most=4)}: '
+            key = key if key in one.controller.params else ""
+            found = Finding("controller-interface", f"{message}the second one does not start", key, at_key=True)
+            yield _placed(case, found, ("controllers", name), "params")
 
 
 def _joint_states(case: Case) -> Iterator[Diagnostic]:
@@ -105,9 +89,7 @@ def _joint_states(case: Case) -> Iterator[Diagnostic]:
     if not any(one.endswith("/JointStateBroadcaster") for one in types):
         block, joint = states[0]
         message = f'no controller publishes the states that hardware block "{block.name}" has, such as that of '
-        help = "controllers: {joint_state_broadcaster: {type: joint_state_broadcaster}}"
-        path: Path = ("controllers",)
-        yield case.problem(rule, f'{message}"{joint.name}"', path, help, severity=WARNING, key=True)
+        yield case.problem(rule, f'{message}"{joint.name}"', ("controllers",), severity=WARNING, key=True)
         return
     for still in case.robot.unmeasured_joints:
         message = f'no node publishes the position of joint "{still.name}", which no hardware block has: '
@@ -124,10 +106,8 @@ def _apart(case: Case, output: Output) -> Iterator[Diagnostic]:
     name, option = next(iter(blocks.items()))
     message = f'output "{output.name}" is for {asked(output).capitalize()}, and the hardware blocks of output "{name}" '
     message += f"are for {option.capitalize()}"
-    help = f'distribution: {option} here, or control: {asked(output)} in output "{name}"'
     path: Path = ("outputs", output.name, "distribution")
-    place = path if exists(case.tree, path) else path[:2]
-    yield case.problem("controllers-distribution", message, place, help, within=True)
+    yield case.problem("controllers-distribution", message, path if exists(case.tree, path) else path[:2], within=True)
 
 
 def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
@@ -142,14 +122,16 @@ def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
     right = {key: value for key, value in one.values.items() if key not in {finding.key for finding in found}}
     named = list(against_robot(name, one.type, right, one.known, case.robot, WARNING))
     joints = (joint.name for block in case.robot.control for joint in block.joints)
-    if wrong is None and not any(found.unknown for found in named) and all(map(case.robot.joint.get, joints)):
-        help = partial(_help_about_missing, case.robot, one)
-        yield from missing(name, one.kind, one.values, help)  # else what is missing may follow from the wrong name
+    are_right = wrong is None and not any(found.unknown for found in named) and all(map(case.robot.joint.get, joints))
+    needed = missing(one.kind, one.values) if are_right else []  # else it may follow from the wrong name
+    if needed:
+        message, help = f"{name} needs {quoted(needed, most=4)}: it does not start", _help(case.robot, one, needed)
+        yield Finding("controller-missing", message, "", help)
     yield from frames_of(name, given, case.robot)
     yield from named
 
 
-def _help_about_missing(robot: Robot, one: Filled, needed: list[str]) -> str:
+def _help(robot: Robot, one: Filled, needed: list[str]) -> str:
     if one.known.why_not:
         return f"{one.known.why_not}; give it in params"
     blocks = [block.name for block in robot.control if any(joint.command for joint in block.joints)]
@@ -160,41 +142,33 @@ def _help_about_missing(robot: Robot, one: Filled, needed: list[str]) -> str:
     return f"write params: {{{', '.join(f'{key}: {examples.get(key, key.upper())}' for key in needed)}}}"
 
 
-def _odometry(case: Case, one: Filled) -> Iterator[Diagnostic]:
+def _odometry(robot: Robot, one: Filled) -> Iterator[Finding]:
     """Yield where a controller does not publish the edge that the description says it does, or another one."""
-    controller, entry, edges = one.controller, ("controllers", one.controller.name), case.robot.edges
-    given = [key for key in ("enable_odom_tf", "odom_frame_id", "base_frame_id") if key in controller.params]
-    mine = owned(case.robot, controller)
+    params, name = one.controller.params, f'controller "{one.controller.name}"'
+    key = next((key for key in ("enable_odom_tf", "odom_frame_id", "base_frame_id") if key in params), "")
+    mine = [f"{edge.parent} -> {edge.child}" for edge in owned(robot, one.controller)]
     parent, child = (one.values.get(key, default) for key, default in _ENDS)
-    into = next((edge for edge in edges if edge.child == child), None)
-    publishes = one.values.get("enable_odom_tf")
-    name, edge = f'controller "{controller.name}"', None
-    if not publishes and mine and "enable_odom_tf" in given:
-        rule, edge = "parameters-no-owner", mine[0]
-        message, help = f"{name} owns {_edge(edge)}, and enable_odom_tf is false", "remove enable_odom_tf"
-    elif not publishes and not mine and into is None:
-        message = f"no edge says that {name} publishes where {child} is: it does not"
-        help = f"edges: [{{parent: {parent}, child: {child}, publisher: {controller.name}}}]"
-        yield case.problem("controllers-odometry", message, entry, help, key=True)
-        return
-    elif not publishes or any((other.parent, other.child) == (parent, child) for other in mine):
-        return
-    elif mine:
-        rule, edge, help = "parameters-other-edge", mine[0], "leave the frames to the description"
-        message = f"{name} publishes {parent} -> {child}, and by the description it is {_edge(edge)}"
-    elif into is not None:
-        rule, edge, help = "parameters-two-owners", into, "remove enable_odom_tf"
-        message = f"{name} publishes {parent} -> {child}, and by the description {_edge(into)} is of "
-        message += into.publisher.name
-    else:
-        rule, help = "parameters-other-edge", "remove enable_odom_tf, or add the edge"
-        message = f"{name} publishes {parent} -> {child}, an edge that the description does not have"
-    related = [] if edge is None else [("the edge", case.edge(edges.index(edge), "child"))]
-    yield case.problem(rule, message, (*entry, "params", given[0]) if given else entry, help, related=related)
-
-
-def _edge(edge: Edge) -> str:
-    return f"{edge.parent} -> {edge.child}"
+    into = next((edge for edge in robot.edges if edge.child == child), None)
+    edge = f"{parent} -> {child}"
+    if not one.values.get("enable_odom_tf"):
+        if mine and "enable_odom_tf" in params:
+            message = f"{name} owns {mine[0]}, and enable_odom_tf is false"
+            yield Finding("parameters-no-owner", message, key, "remove enable_odom_tf")
+        elif not mine and into is None:
+            message = f"no edge says that {name} publishes where {child} is: it does not"
+            help = f"edges: [{{parent: {parent}, child: {child}, publisher: {one.controller.name}}}]"
+            yield Finding("controllers-odometry", message, "", help, NOTE)
+    elif mine and edge not in mine:
+        message = f"{name} publishes {edge}, and by the description it is {mine[0]}"
+        yield Finding("parameters-other-edge", message, key, "leave the frames to the description")
+    elif not mine and into is not None:
+        message = (
+            f"{name} publishes {edge}, and by the description {into.parent} -> {child} is of {into.publisher.name}"
+        )
+        yield Finding("parameters-two-owners", message, key, "remove enable_odom_tf")
+    elif not mine:
+        message = f"{name} publishes {edge}, an edge that the description does not have"
+        yield Finding("parameters-other-edge", message, key, "remove enable_odom_tf, or add the edge")
 
 
 def _placed(case: Case, found: Finding, entry: Path, within: str) -> Diagnostic:
@@ -203,11 +177,9 @@ def _placed(case: Case, found: Finding, entry: Path, within: str) -> Diagnostic:
         path = (*entry, found.key)
     key = found.at_key or not found.key or path == (*entry, within)
     path = path if found.key else entry
-    value, help = at(case.tree, path), found.help
+    value = at(case.tree, path)
     path = (*path, value.index(found.unknown)) if isinstance(value, Seq) and found.unknown in value else path
-    if found.known:
-        help = case.suggest(path, found.unknown, found.known)
-    return case.problem(found.rule, found.message, path, help, severity=found.severity, key=key)
+    return case.problem(found.rule, found.message, path, found.help, severity=found.severity, key=key)
 
 
 def _path(case: Case, path: Path, key: str) -> Path:
@@ -242,17 +214,12 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
     return Finding("controller-type", message, "type", "", NOTE)
 
 
-def missing(
-    name: str, kind: Kind | None, given: Iterable[str], help: Callable[[list[str]], str] | None = None
-) -> Iterator[Finding]:
-    """Yield that a controller lacks parameters that it needs; ``help`` makes the help about them."""
+def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:
+    """Return the parameters that a controller needs and does not have."""
     if kind is None:
-        return
+        return []
     meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # misspelt, and reported
-    needed = [key.name for key in kind.own() if key.needed and key.name not in given and key.name not in meant]
-    if needed:
-        message = f"{name} needs {quoted(needed, most=4)}: it does not start"
-        yield Finding("controller-missing", message, "", help(needed) if help else f"add {needed[0]}: VALUE")
+    return [key.name for key in kind.own() if key.needed and key.name not in given and key.name not in meant]
 
 
 def against_robot(
@@ -276,7 +243,7 @@ def frames_of(name: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Fi
         there = {*frames, *_WORLD} if last == "odom_frame_id" else frames
         if last in _FRAMES and isinstance(value, str) and value and value.lstrip("/") not in there:
             message = f'"{key}" of {name} names "{value}", which is no frame of the robot'
-            yield Finding("controller-name", message, key, Suggestion(value, there), unknown=value, known=there)
+            yield Finding("controller-name", message, key, Suggestion(value, there), unknown=value)
 
 
 def _texts(value: Any) -> list[str]:
@@ -294,7 +261,7 @@ def _joints_of(name: str, key: str, value: Any, robot: Robot) -> Iterator[Findin
         if one not in moving:
             what = "a fixed joint" if one in robot.joint else "which is no joint of the robot"
             message, help = f'"{key}" of {name} names "{one}", {what}', Suggestion(one, moving)
-            yield Finding("controller-name", message, key, help, unknown=one, known=moving)
+            yield Finding("controller-name", message, key, help, unknown=one)
 
 
 def _differing(name: str, key: str, value: Any, wanted: Any, severity: str) -> Iterator[Finding]:

@@ -15,7 +15,7 @@ from rosorin_compile.formats.format import HUMBLE
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Mesh, Output, Publisher, Robot, Sensor
 from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
-from rosorin_compile.rules.case import Case
+from rosorin_compile.rules.case import Case, report
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error, listed
 
 from ..controllers.filled import drivers, owned
@@ -109,17 +109,15 @@ def _problems(robot: Robot, output: Output, frames: Frames, base: str) -> Iterat
     for publisher, lead in wrong:
         step = f"{frames.map or 'map'} -> {frames.odom if frames.map else 'odom'}"
         message = f'"{publisher.name}" is to publish {lead}, and it publishes {step} alone'
-        help = "correct the edge: the step from the odometry to the robot is of another node"
-        yield Found("navigation-owner", message, lead.path, help, absolute=True)
+        yield Found("navigation-owner", message, lead.path, absolute=True)
     if not frames.map and not wrong:
         message = f"no publisher is described for map -> {frames.odom}: what needs the frame of a map is left out"
-        help = f"add it to edges: {{parent: map, child: {frames.odom}, publisher: NAME}}"
-        yield Found("navigation-no-map", message, (), help, WARNING, key=True)
+        yield Found("navigation-no-map", message, severity=WARNING, key=True)
     for driver in drivers(robot) if asked(output) == HUMBLE else ():
         if driver.stamped:
             message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {HUMBLE.capitalize()} sends Twist'
-            help = "give it use_stamped_vel: false, where its output is for Humble, too"
-            yield Found("nav2-command", message, ("controllers", driver.name), help, WARNING, absolute=True, key=True)
+            path = ("controllers", driver.name)
+            yield Found("nav2-command", message, path, severity=WARNING, absolute=True, key=True)
 
 
 def _check_sources(robot: Robot, output: Output) -> Iterator[Found]:
@@ -165,12 +163,12 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
         outline = footprint(solids, corners)
     except ValueError as problem:
         message = f"{problem}: footprint and heights are left out"
-        return None, [Diagnostic("nav2-footprint", WARNING, message, help="correct the size of its shapes")]
+        return None, [report("nav2-footprint", message, help="correct the size of its shapes", severity=WARNING)]
     said = []
     circle = output.options.get("outline") == _CIRCLE
     if outline.inscribed <= 0 and not circle:
         message = f'the base frame "{made.base}" is not within the footprint, which Nav2 takes for granted'
-        said.append(Diagnostic("nav2-footprint", WARNING, message, help="name a frame in the middle: base_frame"))
+        said.append(report("nav2-footprint", message, help="name a frame in the middle: base_frame", severity=WARNING))
     heights = _heights(robot, output, made, outline)
     for source in _sources(robot, output):
         at = _above(robot, made, source.sensor)
@@ -193,14 +191,13 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
 def _unmeasured(robot: Robot, unknown: Sequence[str]) -> Diagnostic:
     left = "footprint and heights are left out"
     if not unknown:
-        message = f"no link of the robot has a collision shape: {left}"
-        return Diagnostic("nav2-footprint", WARNING, message, help="give its links collision shapes")
+        return report("nav2-footprint", f"no link of the robot has a collision shape: {left}", severity=WARNING)
     shapes = [shape.geometry for name in unknown for shape in robot.link[name].collision]
     reasons = {mesh.file: why_unread(robot, mesh.file) for mesh in shapes if isinstance(mesh, Mesh)}
     files = [file for file, reason in reasons.items() if reason]
     message = f"the size of {listed(files, 3)} is unknown ({listed(unknown, 3)}): {left}"
     help = f"{reasons[files[0]]}: name an STL or an OBJ that is there, or give the link a box or a cylinder"
-    return Diagnostic("nav2-footprint", WARNING, message, help=help)
+    return report("nav2-footprint", message, help=help, severity=WARNING)
 
 
 def _heights(robot: Robot, output: Output, made: _Basics, outline: Footprint) -> tuple[float, float]:

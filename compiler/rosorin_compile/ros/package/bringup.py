@@ -21,12 +21,12 @@ from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
 from ..parameters.files import asked, nodes_of
 from ..parameters.tables import plugins, written
 from ..ports import IMU, ODOMETRY, interfaces_of, short_type
+from ..srdf.planning import Planning, planning_of
+from .launch import PackageFile
 from .options import CONTROL, MOVEIT, NAV2, STARTS
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.format import Artifact
-
-    from ..srdf.planning import Planning
 
 BRINGUP = "bringup.launch.py"
 _URDF, _CONTROLLERS, _SRDF, _EKF = "urdf", "controllers", "srdf", "robot_localization"
@@ -43,7 +43,6 @@ class _Start(NamedTuple):
     file: str
     about: str
     help: str
-    templates: tuple[str, ...] = ()
     packages: tuple[str, ...] = ()
 
 
@@ -52,16 +51,12 @@ _STARTS = {
         "control.launch.py",
         "the controller_manager with its controllers",
         "add under outputs: a URDF with `control: jazzy` or `humble`, and `controllers: {}`",
-        packages=("controller_manager",),
+        ("controller_manager",),
     ),
     MOVEIT: _Start(
         "moveit.launch.py",
         "MoveIt's move_group",
         "add `srdf: {}` under outputs",
-        (
-            *("config/joint_limits.yaml", "config/kinematics.yaml", "config/moveit_controllers.yaml"),
-            "rviz/moveit.rviz",
-        ),
         (
             *("moveit_configs_utils", "moveit_kinematics", "moveit_planners_ompl", "moveit_ros_move_group"),
             "moveit_simple_controller_manager",
@@ -73,6 +68,12 @@ _STARTS = {
         "add `nav2: {}` or `robot_localization: {}` under outputs",
     ),
 }
+_FOR_MOVEIT = (
+    PackageFile("config/joint_limits.yaml", "joint_limits.yaml", "limits of joints for MoveIt"),
+    PackageFile("config/kinematics.yaml", "kinematics.yaml", "solvers of MoveIt"),
+    PackageFile("config/moveit_controllers.yaml", "moveit_controllers.yaml", "controllers that MoveIt uses"),
+    PackageFile("rviz/moveit.rviz", "moveit.rviz", "RViz for MoveIt"),
+)
 
 
 @dataclass(frozen=True)
@@ -96,10 +97,6 @@ class Bringup:
     @cached_property
     def _filled(self) -> list[Filled]:
         return filled(self.robot, self._distribution)
-
-    @cached_property
-    def _planning(self) -> Planning | None:
-        return planning_of(self.robot) if MOVEIT in self.starts else None
 
     @property
     def _navigates(self) -> bool:
@@ -125,19 +122,15 @@ class Bringup:
             needed = (("nav2_bringup", NAV2), ("python3-yaml", NAV2), (_EKF, _EKF))
             yield from (name for name, backend in needed if backend in self.places)
 
-    def templates(self) -> dict[str, str]:
-        """Return the templates of the files that are made, by their places."""
-        places = [place for word in self.starts for place in (f"launch/{_STARTS[word].file}", *_STARTS[word].templates)]
-        places += [f"launch/{BRINGUP}"] if self.starts else []
-        return {place: place.rpartition("/")[2] for place in places}
-
-    def contents(self) -> list[tuple[str, str]]:
-        """Return the files that are made with what each is."""
-        rows = [(f"launch/{_STARTS[word].file}", _STARTS[word].about) for word in self.starts]
-        rows += [(f"launch/{BRINGUP}", "all of it")] if self.starts else []
+    def files(self) -> Iterator[PackageFile]:
+        """Yield the files that are made."""
+        for word in self.starts:
+            start = _STARTS[word]
+            yield PackageFile(f"launch/{start.file}", start.file, start.about)
         if MOVEIT in self.starts:
-            rows += [("config/*.yaml", "what MoveIt wants besides the SRDF"), ("rviz/moveit.rviz", "RViz for MoveIt")]
-        return rows
+            yield from _FOR_MOVEIT
+        if self.starts:
+            yield PackageFile(f"launch/{BRINGUP}", BRINGUP, "all of it")
 
     def values(self, main: str, topics: Mapping[str, str]) -> dict[str, Any]:
         """Return what the templates need; ``main`` is the place of what robot_state_publisher reads."""
@@ -160,7 +153,9 @@ class Bringup:
             "teleop": None,
         }
         values |= self._localisation() if self._navigates else {}
-        values |= self._filter() if NAV2 in self.starts and _EKF in self.places else {}
+        if NAV2 in self.starts and _EKF in self.places:
+            moved = robot_localization.remaps(self.robot, self._output(_EKF)) if CONTROL in self.starts else []
+            values |= {"ekf_name": self.ekf, "ekf_remaps": moved}
         values |= self._control(main) if CONTROL in self.starts else {}
         values |= self._moveit() if MOVEIT in self.starts else {}
         return values
@@ -209,10 +204,6 @@ class Bringup:
             "why": {TF: "it publishes there what it owns", COMMAND: "Nav2 sends velocities there"},
         }
 
-    def _filter(self) -> dict[str, Any]:
-        moved = robot_localization.remaps(self.robot, self._output(_EKF)) if CONTROL in self.starts else []
-        return {"ekf_name": self.ekf, "ekf_remaps": moved}
-
     def _localisation(self) -> dict[str, Any]:
         """Return whether slam_toolbox publishes map -> odom, and not AMCL, while no mode is on.
 
@@ -228,32 +219,35 @@ class Bringup:
         return {"slam": str(SLAM in kinds and AMCL not in kinds), "seen_by_slam": seen}
 
     def _moveit(self) -> dict[str, Any]:
-        planning = self._planning
+        planning, moved, solved = self._planning, list[tuple[Any, ...]](), list[str]()
         if planning is None:  # then there is no SRDF either
             return {"solved": [], "limited": [], "moved": []}
-        moved = []
         for one in self._filled if _CONTROLLERS in self.outputs else ():
             joints = one.values.get("joints") or [one.values.get("joint", "")]
             action = interfaces_of(one.type).get("action")
             if action and all(name in planning.joints for name in joints):
                 moved.append((one.controller.name, *action, list(joints)))
-        solved = [group.name for group in planning.groups.values() if _is_chain(planning, group.name)]
+        for group in planning.groups.values():
+            names = planning.active(group)
+            chain = planning.chain(planning.joints[names[-1]].child) if names else []
+            solved += [group.name] if names and {*names} <= {joint.name for joint in chain} else []
         return {"solved": solved, "limited": list(self._limits()), "moved": moved}
 
+    @property
+    def _planning(self) -> Planning | None:
+        return planning_of(self.robot) if MOVEIT in self.starts else None
+
     def _limits(self) -> Iterator[dict[str, Any]]:
-        acceleration, planning = None if self._distribution == _HUMBLE else _STAND_IN, self._planning
-        groups = planning.groups.values() if planning is not None else ()
-        names = {name for group in groups if planning is not None for name in planning.active(group)}
-        for name, joint in planning.joints.items() if planning is not None else ():
+        planning = self._planning
+        if planning is None:
+            return
+        acceleration = None if self._distribution == _HUMBLE else _STAND_IN
+        names = {name for group in planning.groups.values() for name in planning.active(group)}
+        for name, joint in planning.joints.items():
             if name in names and joint.type in _ONE_AXIS:
                 velocity = (joint.limit.known("velocity") if joint.limit is not None else None) or None
                 if velocity or acceleration:
                     yield {"name": name, "velocity": velocity, "acceleration": acceleration}
-
-
-def _is_chain(planning: Planning, name: str) -> bool:
-    names = planning.active(planning.groups[name])
-    return bool(names) and {*names} <= {one.name for one in planning.chain(planning.joints[names[-1]].child)}
 
 
 def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str]) -> tuple[Bringup, Diagnostic | None]:
@@ -265,8 +259,7 @@ def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str])
         if artifact.backend != _URDF or artifact.output in control:
             places.setdefault(artifact.backend, place)
             outputs.setdefault(artifact.backend, artifact.output)
-    planning = planning_of(robot) if MOVEIT in starts and _SRDF in outputs else None
-    if planning is not None:
+    if MOVEIT in starts and _SRDF in outputs and (planning := planning_of(robot)) is not None:
         places["moveit_urdf"] = next((at for at, one in placed.items() if one.output == planning.urdf.name), "")
     ekf = next(iter(nodes_of(placed[places[_EKF]].text))).rpartition("/")[2] if _EKF in places else ""
     made = Bringup(robot, tuple(word for word in STARTS if word in starts), places, outputs, ekf)
@@ -281,10 +274,3 @@ def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str])
             message = f"--{word} is for {_STARTS[word].about}: no output has {missing[word]}"
             return made, error("package-start", message, None, _STARTS[word].help)
     return made, None
-
-
-def planning_of(robot: Robot) -> Planning | None:
-    """Return a robot as MoveIt has it, or None if it has no URDF that an SRDF could belong to."""
-    from ..srdf import planning
-
-    return planning.planning_of(robot)

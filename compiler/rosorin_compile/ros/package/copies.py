@@ -1,34 +1,32 @@
-"""Files of a package: copies of artifacts in a folder, how they differ, and the meshes that a URDF names.
+"""Files of a package: copies of artifacts in a folder, how they differ, and the meshes that they name.
 
-``package://`` names of other packages stay, and those packages become dependencies. A path finds nothing once the URDF
-is a parameter of robot_state_publisher, so the file is copied into the package and named by ``package://``.
+``package://`` names of meshes of other packages stay, and those packages become dependencies. A path finds nothing once
+the URDF is a parameter of robot_state_publisher, so the file is copied into the package and named by ``package://``.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import posixpath
 import re
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from types import MappingProxyType
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 from xml.sax.saxutils import unescape
 
-from rosorin_compile.compare.changes import Change
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.formats.mesh_files import references, urdf_file_name
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import digest, is_generated, kept_name
-from rosorin_compile.output.committed import TextDifference, compare, shorten
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, first_of, printable
+from rosorin_compile.output.committed import Comparison, compare, shorten
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error, first_of, printable
 from rosorin_compile.source.files import is_file, read_bytes
 
-from .options import is_legal
+from .options import NOWHERE, is_legal
 
 _FILE = re.compile(r"""(<(?:mesh|texture)\b[^<>]*?\bfilename=["'])([^"'<>]*)(?=["'])""")
 _OF_SDF = re.compile(r"(<(?:mesh>\s*<uri|albedo_map|normal_map|metalness_map|roughness_map)>\s*)([^<>]*?)(?=\s*</)")
@@ -38,7 +36,7 @@ MESHES = "meshes"
 
 
 class Meshes(NamedTuple):
-    """A URDF as a package has it: its text, the files to copy by their name in the package, the packages it needs."""
+    """A URDF in a package: its text, the files to copy by their names in the package, the packages it needs."""
 
     text: str
     files: dict[str, Path]
@@ -52,77 +50,63 @@ def named(text: str, is_sdf: bool = False) -> list[str]:
     return list(dict.fromkeys(unescape(match[2], _ENTITIES) for match in pattern.finditer(text)))
 
 
-def settle(
-    urdf: str,
+def place_meshes(
+    text: str,
     package: str,
     folders: Sequence[Path],
     target: Path,
     known: Mapping[str, Path] = MappingProxyType({}),
-    told_before: Container[str] = (),
+    reported: Container[str] = (),
     place: str = "",
 ) -> Meshes:
-    """Return a URDF, or an SDF at a ``place``, with its meshes in a package: the SDF names them relative to itself.
+    """Return a URDF with its meshes in a package, or an SDF at a ``place``, which names them relative to itself.
 
-    The files of meshes are ``known`` by name, and what was not found was ``told_before``; textures, and meshes that
-    nobody looked for, are looked for in ``folders``, one after the other. ``target`` is the folder of the package,
-    which may hold meshes already.
+    Files are ``known`` by name, or searched for in ``folders`` and in ``target``, the folder of the package. Missing
+    files are ``reported`` already, or get a warning.
     """
     addresses: dict[str, str] = {}
     files: dict[str, Path] = {}
     packages: set[str] = set()
-    missing: dict[tuple[str, str], list[str]] = {}  # names by what is to say of them, and the fix
+    missing: dict[tuple[str, str], list[str]] = {}  # names by what is wrong and the fix
+    where = "neither in the package nor beside the description" if folders else "not in the package"
     is_sdf = place.endswith(".sdf")
-    for name in named(urdf, is_sdf):
-        match = _PACKAGE.fullmatch(name)
-        if is_sdf and name in known:
-            match, files[_inside(urdf_file_name(name))] = None, known[name]
-            addresses[name] = posixpath.relpath(_inside(urdf_file_name(name)), posixpath.dirname(place))
-        elif match and match[1] != package:
+    for name in named(text, is_sdf):
+        is_copied = is_sdf and name in known
+        match = None if is_copied else _PACKAGE.fullmatch(name)
+        if match and match[1] != package:
             packages |= {match[1]} if is_legal(match[1]) else set()
-        elif match:
-            if not _own(match[2], known.get(name), folders, target, files) and name not in told_before:
-                missing.setdefault((_nowhere(folders), "put the file there"), []).append(name)
-        elif "://" in name or name.startswith("/"):
+            continue
+        if not match and not is_copied and ("://" in name or name.startswith("/")):
             help = f"copy the file into a package and write package://{package}/{MESHES}/... in the description"
             missing.setdefault(("found on machines that have this very file", help), []).append(name)
-        else:
-            inside = _inside(name)
-            source = known.get(name) or _existing(name, folders)
-            if source is not None:
-                files[inside] = source
-            elif not is_file(target / inside) and name not in told_before:
-                help = f"put the file into {MESHES}/ of the package"
-                missing.setdefault((_nowhere(folders), help), []).append(name)
-            relative = posixpath.relpath(inside, posixpath.dirname(place)) if is_sdf else ""
-            addresses[name] = relative or f"package://{package}/{inside}"
+            continue
+        inside = match[2] if match else _inside(urdf_file_name(name))
+        if not match:
+            relative = posixpath.relpath(inside, posixpath.dirname(place))
+            addresses[name] = relative if is_sdf else f"package://{package}/{inside}"
+        leads_out = ".." in inside.split("/")
+        searched = match[2] if match else name
+        source = known.get(name) or next((one / searched for one in folders if is_file(one / searched)), None)
+        if source is not None and not leads_out:
+            files[inside] = source
+        elif name not in reported and (leads_out or not is_file(target / inside)):
+            help = f"put the file into {posixpath.dirname(inside) or '.'}/ of the package"
+            missing.setdefault((where, help), []).append(name)
     for inside, source in list(files.items()):
         for name, file in companions(inside, source).items():
             if name.startswith(f"{MESHES}/"):
                 files[name] = file
             else:
-                help = f"put it below the folder of the mesh: a package installs {MESHES}/"
+                help = f"put the file below the folder of the mesh: a package installs {MESHES}/"
                 missing.setdefault((f"named by {inside} and not in the package", help), []).append(name)
-    text = (_OF_SDF if is_sdf else _FILE).sub(lambda match: _renamed(match, addresses), urdf)
-    diagnostics = [one_warning(names, what, help) for (what, help), names in missing.items()]
+
+    def renamed(match: re.Match[str]) -> str:
+        name = addresses.get(unescape(match[2], _ENTITIES))
+        return match[0] if name is None else f"{match[1]}{escape(name)}"
+
+    text = (_OF_SDF if is_sdf else _FILE).sub(renamed, text)
+    diagnostics = [mesh_warning(names, what, help) for (what, help), names in missing.items()]
     return Meshes(text, files, tuple(sorted(packages)), diagnostics)
-
-
-def companions(place: str, mesh: Path) -> dict[str, Path]:
-    """Return the files that a mesh file at a place names and that are there, by their places."""
-    found = {name: mesh.parent / name for name in references(mesh) if is_file(mesh.parent / name)}
-    return {posixpath.normpath(posixpath.join(posixpath.dirname(place), name)): file for name, file in found.items()}
-
-
-def _own(inside: str, known: Path | None, folders: Sequence[Path], target: Path, files: dict[str, Path]) -> bool:
-    source = None if ".." in inside.split("/") else known or _existing(inside, folders)
-    if source is not None:
-        files[inside] = source
-        return True
-    return ".." not in inside.split("/") and is_file(target / inside)
-
-
-def _nowhere(folders: Sequence[Path]) -> str:
-    return "neither in the package nor beside the description" if folders else "not in the package"
 
 
 def _inside(name: str) -> str:
@@ -130,36 +114,28 @@ def _inside(name: str) -> str:
     return "/".join([MESHES, *(parts[1:] if parts[0] == MESHES and len(parts) > 1 else parts)])
 
 
-def _existing(name: str, folders: Sequence[Path]) -> Path | None:
-    return next((folder / name for folder in folders if is_file(folder / name)), None)
+def companions(place: str, mesh: Path) -> dict[str, Path]:
+    """Return the existing files that a mesh file at a place names, by their places."""
+    found = {name: mesh.parent / name for name in references(mesh) if is_file(mesh.parent / name)}
+    return {posixpath.normpath(posixpath.join(posixpath.dirname(place), name)): file for name, file in found.items()}
 
 
-def _renamed(match: re.Match[str], addresses: dict[str, str]) -> str:
-    name = addresses.get(unescape(match[2], _ENTITIES))
-    return match[0] if name is None else f"{match[1]}{escape(name)}"
-
-
-def not_placed(place: str, names: Sequence[str], places: Container[str]) -> list[str]:
-    """Return the files that an artifact at a place names beside it and that are no other artifact."""
-    return [name for name in names if posixpath.normpath(posixpath.join(posixpath.dirname(place), name)) not in places]
-
-
-def named_files(place: str, names: Sequence[str], folder: Path) -> Iterator[Diagnostic]:
-    """Yield what an artifact at a place in a folder names beside it, and what is not there."""
-    inside = place.rpartition("/")[0]
-    missing = [name for name in names if not is_file(folder / inside / name)]
+def missing_files(place: str, names: Sequence[str], places: Container[str], folder: Path) -> Iterator[Diagnostic]:
+    """Yield a warning about files that an artifact needs next to it; ``places`` are those of other artifacts."""
+    inside = posixpath.dirname(place)
+    needed = [name for name in names if posixpath.normpath(posixpath.join(inside, name)) not in places]
+    missing = [name for name in needed if not is_file(folder / inside / name)]
     if missing:
         what = f"named by {place}, but not in the package"
-        yield one_warning(missing, what, f"put the file into {inside}/ of the package")
+        yield mesh_warning(missing, what, f"put the file into {inside}/ of the package")
 
 
-def one_warning(names: Sequence[str], what: str, help: str) -> Diagnostic:
-    """Return one warning for files of which the same is to say; ``help`` is about one file."""
+def mesh_warning(names: Sequence[str], what: str, help: str) -> Diagnostic:
+    """Return one warning about all files with the same problem; ``help`` is about one file."""
     if len(names) == 1:
         return Diagnostic("package-mesh", WARNING, f"{names[0]} is {what}", None, (), help)
-    many = help.replace("the file", "the files")
     message = f"{len(names)} files are {what}: {first_of(names, 3)}".replace("this very file", "these very files")
-    return Diagnostic("package-mesh", WARNING, message, None, (), many)
+    return Diagnostic("package-mesh", WARNING, message, None, (), help.replace("the file", "the files"))
 
 
 _HEAD = 4096  # bytes of a file that are searched for the mark of the tool
@@ -171,14 +147,14 @@ def copies(folder: Path, files: Sequence[str], robot: str, artifact: Artifact, e
     """Return the files that are copies of an artifact, by their name or by the mark of the tool in them.
 
     A file with the name of another of the robot's artifacts is a copy of that one. An artifact that is withheld from
-    publishers is found by its name alone, or its copy might take the place of what they read.
+    publishers is found by its name alone, or its copy might replace what they read.
     """
-    named = [file for file in files if file.rpartition("/")[2] == artifact.file.rpartition("/")[2]]
+    same_name = [file for file in files if file.rpartition("/")[2] == artifact.file.rpartition("/")[2]]
     if artifact.withheld:
-        return sorted(named)
+        return sorted(same_name)
     endings, taken = FORMATS[artifact.backend].endings, {one.file.rpartition("/")[2] for one in every}
     others = (file for file in files if file.rpartition("/")[2] not in taken and file.endswith(endings))
-    return sorted([*named, *(file for file in others if _is_marked(folder / file, robot, artifact))])
+    return sorted([*same_name, *(file for file in others if _is_marked(folder / file, robot, artifact))])
 
 
 def _is_marked(path: Path, robot: str, artifact: Artifact) -> bool:
@@ -202,50 +178,39 @@ def other_robot(path: Path, robot: str) -> str:
     match = _NAMED.search(read_bytes(path, _HEAD).decode("utf-8", "replace"))
     readers = (one.robot_of for one in FORMATS.values() if one.robot_of is not None and path.name.endswith(one.endings))
     name = match[1] if match else next(filter(None, (read(path) for read in readers)), "")
-    mine = (robot, repr(robot), Templates.comment(robot), "the robot")  # tables and pictures name no robot
-    return "" if name in mine else name.strip("'\"")
+    same = (robot, repr(robot), Templates.comment(robot), "the robot")  # tables and pictures name no robot
+    return "" if name in same else name.strip("'\"")
 
 
-@dataclass(frozen=True)
-class Difference:
-    """How a file differs from an artifact: sentences, changes of meaning, and differences of texts."""
-
-    meaning: tuple[str, ...]
-    changes: tuple[Change, ...]
-    texts: tuple[TextDifference, ...]
-
-    def lines(self, place: str, full: bool) -> list[str]:
-        """Return the difference as lines of plain text, each sentence with the place of the file before it."""
-        lines = [f"{printable(place)}: {line}" for line in self.meaning]
-        return lines + [line for one in self.texts[:1] for line in (one.lines if full else shorten(one.lines))]
-
-
-def difference(robot: Robot, artifact: Artifact, old: bytes) -> Difference | None:
+def difference(robot: Robot, artifact: Artifact, old: bytes) -> Comparison | None:
     """Return how the bytes of a copy differ from an artifact, or None if they are equal."""
     if old == artifact.text.encode():
         return None
-    comparison, texts = compare(robot, [artifact], {artifact.file: old}), []
-    for text in comparison.texts:
-        if text.is_text:
-            lines = tuple(line.replace("--- committed/", "--- deployed/", 1) for line in text.lines[:1])
-            remark = text.remark.replace("the committed file", "the file")
-            texts.append(text._replace(remark=remark, lines=(*lines, *text.lines[1:])))
-        else:
-            texts.append(text._replace(remark="no UTF-8 text"))
-    meaning = [change.text for change in comparison.changes] + [text.remark for text in texts if text.remark]
-    return Difference(tuple(meaning) or ("same meaning, different text",), comparison.changes, tuple(texts))
+    comparison = compare(robot, [artifact], {artifact.file: old})
+    texts = []
+    for one in comparison.texts:
+        lines = tuple(line.replace("--- committed/", "--- deployed/", 1) for line in one.lines)
+        remark = one.remark.replace("the committed file", "the file") if one.is_text else "no UTF-8 text"
+        texts.append(one._replace(remark=remark, lines=lines))
+    return comparison._replace(texts=tuple(texts))
 
 
-def placed(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
+def difference_lines(place: str, found: Comparison, full: bool) -> list[str]:
+    """Return a difference as lines of plain text, each sentence with the place of the file before it."""
+    meaning = [*(change.text for change in found.changes), *(text.remark for text in found.texts if text.remark)]
+    lines = [f"{printable(place)}: {line}" for line in meaning or ["same meaning, different text"]]
+    return lines + [line for one in found.texts[:1] for line in (one.lines if full else shorten(one.lines))]
+
+
+def moved(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
     """Return an artifact for a place; a launch file reads the URDF at ``urdf`` by a relative name."""
     if not FORMATS[artifact.backend].located or not urdf:
-        return dataclasses.replace(artifact, file=place)
+        return replace(artifact, file=place)
     names = {output.name: urdf for output in FORMATS.feeding(robot, ROBOT_STATE_PUBLISHER)} | {artifact.output: place}
-    outputs = tuple(dataclasses.replace(one, file=names.get(one.name, one.file)) for one in robot.outputs)
+    outputs = tuple(replace(one, file=names.get(one.name, one.file)) for one in robot.outputs)
     output = next(one for one in outputs if one.name == artifact.output)
-    moved = dataclasses.replace(robot, outputs=outputs)
-    text = FORMATS[artifact.backend].written(moved, output, Templates())[0]
-    return dataclasses.replace(artifact, file=place, text=text)
+    text = FORMATS[artifact.backend].written(replace(robot, outputs=outputs), output, Templates())[0]
+    return replace(artifact, file=place, text=text)
 
 
 def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], package: str) -> list[Artifact]:
@@ -256,57 +221,42 @@ def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], pa
     found, folder = [], posixpath.dirname(place) or "."
     if FORMATS[artifact.backend].located:
         near = sorted(urdfs, key=lambda urdf: (len(posixpath.relpath(urdf, folder)), urdf))
-        found = [placed(robot, artifact, place, urdf) for urdf in near]
+        found = [moved(robot, artifact, place, urdf) for urdf in near]
     if FORMATS.names_meshes(artifact) and package:
-        text = settle(artifact.text, package, (), Path(folder)).text
-        found += [dataclasses.replace(artifact, file=place, text=text)] if text != artifact.text else []
-    return [*found, dataclasses.replace(artifact, file=place)]
+        text = place_meshes(artifact.text, package, (), Path(folder)).text
+        found += [replace(artifact, file=place, text=text)] if text != artifact.text else []
+    return [*found, replace(artifact, file=place)]
 
 
-@dataclass(frozen=True)
-class ProtectedFile:
-    """A file that is not replaced without a copy: ``kept`` is the name of the copy, ``data`` its content.
-
-    It is "foreign" if the tool did not write it, "edited" if it was changed since, "unknown" if that is not recorded.
-    """
-
-    name: str
-    reason: Literal["foreign", "edited", "unknown"]
-    kept: str
-    data: bytes
-
-
-def protected_files(
+def protect(
     folder: Path, files: Mapping[str, bytes], digests: Mapping[str, Sequence[str]], own_package: bool = False
-) -> list[ProtectedFile]:
-    """Return the files that ``files`` would replace and that have none of the ``digests`` of what was written.
+) -> tuple[dict[str, bytes], list[Diagnostic]]:
+    """Return copies of the files that ``files`` would replace and that are not as the tool wrote them, and diagnostics.
 
-    In a package that the tool made no file is foreign: older versions wrote no manifest. Raises OSError.
+    ``digests`` are those of what was written. A file that the tool did not write is an error, except in a package that
+    the tool made, because older versions did not record what they wrote. Raises OSError.
     """
-    protected = []
+    copies, diagnostics = dict[str, bytes](), list[Diagnostic]()
     for name, new in files.items():
-        path = folder / name
+        path, is_listed = folder / name, name in digests
         old = path.read_bytes() if path.is_file() and not path.is_symlink() else new
-        if old == new or not old.strip() or digest(old) in digests.get(name, ()):
+        is_written = digest(old) in digests.get(name, ()) or (not is_listed and is_generated(old))
+        if old == new or not old.strip() or is_written:
             continue
-        if name not in digests and is_generated(old):
+        if not is_listed and is_generated(new) and not own_package:
+            help = f"move it away, or say another place with --map OUTPUT=PLACE ({NOWHERE} for nowhere)"
+            diagnostics.append(
+                error("deploy-not-ours", f"this tool did not write {name}: it is not replaced", None, help)
+            )
             continue
-        reason: Literal["foreign", "edited", "unknown"] = "edited" if name in digests else "unknown"
-        if name not in digests and is_generated(new) and not own_package:
-            reason = "foreign"
-        kept = Path(name).with_name(kept_name(path, old).name).as_posix()
-        protected.append(ProtectedFile(name, reason, kept, old))
-    return protected
-
-
-def kept(protected: Iterable[ProtectedFile]) -> Iterator[Diagnostic]:
-    """Yield which files are stored next to those that replace them, and why."""
-    for one in protected:
-        if one.reason == "edited":
-            message = f"{one.name} was changed since this tool wrote it; as it was, it goes to {one.kept}"
-            help = "bring the change into the description, and remove that file"
-        else:
-            message = f"{one.name} has no mark of this tool; as it was, it goes to {one.kept}"
-            help = "remove that file if it is not needed"
-        if one.reason != "foreign":
-            yield Diagnostic("deploy-kept", WARNING, message, None, (), help)
+        copy = Path(name).with_name(kept_name(path, old).name).as_posix()
+        copies[copy] = old
+        why, help = "has no mark of this tool", "remove that file if it is not needed"
+        if is_listed:
+            why, help = (
+                "was changed since this tool wrote it",
+                "bring the change into the description, and remove that file",
+            )
+        message = f"{name} {why}; as it was, it goes to {copy}"
+        diagnostics.append(Diagnostic("deploy-kept", WARNING, message, None, (), help))
+    return copies, diagnostics

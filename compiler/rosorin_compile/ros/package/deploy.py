@@ -1,4 +1,4 @@
-"""Deploy: put the artifacts of a robot into a ROS 2 package that exists."""
+"""Deploy: put the artifacts of a robot into a ROS 2 package that exists, and check the copies in a folder."""
 
 from __future__ import annotations
 
@@ -7,47 +7,39 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
+from rosorin_compile.compare.changes import Change
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
-from rosorin_compile.output import MANIFEST, OutputError, PackageFolder, digest, open_package_folder
-from rosorin_compile.output.ros_packages import (
-    files_below,
-    install_space,
-    missing,
-    package_of,
-    share_folder,
-    undeclared,
-)
+from rosorin_compile.output import MANIFEST, OutputError, PackageFolder, digest, open_package_folder, read_manifest
+from rosorin_compile.output.committed import Comparison
+from rosorin_compile.output.ros_packages import files_below, missing, package_of, undeclared
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import report
-from rosorin_compile.source.diagnostics import Diagnostic, RequestError, has_errors
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, has_errors
 from rosorin_compile.source.files import is_file, read_bytes, read_text, resolve
 from rosorin_compile.source.load import LoadError
 
-from . import options as mapping
-from .checking import unreadable
+from ..launch_files import check_launch_files
 from .copies import (
-    Difference,
-    ProtectedFile,
     copies,
     difference,
+    difference_lines,
     forms,
-    kept,
-    named_files,
-    not_placed,
+    missing_files,
+    moved,
     other_robot,
-    placed,
-    protected_files,
-    settle,
+    place_meshes,
+    protect,
 )
-from .launch_files import check_launch_files
-from .options import NOWHERE
-from .package import folder_of
+from .launch import LAUNCH, PUBLISHER, STATICS, carry
+from .options import FILE, NOWHERE, STAMP, Options, places_text, read_places, stored_options
+from .package import folder_of, make
 
+_NOT_AS_WRITTEN = "not as rosorin-compile package writes it"
 # Files that make a folder a package, or are stored there by the tool: no artifact replaces them.
-_OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", mapping.FILE, MANIFEST)
+_OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", FILE, MANIFEST)
 
 
 @dataclass(frozen=True)
@@ -72,20 +64,6 @@ class Deployed:
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
 
-@dataclass(frozen=True)
-class Copy:
-    """An artifact and its place in the folder; the bytes there now, and how they differ."""
-
-    place: str
-    artifact: Artifact
-    old: bytes | None
-    difference: Difference | None
-
-    @property
-    def located(self) -> bool:
-        return FORMATS[self.artifact.backend].located
-
-
 def deploy(
     robot: FilePath | Request,
     folder: FilePath,
@@ -93,7 +71,6 @@ def deploy(
     packages: Packages = None,
     *,
     places: Mapping[str, str] | None = None,
-    install: FilePath | None = None,
     dry_run: bool = False,
     full: bool = False,
     trust: bool = False,
@@ -104,41 +81,41 @@ def deploy(
 
     Args:
         places: The paths of outputs in the folder, or ``"none"``; they are stored there.
-        install: The install space that is checked for older copies; by default the one of the workspace.
         dry_run: Write nothing.
         full: List differences of texts in full in ``changes``.
     """
-    folder = Path(folder)
+    request, folder = Request.of(robot, arguments, packages, trust=trust), Path(folder)
     if not folder.is_dir():
         raise RequestError(f'there is no folder "{folder}"; rosorin-compile package makes a new package')
-    request = Request.of(robot, arguments, packages, trust=trust)
     compiled = request.compile()
+    made, diagnostics = compiled.robot, [*compiled.diagnostics]
     result = Deployed("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
-    diagnostics = [*compiled.diagnostics]
-    if compiled.robot is not None and not has_errors(diagnostics):
-        mapped, space = _mapped(places or {}, compiled.artifacts), Path(install) if install is not None else None
-        try:
-            with open_package_folder(folder, dry_run) as target:
-                planned = _deploy(compiled, compiled.robot, folder, target, mapped, space, dry_run, diagnostics)
-        except (LoadError, OutputError) as problem:
-            return replace(result, diagnostics=(*diagnostics, problem.diagnostic))
-        except OSError as problem:
-            return replace(result, diagnostics=(*diagnostics, unreadable(folder, problem)))
-        if planned is not None:
-            result = replace(
-                result,
-                robot=compiled.robot.name,
-                written=not dry_run,
-                copies=tuple(
-                    DeployedCopy(one.place, one.artifact.output, one.old is not None and one.difference is None)
-                    for one in planned
-                ),
-                changes=tuple(line for one in planned for line in _changes(one, full)),
-            )
+    if made is None or has_errors(diagnostics):
+        return replace(result, diagnostics=tuple(diagnostics))
+    given = _given_places(places or {}, compiled.artifacts)
+    try:
+        with open_package_folder(folder, dry_run) as target:
+            stored = {**read_places(folder, made.name), **given}
+            files = files_below(folder, skip_built=True)
+            planned = _plan(made, compiled.artifacts, folder, files, stored, diagnostics)
+            old = {one.file: read_bytes(folder / one.file) for one in planned if is_file(folder / one.file)}
+            kept = _protect(planned, folder, target, diagnostics)
+            if not has_errors(diagnostics):
+                if not dry_run:
+                    extra = {FILE: places_text(folder, made.name, stored).encode()} if given else {}
+                    target.write({one.file: one.text.encode() for one in planned}, {**kept, **extra})
+                located = [one.file for one in planned if FORMATS[one.backend].located]
+                diagnostics += check_launch_files(made, folder, files, located)
+                diagnostics += _check_use(planned, folder)
+                result = _result(result, made, planned, old, full, dry_run)
+    except (LoadError, OutputError) as problem:
+        diagnostics.append(problem.diagnostic)
+    except OSError as problem:
+        diagnostics.append(_unreadable(folder, problem))
     return replace(result, diagnostics=tuple(diagnostics))
 
 
-def _mapped(places: Mapping[str, str], artifacts: Sequence[Artifact]) -> dict[str, str]:
+def _given_places(places: Mapping[str, str], artifacts: Sequence[Artifact]) -> dict[str, str]:
     names = {artifact.output: artifact.file.rpartition("/")[2] for artifact in artifacts}
     for output in places:
         if output not in names:
@@ -146,100 +123,55 @@ def _mapped(places: Mapping[str, str], artifacts: Sequence[Artifact]) -> dict[st
     return {output: place + names[output] if place.endswith("/") else place for output, place in places.items()}
 
 
-def _changes(copy: Copy, full: bool) -> list[str]:
-    if copy.old is None:
-        return [f"{copy.place}: new"]
-    return copy.difference.lines(copy.place, full) if copy.difference is not None else []
-
-
-def _deploy(
-    compiled: Compiled,
-    robot: Robot,
-    folder: Path,
-    target: PackageFolder,
-    mapped: Mapping[str, str],
-    install: Path | None,
-    dry_run: bool,
-    diagnostics: list[Diagnostic],
-) -> list[Copy] | None:
-    files = files_below(folder, skip_built=True)
-    places = {**mapping.read(folder, robot.name), **mapped}
-    planned = plan(robot, compiled.artifacts, folder, files, places, diagnostics)
-    for copy in planned:
-        target.check_name(copy.place)
-    data = {copy.place: copy.artifact.text.encode() for copy in planned}
-    readers = {copy.place: FORMATS[copy.artifact.backend].robot_of for copy in planned if copy.old is not None}
-    # A file of a format without a mark that names this robot is taken to be as it was written.
-    ours = {place: [digest(read_bytes(folder / place))] for place, read in readers.items()
-            if read is not None and read(folder / place) == robot.name}  # fmt: skip
-    protected = protected_files(folder, data, {**ours, **target.digests()})
-    diagnostics += _in_the_way(planned, protected)
-    if has_errors(diagnostics):
-        return None
-    if not dry_run:
-        unlisted = {file.kept: file.data for file in protected}
-        if mapped:
-            unlisted[mapping.FILE] = mapping.text(folder, robot.name, places).encode()
-        target.write(data, unlisted)
-    diagnostics += check_launch_files(robot, folder, files, [copy.place for copy in planned if copy.located])
-    diagnostics += _afterwards(robot, planned, folder, install)
-    return planned
-
-
-def plan(
+def _plan(
     robot: Robot,
     artifacts: Sequence[Artifact],
     folder: Path,
     files: Sequence[str],
     places: Mapping[str, str],
     diagnostics: list[Diagnostic],
-) -> list[Copy]:
-    """Return where each artifact goes: by ``places`` (by output), else where a copy is, else by its kind.
+) -> list[Artifact]:
+    """Return each artifact for its place: by ``places`` (by output), else where a copy is, else by its kind.
 
     Adds to the diagnostics; with an error among them nothing is returned.
     """
     chosen: dict[str, str] = {}
     for artifact in artifacts:
         help = f"say --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"
-        place = places.get(artifact.output)
-        if place is None:
+        place, problem = places.get(artifact.output, ""), ""
+        if not place:
             found = copies(folder, files, robot.name, artifact, artifacts)
             place = found[0] if found else _usual_place(artifact)
             if len(found) > 1:
-                message = f"the folder has several copies of {artifact.file.rpartition('/')[2]}: {', '.join(found[:5])}"
-                diagnostics.append(report("deploy-ambiguous", message, None, help))
-            other = other_robot(folder / place, robot.name) if place != NOWHERE else ""
-            if other:
+                problem = f"the folder has several copies of {artifact.file.rpartition('/')[2]}: {', '.join(found[:5])}"
+            elif place != NOWHERE and (other := other_robot(folder / place, robot.name)):
                 message = f"{place} is there for the robot {other}, not for {robot.name}"
                 diagnostics.append(report("deploy-other-robot", message, None, help))
-        if place != NOWHERE:
-            first = next((output for output, taken in chosen.items() if taken == place), None)
-            chosen[artifact.output] = place
-            if first is not None:
-                message = f"the outputs {first} and {artifact.output} would both go to {place}"
-                diagnostics.append(report("deploy-ambiguous", message, None, help))
+        if place == NOWHERE:
+            continue
+        first = next((output for output, taken in chosen.items() if taken == place), None)
+        chosen[artifact.output] = place
+        if first is not None:
+            problem = f"the outputs {first} and {artifact.output} would both go to {place}"
+        if problem:
+            diagnostics.append(report("deploy-ambiguous", problem, None, help))
     if has_errors(diagnostics):
         return []
     going = [one for one in artifacts if one.output in chosen]
     urdf = next((chosen[one.output] for one in going if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), "")
-    moved = [placed(robot, artifact, chosen[artifact.output], urdf) for artifact in going]
+    planned = [moved(robot, artifact, chosen[artifact.output], urdf) for artifact in going]
     package = package_of(folder)
     if package is not None and package[0] == resolve(folder):
-        moved = [_with_meshes(artifact, package[1], folder, diagnostics) for artifact in moved]
-    for artifact in moved:
+        planned = [_with_meshes(artifact, package[1], folder, diagnostics) for artifact in planned]
+    for artifact in planned:
         beside = FORMATS[artifact.backend].beside
-        needed = not_placed(artifact.file, beside(artifact.text), {one.file for one in moved}) if beside else ()
-        diagnostics += named_files(artifact.file, needed, folder)
+        needed = beside(artifact.text) if beside else ()
+        diagnostics += missing_files(artifact.file, needed, {one.file for one in planned}, folder)
     left = [one.output for one in artifacts if one.output not in chosen and places.get(one.output) != NOWHERE]
     if left:
         message = f"no copy of {', '.join(left)} is in {folder}, and none is put there"
         diagnostics.append(report("deploy-nowhere", message))
-    made = []
-    for artifact in moved:
-        path = folder / artifact.file
-        old = read_bytes(path) if is_file(path) else None
-        made.append(Copy(artifact.file, artifact, old, None if old is None else difference(robot, artifact, old)))
-    return made
+    return planned
 
 
 def _usual_place(artifact: Artifact) -> str:
@@ -250,58 +182,207 @@ def _usual_place(artifact: Artifact) -> str:
 def _with_meshes(artifact: Artifact, package: str, folder: Path, diagnostics: list[Diagnostic]) -> Artifact:
     if not FORMATS.names_meshes(artifact):
         return artifact
-    settled = settle(artifact.text, package, (), folder)
-    diagnostics += settled.diagnostics
-    return artifact if settled.diagnostics else replace(artifact, text=settled.text)
+    meshes = place_meshes(artifact.text, package, (), folder)
+    diagnostics += meshes.diagnostics
+    return artifact if meshes.diagnostics else replace(artifact, text=meshes.text)
 
 
-def _in_the_way(planned: Sequence[Copy], protected: Sequence[ProtectedFile]) -> Iterator[Diagnostic]:
-    foreign = [one.name for one in protected if one.reason == "foreign"]
-    for copy in planned:
-        help = f"move it away, or say another place with --map {copy.artifact.output}=PLACE ({NOWHERE} for nowhere)"
-        if copy.place.rpartition("/")[2] in _OF_PACKAGES:
-            message = f"{copy.place} is a file of the package itself: no artifact goes there"
-            yield report("deploy-not-ours", message, None, help)
-        elif copy.place in foreign:
-            message = f"this tool did not write {copy.place}: it is not replaced"
-            yield report("deploy-not-ours", message, None, help)
-    yield from kept(protected)
+def _protect(
+    planned: Sequence[Artifact], folder: Path, target: PackageFolder, diagnostics: list[Diagnostic]
+) -> dict[str, bytes]:
+    """Return copies of edited files that would be replaced; add errors about files that must not be replaced."""
+    for one in planned:
+        target.check_name(one.file)
+        if one.file.rpartition("/")[2] in _OF_PACKAGES:
+            message = f"{one.file} is a file of the package itself: no artifact goes there"
+            diagnostics.append(report("deploy-not-ours", message, None, f"say --map {one.output}=PLACE"))
+            return {}
+    kept, found = protect(folder, {one.file: one.text.encode() for one in planned}, target.digests())
+    diagnostics += found
+    return kept
 
 
-def _afterwards(robot: Robot, planned: Sequence[Copy], folder: Path, install: Path | None) -> Iterator[Diagnostic]:
-    """Yield what keeps the files from being used: not installed, not declared, or not built."""
+def _result(
+    result: Deployed, robot: Robot, planned: Sequence[Artifact], old: Mapping[str, bytes], full: bool, dry_run: bool
+) -> Deployed:
+    found, changes = [], list[str]()
+    for one in planned:
+        differs = difference(robot, one, old[one.file]) if one.file in old else None
+        found.append(DeployedCopy(one.file, one.output, one.file in old and differs is None))
+        changes += difference_lines(one.file, differs, full) if differs else []
+        changes += [] if one.file in old else [f"{one.file}: new"]
+    return replace(result, robot=robot.name, written=not dry_run, copies=tuple(found), changes=tuple(changes))
+
+
+def _check_use(planned: Sequence[Artifact], folder: Path) -> Iterator[Diagnostic]:
+    """Yield what keeps the files from being used: not installed, or not declared."""
     package = package_of(folder)
     if package is None:
         yield report("deploy-no-package", f"{folder} is in no ROS package: nothing here installs the files")
         return
     root, name = package
-    inside = resolve(folder).relative_to(root).as_posix()
-    names = [copy.place if inside == "." else f"{inside}/{copy.place}" for copy in planned]
     if root.parent.name == "share":
         message = f"{folder} is an install space: the next colcon build overwrites what is deployed here"
         yield report("deploy-install-space", message)
         return
+    names = [(resolve(folder) / one.file).relative_to(root).as_posix() for one in planned]
     for file, build in missing(root, name, names):
         message = f"{build.decided_by} of {name} does not install {file}"
         yield report("deploy-not-installed", message, None, f"add: {build.line}")
-    texts = [read_text(path, errors="replace") for path in sorted(root.glob("launch/*")) if is_file(path)]
-    for needed in undeclared(root, [*texts, *(copy.artifact.text for copy in planned if copy.located)]):
+    launches = [read_text(path, errors="replace") for path in sorted(root.glob("launch/*")) if is_file(path)]
+    launches += [one.text for one in planned if FORMATS[one.backend].located]
+    for needed in undeclared(root, launches):
         message = f"package.xml of {name} does not name {needed}, which its launch files start"
         yield report("deploy-not-depended", message, None, f"add: <exec_depend>{needed}</exec_depend>")
-    share = install_space(root, name) if install is None else share_folder(install, name)
-    if share is None:
-        if install is not None:
-            yield report("deploy-no-install", f"there is no package {name} in {install}")
-        return
-    urdfs = [copy.place for copy in planned if FORMATS.names_meshes(copy.artifact)]
-    stale = []
-    for copy, file in zip(planned, names, strict=True):
-        texts_now = [form.text.encode() for form in forms(robot, copy.artifact, copy.place, urdfs, name)]
-        if not is_file(share / file):
-            stale.append(f"{file} (missing)")
-        elif read_bytes(share / file) not in texts_now:
-            stale.append(f"{file} (older)")
-    if stale:
-        message = f"{share} is what runs, and it is not what was deployed: {', '.join(stale)}"
-        help = f"colcon build --packages-select {name}; without --symlink-install, build after every deploy"
-        yield report("deploy-not-built", message, None, help)
+
+
+def _unreadable(folder: Path, problem: OSError) -> Diagnostic:
+    """Return the error about a folder that cannot be read."""
+    return report("deploy-unreadable", f"cannot read {folder}: {problem.strerror or problem}")
+
+
+@dataclass(frozen=True)
+class CheckedCopies:
+    """The copies of artifacts in a folder; ``robot`` is empty if an error kept them from being compared."""
+
+    robot: str = ""
+    same: tuple[str, ...] = ()
+    differing: tuple[str, ...] = ()
+    lines: Annotated[tuple[str, ...], "what differs, in the lines that people read"] = ()
+    unlike: tuple[tuple[str, Comparison | None], ...] = field(default=(), repr=False)
+    inputs: tuple[str, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
+
+    def compared(self) -> tuple[Comparison, list[tuple[str, str]]]:
+        """Return how copies differ, and those that are other files; a change that several copies show is one."""
+        changes: dict[tuple[str, ...], Change] = {}
+        found = [(place, one) for place, one in self.unlike if one is not None]
+        for place, one in found:
+            for change in one.changes:
+                known = changes.get(change[:4], change._replace(artifacts=()))
+                changes[change[:4]] = known._replace(artifacts=(*known.artifacts, place))
+        texts = tuple(text._replace(file=place) for place, one in found for text in one.texts)
+        others = [(place, _NOT_AS_WRITTEN) for place, one in self.unlike if one is None]
+        return Comparison(tuple(changes.values()), texts, same=False), others
+
+
+def check_deployed(
+    robot: FilePath | Request,
+    folder: FilePath,
+    arguments: Values = None,
+    packages: Packages = None,
+    *,
+    full: bool = False,
+    trust: bool = False,
+) -> CheckedCopies:
+    """Compare the artifacts of a robot with the copies in a package, an install space or another folder.
+
+    Args:
+        full: List differences of texts in full in ``lines``.
+    """
+    request, folder = Request.of(robot, arguments, packages, trust=trust), Path(folder)
+    compiled = request.compile()
+    result = CheckedCopies(inputs=tuple(map(str, request.inputs(compiled))))
+    diagnostics = [*compiled.diagnostics]
+    if compiled.robot is not None and not has_errors(diagnostics):
+        try:
+            found = _check(compiled, compiled.robot, request, folder, full)
+            result = replace(found, inputs=result.inputs)
+            diagnostics += found.diagnostics
+        except LoadError as problem:
+            diagnostics.append(problem.diagnostic)
+        except OSError as problem:
+            diagnostics.append(_unreadable(folder, problem))
+    return replace(result, diagnostics=tuple(diagnostics))
+
+
+def _check(compiled: Compiled, robot: Robot, request: Request, folder: Path, full: bool) -> CheckedCopies:
+    artifacts, files = compiled.artifacts, files_below(folder, skip_built=False)
+    places = read_places(folder, robot.name)
+    by_place: dict[str, list[Artifact]] = {}
+    for artifact in artifacts:
+        place = places.get(artifact.output, "")
+        for one in [place] if place in files else copies(folder, files, robot.name, artifact, artifacts):
+            by_place.setdefault(one, []).append(artifact)
+    urdfs = [place for place, those in by_place.items() if any(FORMATS.names_meshes(one) for one in those)]
+    same: list[str] = []
+    lines: list[str] = []
+    unlike: list[tuple[str, Comparison | None]] = []
+    for place, those in sorted(by_place.items()):
+        package = package_of((folder / place).parent)
+        right = [form for one in those for form in forms(robot, one, place, urdfs, package[1] if package else "")]
+        old = read_bytes(folder / place)
+        if any(old == form.text.encode() for form in right):
+            same.append(place)
+        elif found := difference(robot, right[0], old):
+            unlike.append((place, found))
+            lines += difference_lines(place, found, full)
+    for place, data in _written_by_package(compiled, robot, request, folder, files).items():
+        if place in files and read_bytes(folder / place) == data:
+            same.append(place)
+        else:
+            unlike.append((place, None))
+            lines.append(f"{place}: {_NOT_AS_WRITTEN if place in files else 'it is not there'}")
+    diagnostics = [*unfinished_runs(folder, files), *_missing(artifacts, by_place, folder, places)]
+    diagnostics += check_launch_files(robot, folder, files, [place for place in by_place if place.endswith(".py")])
+    differing = tuple(place for place, _ in unlike)
+    return CheckedCopies(
+        robot.name, tuple(same), differing, tuple(lines), tuple(unlike), diagnostics=tuple(diagnostics)
+    )
+
+
+def _written_by_package(
+    compiled: Compiled, robot: Robot, request: Request, folder: Path, files: Sequence[str]
+) -> dict[str, bytes]:
+    """Return what the launch files of packages of ours must contain, and the descriptions that they compile."""
+    found: dict[str, bytes] = {}
+    made: dict[Path, dict[str, bytes]] = {}
+    for name in files:
+        above, _, last = name.rpartition("launch/")
+        is_launch = last.startswith(f"{LAUNCH}.") or last in (PUBLISHER, STATICS)
+        package = package_of((folder / name).parent) if is_launch else None
+        if package is None or STAMP.encode() not in read_bytes(folder / name, 1000):
+            continue
+        root = package[0]
+        if root not in made:
+            options = stored_options(root, Options(package[1]), ())
+            carried, _ = carry(compiled, request, options)
+            made[root] = make(robot, compiled.artifacts, options, (), root, None, carried)[0]
+            found |= {f"{above}{place}": data for place, data in carried.files.items()} if carried else {}
+        if f"launch/{last}" in made[root]:
+            found[name] = made[root][f"launch/{last}"]
+    return found
+
+
+def unfinished_runs(folder: Path, files: Sequence[str]) -> Iterator[Diagnostic]:
+    """Yield an error for each manifest of an unfinished run that has written some of its files, and not all."""
+    for name in (name for name in files if name.rpartition("/")[2] == MANIFEST):
+        package = (folder / name).parent
+        states: dict[str, list[str]] = {"new": [], "old": [], "changed since": []}
+        for file, digests in read_manifest(package).items():
+            if not isinstance(digests, str):
+                current = digest((package / file).read_bytes()) if (package / file).is_file() else None
+                is_old = current == digests[0] if len(digests) > 1 else current is None
+                states["new" if current == digests[-1] else "old" if is_old else "changed since"].append(file)
+        groups = [f"{', '.join(group)}: {state}" for state, group in states.items() if group]
+        if len(groups) > 1:
+            message = f"{package} has files of two runs, because the last one was ended while it wrote: "
+            yield report("deployed-mixed", message + "; ".join(groups))
+
+
+def _missing(
+    artifacts: Sequence[Artifact], by_place: Mapping[str, Sequence[Artifact]], folder: Path, places: Mapping[str, str]
+) -> Iterator[Diagnostic]:
+    there = {artifact.output for those in by_place.values() for artifact in those}
+    others = []
+    for artifact in artifacts:
+        place = places.get(artifact.output)
+        name = place or artifact.file.rpartition("/")[2]
+        if artifact.output in there or place == NOWHERE:
+            continue
+        if place or FORMATS.feeds(artifact, ROBOT_STATE_PUBLISHER):
+            yield report("deployed-missing", f"there is no {name} in {folder}")
+        else:
+            others.append(name)
+    if others:
+        yield report("deployed-missing", f"there is no copy of {', '.join(others)} in {folder}", severity=NOTE)

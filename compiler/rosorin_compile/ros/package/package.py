@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import posixpath
-import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
-from rosorin_compile.formats.mesh_files import urdf_file_name
+from rosorin_compile.formats.mesh_files import Searched, urdf_file_name
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from rosorin_compile.output import OutputError, digest, open_package_folder
@@ -24,34 +22,26 @@ from rosorin_compile.source.project import Description
 from rosorin_compile.source.yaml_text import Scalar
 
 from ..ports import IN, message_of_sensor, ports
-from . import copies, starting
 from .bringup import Bringup, bringup
-from .options import NO_LICENSE, NO_MAIL, NOBODY, STAMP, Options, PackageOptions, file_name, options_of
+from .copies import companions, missing_files, place_meshes, protect
+from .launch import Carried, PackageFile, carry, launch_files, launch_values
+from .options import NO_LICENSE, NO_MAIL, NOBODY, STAMP, Options, file_name, options_of
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compiled import Compiled
 
-    from .carrying import Carried
 
 _BUILT_BY = {"ament_cmake": ("CMakeLists.txt",), "ament_python": ("setup.py", "setup.cfg")}
-_FOLDERS = ("config", "doc", "launch", "meshes", "rviz")  # besides those that formats ask for
+_FOLDERS = ("config", "doc", "launch", "meshes", "rviz")  # besides those of formats
 _NODES = ("robot_state_publisher", "tf2_ros")
 _LAUNCH = ("ament_index_python", "launch", "launch_ros", "launch_xml", "launch_yaml", "ros2launch")
 # The folder of a file whose format has none, by its ending.
 _BY_ENDING = {".rviz": "rviz", ".launch.py": "launch"}
 _BY_ENDING |= dict.fromkeys((".dot", ".html", ".md", ".mmd", ".svg"), "doc")
-# Files that belong to people once they are written: they are left alone if they are not as the tool wrote them.
+# Files that are not replaced once a user has changed them.
 LICENSE, CHANGELOG, TEST = "LICENSE", "CHANGELOG.rst", "test/test_urdf.py"
 LICENSES = ("Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "MIT")  # by SPDX; their texts are templates
 _SMALLEST = 0.2  # m, of what RViz shows
-
-
-@dataclass(frozen=True)
-class Package:
-    """The files of a package, bytes by relative name, and the diagnostics about them."""
-
-    files: dict[str, bytes]
-    diagnostics: list[Diagnostic]
 
 
 @dataclass(frozen=True)
@@ -104,45 +94,36 @@ def package(
         moveit: Add a launch file that starts MoveIt.
         nav2: Add a launch file that starts Nav2 and robot_localization.
     """
-    from .carrying import described, proven
-    from .copies import kept, protected_files
-
     request, folder = Request.of(robot, arguments, packages, trust=trust), Path(folder)
+    given: dict[str, Any] = {"name": name, "build_type": build_type, "version": version, "maintainer": maintainer}
     starts = {"control": control, "moveit": moveit, "nav2": nav2}
-    given = PackageOptions(name, build_type, version, maintainer, license, url, compile_at_launch, starts, topics or {})
     compiled = request.compile()
     result = WrittenPackage("", str(folder), inputs=tuple(map(str, request.inputs(compiled))))
     diagnostics = [*compiled.diagnostics]
     if compiled.robot is None or has_errors(diagnostics):
-        return dataclasses.replace(result, diagnostics=tuple(diagnostics))
+        return replace(result, diagnostics=tuple(diagnostics))
     try:
         with open_package_folder(folder) as target:
-            options = options_of(given, folder, compiled.robot.name, [one.name for one in compiled.robot.sensors])
-            carried, wrong = described(compiled, request, options)
+            sensors = [one.name for one in compiled.robot.sensors]
+            given |= {"license": license, "url": url, "at_launch": compile_at_launch}
+            options = options_of(folder, compiled.robot.name, sensors, given, starts, topics or {})
+            carried, lost = carry(compiled, request, options)
             sources = [request.description.path.parent, request.description.outputs]
-            made = make(compiled.robot, compiled.artifacts, options, sources, folder, compiled, carried)
-            if carried is not None and made.files:
-                with tempfile.TemporaryDirectory() as copy:
-                    there = Path(copy, options.name)
-                    for place, data in made.files.items():
-                        (there / place).parent.mkdir(parents=True, exist_ok=True)
-                        (there / place).write_bytes(data)
-                    wrong = proven(carried, compiled, request, there, options.name)
-            diagnostics += [*wrong, *made.diagnostics, *_foreign(folder, made.files)]
-            if made.files and not has_errors(diagnostics):
+            files, found = make(compiled.robot, compiled.artifacts, options, sources, folder, compiled, carried)
+            diagnostics += [*lost, *found, *_foreign(folder, files)]
+            if files and not has_errors(diagnostics):
                 digests = target.digests()
-                theirs = [name for name in (CHANGELOG, LICENSE) if is_file(folder / name) and name in made.files
+                edited = [name for name in (CHANGELOG, LICENSE) if is_file(folder / name)
                           and digest(read_bytes(folder / name)) not in digests.get(name, ())]  # fmt: skip
-                ours = {name: data for name, data in made.files.items() if name not in theirs}
-                protected = protected_files(folder, ours, digests, own_package=True)
-                diagnostics += kept(protected)
-                written = target.write(ours, {one.kept: one.data for one in protected})
-                new = tuple(sorted(name for name in written if name in made.files))
-                names = tuple(sorted(made.files))
-                result = dataclasses.replace(result, package=options.name, files=names, written=new)
+                ours = {name: data for name, data in files.items() if name not in edited}
+                copies, remarks = protect(folder, ours, digests, own_package=True)
+                diagnostics += remarks
+                written = target.write(ours, copies)
+                new = tuple(name for name in written if name in files)
+                result = replace(result, package=options.name, files=tuple(sorted(files)), written=new)
     except OutputError as problem:
         diagnostics.append(problem.diagnostic)
-    return dataclasses.replace(result, diagnostics=tuple(diagnostics))
+    return replace(result, diagnostics=tuple(diagnostics))
 
 
 def _foreign(target: Path, names: Mapping[str, bytes]) -> list[Diagnostic]:
@@ -163,9 +144,10 @@ def make(
     target: Path,
     compiled: Compiled | None = None,
     carried: Carried | None = None,
-) -> Package:
-    """Return the package of a robot that was ``compiled``; ``carried`` is a description that is compiled at launch.
+) -> tuple[dict[str, bytes], list[Diagnostic]]:
+    """Return the files of the package of a robot that was ``compiled``, and diagnostics.
 
+    ``carried`` is a description that is compiled at launch.
     ``sources`` are folders that are searched for other files that the description names; ``target`` is the folder of
     the package, which may hold such files already.
     """
@@ -173,7 +155,7 @@ def make(
     if main is None:
         help = f"add an output with the backend {FORMATS.published().name}"
         message = "no output is a URDF, and a package is nothing without"
-        return Package({}, [error("package-no-urdf", message, None, help)])
+        return {}, [error("package-no-urdf", message, None, help)]
     placed: dict[str, Artifact] = {}
     for artifact in artifacts:
         place = place_of(artifact, main)
@@ -181,58 +163,49 @@ def make(
         if first is not artifact:
             message = f"the outputs {first.output} and {artifact.output} would both be {place} in the package"
             help = "let their file names differ, not their folders alone"
-            return Package({}, [error("package-same-place", message, None, help)])
+            return {}, [error("package-same-place", message, None, help)]
     started, missing = bringup(robot, placed, options.starts)
     open_ends = [missing] if missing else started.open_ends(options.topics)
     if has_errors(open_ends):
-        return Package({}, open_ends)
+        return {}, open_ends
     files: dict[str, bytes] = {}
     needs, diagnostics = set(started.packages()), list[Diagnostic]()
+    searched = None if compiled is None else compiled.meshes
+    known = {} if searched is None else dict(searched.by_name)
+    known |= {urdf_file_name(name): file for name, file in known.items()}
     for place, artifact in placed.items():
         if FORMATS.names_meshes(artifact):
-            searched = None if compiled is None else compiled.meshes
-            known: dict[str, Path] = {} if searched is None else dict(searched.by_name)
-            known |= {urdf_file_name(name): file for name, file in known.items()}
-            lost = frozenset[str]() if searched is None else searched.missing
-            settled = copies.settle(artifact.text, options.name, sources, target, known, lost, place)
-            artifact = dataclasses.replace(artifact, text=settled.text)
-            needs.update(settled.packages)
-            diagnostics += settled.diagnostics
-            files.update({name: read_bytes(path) for name, path in settled.files.items()})
+            reported = frozenset[str]() if searched is None else searched.missing
+            meshes = place_meshes(artifact.text, options.name, sources, target, known, reported, place)
+            artifact = replace(artifact, text=meshes.text)
+            needs.update(meshes.packages)
+            diagnostics += meshes.diagnostics
+            files.update({name: read_bytes(path) for name, path in meshes.files.items()})
         elif FORMATS[artifact.backend].beside is not None:
-            left = _copy_files_of(place, artifact, compiled, sources, files)
-            diagnostics += copies.named_files(place, copies.not_placed(place, left, placed), target)
+            absent = _copy_files_of(place, artifact, searched, files)
+            diagnostics += missing_files(place, absent, placed, target)
         files[place] = artifact.text.encode()
     if carried is not None:
         needs.update(carried.packages)
         files.update(carried.files)
-    files.update(_made(robot, options, place_of(main, main), placed, needs, target, carried, started))
-    return Package(files, [*diagnostics, *open_ends, *started.remarks(), *_remarks(options, target)])
+    files.update(_rendered(robot, options, place_of(main, main), placed, needs, target, carried, started))
+    return files, [*diagnostics, *open_ends, *started.remarks(), *_remarks(options, target)]
 
 
-def _copy_files_of(
-    place: str, artifact: Artifact, compiled: Compiled | None, sources: Sequence[Path], files: dict[str, bytes]
-) -> list[str]:
-    beside = FORMATS[artifact.backend].beside
-    searched, folder = None if compiled is None else compiled.meshes, artifact.file.rpartition("/")[0] or "."
-    known = {posixpath.relpath(name, folder): data for name, data in (searched.files if searched else {}).items()}
-    left = []
-    for name in dict.fromkeys(beside(artifact.text) if beside else ()):
-        inside = not name.startswith("/") and ".." not in name.split("/")
-        data = known.get(posixpath.normpath(name)) if inside else None
-        if data is None and inside:
-            source = next((one / name for one in sources if is_file(one / name)), None)
-            data = None if source is None else read_bytes(source)
-        if data is None:
-            left.append(name)
-        else:
-            files[posixpath.join(posixpath.dirname(place), posixpath.normpath(name))] = data
-    for one in searched.found if searched else ():
+def _copy_files_of(place: str, artifact: Artifact, searched: Searched | None, files: dict[str, bytes]) -> list[str]:
+    """Add the files that an artifact needs next to it; return those that are not found."""
+    beside, found = FORMATS[artifact.backend].beside, searched or Searched()
+    folder, target = posixpath.dirname(artifact.file) or ".", posixpath.dirname(place)
+    known = {posixpath.relpath(name, folder): data for name, data in found.files.items()}
+    needed = {name: posixpath.normpath(name) for name in (beside(artifact.text) if beside else ())}
+    copied = {inside for inside in needed.values() if inside in known and not inside.startswith("..")}
+    files.update({posixpath.join(target, inside): known[inside] for inside in copied})
+    for one in found.found:
         for name in one.places:
-            copy = posixpath.normpath(posixpath.join(posixpath.dirname(place), posixpath.relpath(name, folder)))
-            more = copies.companions(copy, one.file) if copy in files else {}
+            copy = posixpath.normpath(posixpath.join(target, posixpath.relpath(name, folder)))
+            more = companions(copy, one.file) if copy in files else {}
             files.update({there: read_bytes(file) for there, file in more.items() if there.count("/") > 1})
-    return left
+    return [name for name, inside in needed.items() if inside not in copied]
 
 
 def place_of(artifact: Artifact, main: Artifact) -> str:
@@ -245,15 +218,13 @@ def place_of(artifact: Artifact, main: Artifact) -> str:
 
 def folder_of(artifact: Artifact) -> str:
     """Return the folder of an artifact: that of its format, else by the ending of its name."""
-    own, file = FORMATS[artifact.backend].folder, artifact.file
-    if own:
-        return own
+    file = artifact.file
     formats = (one.folder for one in FORMATS.values() if one.load and one.folder and file.endswith(one.endings))
     others = (folder for ending, folder in _BY_ENDING.items() if file.endswith(ending))
-    return next(others, "") or next(formats, "config")
+    return FORMATS[artifact.backend].folder or next(others, "") or next(formats, "config")
 
 
-def _made(
+def _rendered(
     robot: Robot,
     options: Options,
     urdf: str,
@@ -263,17 +234,25 @@ def _made(
     carried: Carried | None,
     started: Bringup,
 ) -> dict[str, bytes]:
-    package = options if options.description else dataclasses.replace(options, description=f"The robot {robot.name}.")
+    """Return the files that are made from templates."""
+    options = options if options.description else replace(options, description=f"The robot {robot.name}.")
     rviz = "robot.rviz" if "/" in robot.name else file_name(f"{robot.name}.rviz", "robot.rviz")
+    listed = [
+        PackageFile(f"rviz/{rviz}", "rviz", "a view for RViz"),
+        PackageFile(TEST, "test_urdf.py", "a test that the installed URDF parses: `colcon test`"),
+        *launch_files(carried),
+        *started.files(),
+    ]
     contents = [(place, FORMATS[artifact.backend].about) for place, artifact in placed.items()]
-    contents += [(f"rviz/{rviz}", "a view for RViz"), (TEST, "a test that the installed URDF parses: `colcon test`")]
-    own = (one.folder for one in FORMATS.values() if one.folder and FORMATS.is_own(one.name))
-    folders = {*_FOLDERS, *own, *(place.partition("/")[0] for place in placed)}
+    contents += [(one.place, one.about) for one in listed]
+    contents += [(carried.description, "the description that is compiled at launch")] if carried else []
+    folders = {*_FOLDERS, *(place.partition("/")[0] for place in placed)}
+    folders |= {one.folder for one in FORMATS.values() if one.folder and FORMATS.is_own(one.name)}
     others = [edge for edge in robot.edges if edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER]
     has_license = options.license in LICENSES or is_file(target / LICENSE)
     values: dict[str, Any] = {
         "robot": robot,
-        "package": dataclasses.asdict(package),
+        "package": asdict(options),
         "depends": sorted({*_NODES, *_LAUNCH, *needs}),
         "folders": sorted(folders | ({Description.FOLDER} if carried else set())),
         "urdf": urdf.removeprefix("urdf/"),
@@ -281,21 +260,20 @@ def _made(
         "literal": repr,
         "quoted": lambda text: Scalar(text).quoted(),
         "comment": Templates.comment,
-        "contents": sorted([*contents, *starting.contents(carried), *started.contents()]),
+        "contents": sorted(contents),
         "others": [
             f"{edge.parent} -> {edge.child}: {edge.publisher.name}{f', when {edge.when}' if edge.when else ''}"
             for edge in others
         ],
         "holder": f"the authors of {options.name}" if options.maintainer == NOBODY else options.maintainer,
         "license_file": LICENSE if has_license else "",
-        **starting.values(robot, carried, options.name),
+        **launch_values(robot, carried),
         **started.values(urdf, options.topics),
         **_view(robot, options.topics),
     }
-    templates = {f"rviz/{rviz}": "rviz", CHANGELOG: "CHANGELOG.rst", TEST: "test_urdf.py"}
+    templates = {CHANGELOG: "CHANGELOG.rst"} | {one.place: one.template for one in listed}
     templates |= {LICENSE: f"licenses/{options.license}"} if options.license in LICENSES else {}
     templates |= {name: name for name in ("package.xml", "README.md", *_BUILT_BY[options.build_type])}
-    templates |= starting.templates(carried) | started.templates()
     texts = {name: Templates.own(f"ros/package/{template}.jinja", values) for name, template in templates.items()}
     made = {name: text.encode() for name, text in texts.items()}
     return made | ({f"resource/{options.name}": b""} if options.build_type == "ament_python" else {})
@@ -344,13 +322,11 @@ def _remarks(options: Options, target: Path) -> list[Diagnostic]:
     undecided = ["--maintainer"] if options.email == NO_MAIL else []
     undecided += ["--license"] if options.license == NO_LICENSE else []
     if undecided:
-        message = (
-            f"package.xml does not say yet who maintains the package or how it is licensed ({', '.join(undecided)})"
-        )
+        message = f"package.xml does not name the maintainer or the license yet ({', '.join(undecided)})"
         help = "--maintainer 'NAME <MAIL>', --license with an SPDX name such as Apache-2.0"
         found.append(Diagnostic("package-defaults", NOTE, message, None, (), help))
     if options.license not in (*LICENSES, NO_LICENSE) and not is_file(target / LICENSE):
         message = f"there is no LICENSE in the package: the tool does not carry the text of {options.license}"
-        help = f"put the text of the licence into {target / LICENSE}; it stays there"
+        help = f"put the text of the license into {target / LICENSE}; it stays there"
         found.append(Diagnostic("package-license", NOTE, message, None, (), help))
     return found

@@ -7,7 +7,7 @@ where that was written.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from types import NoneType
 from typing import Any, NamedTuple
 
@@ -33,7 +33,7 @@ _SIMILAR = 0.9
 class Finding(NamedTuple):
     """Something wrong with a parameter; ``key`` is empty for the node as a whole, ``at_key``: the name of it.
 
-    ``unknown`` is a name that there is not, ``known`` are those that there are.
+    ``unknown`` is a name that does not exist.
     """
 
     rule: str
@@ -43,7 +43,6 @@ class Finding(NamedTuple):
     severity: str = ERROR
     at_key: bool = False
     unknown: str = ""
-    known: Collection[str] = ()
 
     def at(self, span: Span | None, related: Iterable[Related] = ()) -> Diagnostic:
         """Return it with its place."""
@@ -95,9 +94,7 @@ def _near(kind: Kind, key: str, values: Mapping[str, Any]) -> Help:
     if not kind.complete:
         close = difflib.get_close_matches(key, names - values.keys(), n=1, cutoff=_SIMILAR)
         return suggest(close[0]) if close else ""
-    last = key.rpartition(".")[2]
-    same = [one for one in names if one.rpartition(".")[2] == last]
-    return Suggestion(key, names, instead=suggest(same[0]) if len(same) == 1 else REMOVE)
+    return Suggestion(key, names, instead=REMOVE)
 
 
 def _unlisted(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Iterator[Finding]:

@@ -402,19 +402,13 @@ def _text(value: str) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-# The option of every format that is a parameter file.
-DISTRIBUTION: Mapping[str, Any] = {
-    "enum": DISTRIBUTIONS,
-    "description": "The distribution of ROS 2 whose nodes it is for; default jazzy.",
-}
-
-
 def parameter_file(name: str, **more: Any) -> Format:
     """Return the format of a parameter file by its name, with the fields that it does not share with others."""
+    about = "The distribution of ROS 2 whose nodes it is for; default jazzy."
     return Format(
         name=name,
         article="a",
-        options={"distribution": DISTRIBUTION, **facts("ros2_options")[name]},
+        options={"distribution": {"enum": DISTRIBUTIONS, "description": about}, **facts("ros2_options")[name]},
         read=read,
         names_robot=False,
         syntax=nodes_of,

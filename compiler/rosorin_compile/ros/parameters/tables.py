@@ -24,16 +24,6 @@ from ..ports import TF, distribution_of_ports, drive_plugins, facts, port_of
 
 DISTRIBUTIONS = (HUMBLE, JAZZY, "kilted")  # those that the tables have; "" for a distribution is any of them
 MANAGER = "controller_manager"
-_TYPES = {
-    "bool": "true or false",
-    "int": "a whole number",
-    "double": "a double",
-    "string": "a text",
-    "bool_array": "a list of booleans",
-    "int_array": "a list of whole numbers",
-    "double_array": "a list of doubles",
-    "string_array": "a list of texts",
-}
 
 
 def fits(value: Any, kind: str) -> bool:
@@ -69,7 +59,7 @@ def converted(value: Any, kind: str) -> Any:
 
 def type_in_words(kind: str) -> str:
     """Return a type of the tables as a message has it."""
-    return " or ".join(_TYPES[one] for one in kind.split(" or "))
+    return " or ".join(facts("ros2_nodes")["types"][one] for one in kind.split(" or "))
 
 
 def as_type(value: Any, kind: str) -> str:
@@ -171,11 +161,9 @@ class Key(NamedTuple):
 
 @cache
 def _pattern(name: str) -> re.Pattern[str]:
-    pieces = _VARIABLE.split(name)
-    kinds = {"<n>": r"(\d+)"}
-    return re.compile(
-        "".join(kinds.get(piece, r"([^.]+)") if odd % 2 else re.escape(piece) for odd, piece in enumerate(pieces))
-    )
+    pieces = [re.escape(piece) for piece in _VARIABLE.split(name)]
+    pieces[1::2] = [r"(\d+)" if piece == re.escape("<n>") else r"([^.]+)" for piece in pieces[1::2]]
+    return re.compile("".join(pieces))
 
 
 @dataclass(frozen=True)
@@ -230,17 +218,15 @@ class Kind:
         return (key.name.partition("__map_")[2].partition(".")[0], match[1]) if key and match else ("", "")
 
     def like(self, name: str) -> set[str]:
-        """Return the keys that a person may have meant by one: those of many names as they would stand here."""
-        words = name.split(".")
-        numbers = re.findall(r"\d+", name)
+        """Return the keys that a person may have meant by one: those of many names with its words and first number."""
+        words, number = name.split("."), next(iter(re.findall(r"\d+", name)), "0")
         found = set()
         for key in self.own():
-            if not key.many:
-                found.add(key.name)
-            elif "<n>" in key.name:
-                found |= {key.name.replace("<n>", number) for number in numbers}
-            elif key.name.count(".") == len(words) - 1:
-                pairs = zip(key.name.split("."), words, strict=True)
+            pieces = key.name.replace("<n>", number).split(".")
+            if not key.many or "<n>" in key.name:
+                found.add(".".join(pieces))
+            elif len(pieces) == len(words):
+                pairs = zip(pieces, words, strict=True)
                 found.add(".".join(word if _VARIABLE.fullmatch(piece) else piece for piece, word in pairs))
         return found
 

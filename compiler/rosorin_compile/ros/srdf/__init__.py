@@ -119,34 +119,26 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
         return "", [report("srdf-without-urdf", message)]
     said = planning.said
-    states = [
-        (state, group.name, [(joint, _value(at, number)) for joint, at in _positions(planning, group, pose)])
-        for group in said.groups
-        for state, pose in planning.states(group).items()
-    ]
-    spheres = [
-        (link, [(vector(ball.xyz, number), number(ball.radius)) for ball in balls or (_NOTHING,)])
-        for link, balls in said.spheres.items()
-    ]
     computed = ""
     if said.matrix is not None:
-        computed = f"{counted(said.matrix.states, 'random state')}, seed {said.search.seed}"
-        computed = f"Computed by rosorin-compile collisions: {computed}. Lengths are the smallest distances of the "
-        computed = comment(f"{computed}states that were tried.")
+        states = f"{counted(said.matrix.states, 'random state')}, seed {said.search.seed}"
+        computed = (
+            f"Computed by rosorin-compile collisions: {states}. Lengths are the smallest distances of the states "
+        )
+        computed += "that were tried."
     values = {
         "name": robot.name,
-        "urdf": planning.urdf.file,
+        "planning": planning,
+        "said": said,
         "attributes": attributes,
         "comment": comment,
-        "said": said,
-        "states": states,
-        "virtual": planning.virtual,
-        "root": planning.root,
-        "properties": planning.joint_properties(),
-        "spheres": spheres,
+        "positions": lambda group, pose: [(name, _value(at, number)) for name, at in _positions(planning, group, pose)],
+        "balls": {link: balls or (_NOTHING,) for link, balls in said.spheres.items()},
+        "number": number,
+        "vector": lambda values: vector(values, number),
         "checked": sorted(map(ordered, said.checked)),
-        "computed": computed,
-        "disabled": [(pair, comment(_distance(pair))) for pair in planning.disabled()],
+        "computed": comment(computed),
+        "distance": _distance,
     }
     text = templates.own("ros/robot.srdf.jinja", values)
     return text, [*_stale_meshes(planning), *_left_out(planning)]

@@ -43,10 +43,8 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     yield from _virtual_joint(case, planning)
     for index, name in enumerate(planning.said.passive_joints):
         joint = planning.joints.get(name)
-        why = "is fixed" if joint is not None and joint.is_fixed else ""
-        if joint is not None and not why and joint.mimic is not None:
-            why = f'follows "{joint.mimic.joint}": it is not commanded anyway'
-        if why:
+        if joint is not None and (joint.is_fixed or joint.mimic is not None):
+            why = "is fixed" if joint.mimic is None else f'follows "{joint.mimic.joint}": it is not commanded anyway'
             message, path = f'joint "{name}" is named as passive, and {why}', (_TOP, "passive_joints", index)
             yield case.problem("moveit-passive-joint", message, path)
     yield from _matrix(case, planning, output)
@@ -116,16 +114,13 @@ def _is_above(case: Case, link: str, other: str) -> bool:
 
 def _circle(planning: Planning, group: Group) -> list[str]:
     """Return the groups that lead from one back to itself; none if they do not."""
-    waiting = [[group.name]]
-    visited: set[str] = set()
-    while waiting:
-        way = waiting.pop()
-        for name in planning.groups[way[-1]].groups:
-            if name == group.name:
-                return way
-            if name in planning.groups and name not in visited:
-                visited.add(name)
-                waiting.append([*way, name])
+    ways = [[group.name]]
+    for way in ways:  # grows, each group once
+        inner = planning.groups[way[-1]].groups
+        if group.name in inner:
+            return way
+        visited = {name for each in ways for name in each}
+        ways += [[*way, name] for name in dict.fromkeys(inner) if name in planning.groups and name not in visited]
     return []
 
 

@@ -12,7 +12,7 @@ Joints that carry no shape are not in them: a new frame of a sensor touches noth
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from functools import cached_property
 from hashlib import sha256
@@ -184,23 +184,17 @@ class Planning:
 
     def joints_in(self, group: Group) -> list[str]:
         """Return the joints that a group has, fixed ones too, each once, in the order of the URDF."""
-        named = set(self._named_in(group, set()))
+        joints: set[str] = set()
+        groups = [group]
+        for one in groups:
+            if one.chain is not None and self.links.issuperset(one.chain):
+                joints |= {joint.name for joint in self.between(*one.chain)}
+            joints |= {*one.joints, *(self.joint_to[link].name for link in one.links if link in self.joint_to)}
+            inner = (self.groups[name] for name in one.groups if name in self.groups)
+            groups += [each for each in inner if each not in groups]
         order = [joint.name for joint in self.robot.joints_down() if joint.name in self.joints]
-        if self.virtual is not None:
-            order.insert(0, self.virtual.name)
-        return [name for name in order if name in named]
-
-    def _named_in(self, group: Group, seen: set[str]) -> Iterator[str]:
-        if group.name in seen:
-            return
-        seen.add(group.name)
-        if group.chain is not None and self.links.issuperset(group.chain):
-            yield from (joint.name for joint in self.between(*group.chain))
-        yield from group.joints
-        yield from (self.joint_to[link].name for link in group.links if link in self.joint_to)
-        for name in group.groups:
-            if name in self.groups:
-                yield from self._named_in(self.groups[name], seen)
+        order = [self.virtual.name, *order] if self.virtual is not None else order
+        return [name for name in order if name in joints]
 
     def links_in(self, group: Group) -> set[str]:
         """Return the links that the joints of a group move, as MoveIt counts them."""
@@ -208,12 +202,9 @@ class Planning:
 
     def active(self, group: Group) -> list[str]:
         """Return the joints of a group that have one position, follow no other, and are not passive."""
-        passive = self.said.passive_joints
-        return [
-            name
-            for name in self.joints_in(group)
-            if name in self.joints and name not in passive and _is_free(self.joints[name])
-        ]
+        names = [name for name in self.joints_in(group) if name not in self.said.passive_joints]
+        joints = [self.joints[name] for name in names if name in self.joints]
+        return [joint.name for joint in joints if joint.moves and joint.mimic is None]
 
     def states(self, group: Group) -> dict[str, JointPose]:
         """Return the poses that are states of a group, by the name of the state."""
@@ -225,33 +216,23 @@ class Planning:
 
     @cached_property
     def virtual(self) -> VirtualJoint | None:
-        """The joint between the world and the root; what is not said of it is as the base is."""
+        """The joint between the world and the root; by default it follows from the base."""
         said = self.said.virtual_joint
         if said is None:
             return None
         edge = next((edge for edge in self.robot.edges if edge.child == self.root and edge.moving), None)
-        drives = self.robot.drive is not None
-        base = PLANAR if drives else FLOATING if edge is not None or self._floats() else FIXED
-        parent = ODOM if base == PLANAR else WORLD
-        return VirtualJoint(said.type or base, said.parent or (edge.parent if edge else parent), said.name)
-
-    def _floats(self) -> bool:
-        free = any(output.options.get("base") == "free" for output in self.robot.outputs)
-        return free or any(pose.base is not None for pose in self.robot.poses)
-
-    @property
-    def turns_to_go_sideways(self) -> bool:
-        """Whether the base moves on a plane, and not sideways."""
-        drive = self.robot.drive
-        return (
-            self.virtual is not None and self.virtual.type == PLANAR and drive is not None and drive.kind not in SLIDING
-        )
+        is_free = any(output.options.get("base") == "free" for output in self.robot.outputs)
+        floats = is_free or edge is not None or any(pose.base is not None for pose in self.robot.poses)
+        base = PLANAR if self.robot.drive is not None else FLOATING if floats else FIXED
+        parent = edge.parent if edge is not None else ODOM if base == PLANAR else WORLD
+        return VirtualJoint(said.type or base, said.parent or parent, said.name)
 
     def joint_properties(self) -> dict[str, dict[str, str]]:
-        """Return what planners read of joints: what is said, and how a virtual joint moves that cannot go sideways."""
+        """Return the properties of joints for planners; a planar base that cannot go sideways gets a motion model."""
         found = {joint: dict(said) for joint, said in self.said.joint_properties.items()}
-        if self.virtual is not None and self.turns_to_go_sideways:
-            found.setdefault(self.virtual.name, {}).setdefault("motion_model", "diff_drive")
+        virtual, drive = self.virtual, self.robot.drive
+        if virtual is not None and virtual.type == PLANAR and drive is not None and drive.kind not in SLIDING:
+            found.setdefault(virtual.name, {}).setdefault("motion_model", "diff_drive")
         return found
 
     @cached_property
@@ -259,10 +240,8 @@ class Planning:
         """The collision shapes of each link of the URDF, as it has them; links without any are left out."""
         if "collision" not in self.urdf.options.get("elements", ("collision",)):
             return {}
-        shapes = {}
-        for name in sorted(self.links):
-            shapes[name] = list(solids(self.robot, name, self.urdf, self.links) or ())
-        return {name: found for name, found in shapes.items() if found}
+        shapes = {name: solids(self.robot, name, self.urdf, self.links) for name in sorted(self.links)}
+        return {name: list(found) for name, found in shapes.items() if found}
 
     @cached_property
     def adjacent(self) -> list[Pair]:
@@ -288,10 +267,6 @@ class Planning:
             if pair not in checked and self.links.issuperset(pair):
                 found.setdefault(pair, DisabledCollision(pair, one.reason, one.nearest, one.beyond))
         return [found[pair] for pair in sorted(found)]
-
-
-def _is_free(joint: Joint) -> bool:
-    return joint.moves and joint.mimic is None
 
 
 def ordered(pair: Pair) -> Pair:
@@ -323,8 +298,8 @@ def _solid(shape: Shape) -> list[Any]:
     return [type(shape.geometry).__name__, sizes, _place(shape.origin().transform())]
 
 
-def _place(transform: Transform) -> list[list[float]]:
-    return [[round(value, _DECIMALS) + 0.0 for value in row] for row in (transform.xyz, *transform.rows)]
+def _place(transform: Transform) -> Any:
+    return _rounded((transform.xyz, *transform.rows))
 
 
 def _rounded(value: Any) -> Any:

@@ -1,14 +1,14 @@
-"""An SRDF that somebody has, read beside the robot that it belongs to: it becomes the section ``moveit``, and poses.
+"""An SRDF of others, read together with the robot that it belongs to: it becomes the section ``moveit``, and poses.
 
 MoveIt passes over what it does not know (``moveit/srdfdom@ros2:src/model.cpp``, ``moveit_core/robot_model``): a link
-that the URDF lacks, a group without a joint, a state of another group. What it passes over is left out here, too, and
-listed. What it reads is kept. Joints of a second chain of a group are named one by one.
+that the URDF lacks, a group without a joint, a state of another group. This is left out here, too, and listed. Joints
+of a second chain of a group are named one by one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from rosorin_compile.formats.format import Opened, Placed
@@ -19,14 +19,14 @@ from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, P
 from rosorin_compile.source.diagnostics import Diagnostic, Span, has_errors, nearest, quoted
 from rosorin_compile.source.tree import Map, Text
 from rosorin_compile.source.wording import suggest
-from rosorin_compile.source.xml.markup import Element, correction, named
+from rosorin_compile.source.xml.markup import Element, named
 
 from .planning import URDF, Planning, ordered
 
 Entry = dict[str, Any]
 
-# The attributes of each element, in which MoveIt requires all but the last ones of _OPTIONAL; what they name, and what
-# may be in the element. Virtual joints and groups are read before the elements that name them.
+# The attributes of each element, and what they name. MoveIt requires all but those of _OPTIONAL. Virtual joints and
+# groups are read before the elements that name them.
 _KNOWN: Mapping[str, Mapping[str, str]] = {
     "virtual_joint": {"name": "", "type": "", "parent_frame": "", "child_link": ""},
     "group": {"name": ""},
@@ -50,14 +50,12 @@ _INSIDE: Mapping[str, Mapping[str, Mapping[str, str]]] = {
     "group_state": {"joint": {"name": "joint", "value": ""}},
     "link_sphere_approximation": {"sphere": {"center": "", "radius": ""}},
 }
-_EVERY = [*_KNOWN.values(), *(names for tags in _INSIDE.values() for names in tags.values())]
-_ATTRIBUTES = {name for names in _EVERY for name in names}
 _OF_URDF = ("link", "joint", "material", "transmission")
 
 
 @dataclass
 class _State:
-    """A state of a group: where it puts joints, with the places, and the base if it does."""
+    """A state of a group: its positions of joints, and the pose of the base if it has one."""
 
     span: Span
     positions: dict[str, Placed] = field(default_factory=dict)
@@ -69,12 +67,10 @@ def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
     robot, root = lower(tree).robot, opened.xml.root
     if robot is None:
         raise ValueError("the robot cannot be made")  # it has been read without an error
-    other = next((child for child in root.children if child.tag in _OF_URDF), None)
-    if other is not None:
+    if other := next((child for child in root.children if child.tag in _OF_URDF), None):
         what = f"this is a URDF, not an SRDF: it has {named(other)}"
         raise opened.problem(what, other.span, help="name the SRDF; a URDF is what is imported")
-    macro = next((child for child in root.iter() if child.tag.startswith("xacro:")), None)
-    if macro is not None:
+    if macro := next((child for child in root.iter() if child.tag.startswith("xacro:")), None):
         what = f"this is a xacro, which is to be expanded first: it has <{macro.tag}>"
         raise opened.problem(what, macro.span, help=f"xacro {opened.path.name} > expanded.srdf")
     made = _Joining(opened, robot)
@@ -84,7 +80,7 @@ def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
 
 
 class _Joining:
-    """One reading: what each element becomes, in words of a description, each value with its place."""
+    """One reading of an SRDF: the entries of the description that its elements become, each value with its place."""
 
     def __init__(self, opened: Opened, robot: Robot) -> None:
         self.robot = robot
@@ -92,8 +88,7 @@ class _Joining:
         self.planning = Planning(robot, Output(URDF, URDF, ""))
         self.virtual: VirtualJoint | None = None
         self.virtual_entry: Any = False
-        self.groups: dict[str, Entry] = {}
-        self.spans: dict[str, Span] = {}
+        self.groups: dict[str, Placed] = {}
         self.states: dict[str, dict[str, _State]] = {}
         self.sections: Entry = {}
         self.pairs: dict[str, dict[Pair, Placed]] = {"disable_collisions": {}, "enable_collisions": {}}
@@ -105,42 +100,33 @@ class _Joining:
         if name is not None and name.value.strip() != self.robot.name:
             help = f'the robot is "{self.robot.name}": is it another one? MoveIt wants the same name in both files'
             self.reading.cannot_carry(f'the name "{name.value}" of the SRDF', name.span, help)
-        for child in root.children:  # misspelt words, and what MoveIt passes over
-            if child.tag in _KNOWN:
-                tags = _INSIDE.get(child.tag, {})
-                self.reading.check(child, tags, _KNOWN[child.tag], None)
-                for inner in child.children:
-                    if inner.tag in tags:
-                        self.reading.check(inner, (), tags[inner.tag], None)
-        for tag in _KNOWN:
-            for child in root.children:
-                if child.tag == tag:
-                    said = self.words(child, _KNOWN[tag])
-                    if said is not None:
-                        getattr(self, tag)(child, *said)
+        for tag, attributes in _KNOWN.items():
+            for child in (one for one in root.children if one.tag == tag):
+                if (words := self._words(child, attributes, _INSIDE.get(tag, ()))) is not None:
+                    getattr(self, f"_{tag}")(child, *words)
             if tag == "group":
                 self._remove_unusable_groups()
 
-    def words(self, element: Element, names: Mapping[str, str]) -> list[Placed] | None:
+    def _words(self, element: Element, names: Mapping[str, str], tags: Collection[str] = ()) -> list[Placed] | None:
         """Return the attributes that MoveIt requires, or None if one is missing or names nothing, which is reported."""
+        before = len(self.reading.diagnostics)
+        self.reading.check(element, tags, names, None)
         needed = [name for name in names if name not in _OPTIONAL]
-        found = [element.attributes.get(name) for name in needed]
-        missing = [name for name, one in zip(needed, found, strict=True) if one is None or not one.value.strip()]
+        found = {name: one for name in needed if (one := element.attributes.get(name)) and one.value.strip()}
+        missing = [name for name in needed if name not in found]
+        if missing and not has_errors(self.reading.diagnostics[before:]):
+            help = f"MoveIt passes over it: it has no {quoted(missing, 5)}"
+            self.reading.cannot_carry(named(element), element.span, help)
         if missing:
-            misspelt = any(correction(one, missing) for one in element.attributes if one not in _ATTRIBUTES)
-            if not misspelt or self.reading.options.lenient:  # else that is reported
-                help = f"MoveIt passes over it: it has no {quoted(missing, 5)}"
-                self.reading.cannot_carry(named(element), element.span, help)
             return None
-        words = [Placed(one.value.strip(), one.span) for one in found if one is not None]
-        kinds = [names[name] for name in needed]
-        exist = all(self._exists(word, kind, element) for word, kind in zip(words, kinds, strict=True) if kind)
-        return words if exist else None
+        words = {name: Placed(one.value.strip(), one.span) for name, one in found.items()}
+        exist = [self._exists(word, names[name], element) for name, word in words.items() if names[name]]
+        return list(words.values()) if all(exist) else None
 
-    def inside(self, element: Element) -> list[tuple[Element, list[Placed]]]:
+    def _children(self, element: Element) -> list[tuple[Element, list[Placed]]]:
         """Return the children of an element that MoveIt reads, with their attributes."""
         known = _INSIDE[element.tag]
-        found = [(child, self.words(child, known[child.tag])) for child in element.children if child.tag in known]
+        found = [(child, self._words(child, known[child.tag])) for child in element.children if child.tag in known]
         return [(child, words) for child, words in found if words is not None]
 
     def _exists(self, name: Placed, kind: str, element: Element) -> bool:
@@ -151,14 +137,13 @@ class _Joining:
         if name.value in known:
             return True
         near = nearest(name.value, known)
-        help = f"MoveIt passes over it: the robot has no such {kind}"
-        help += f"; {suggest(near)}" if near else ""
+        help = f"MoveIt passes over it: the robot has no such {kind}" + (f"; {suggest(near)}" if near else "")
         is_it = element.tag == kind or element.get("name").strip() == name.value
         what = named(element) if is_it else f'{named(element)} of {kind} "{name.value}"'
         self.reading.cannot_carry(what, element.span if element.tag == "group_state" else name.span, help)
         return False
 
-    def virtual_joint(self, element: Element, name: Placed, kind: Placed, parent: Placed, child: Placed) -> None:
+    def _virtual_joint(self, element: Element, name: Placed, kind: Placed, parent: Placed, child: Placed) -> None:
         if self.virtual is not None or child.value != self.planning.root:
             help = f'MoveIt takes one whose child is the root, "{self.planning.root}"'
             self.reading.cannot_carry(named(element), element.span, help)
@@ -170,12 +155,12 @@ class _Joining:
         self.virtual = VirtualJoint(taken, parent.value, name.value)
         self.virtual_entry = {"name": name, "type": Placed(taken, kind.span), "parent": parent}
 
-    def group(self, element: Element, name: Placed) -> None:
+    def _group(self, element: Element, name: Placed) -> None:
         if name.value in self.groups:
             self.reading.cannot_carry(f"a second {named(element)}", element.span, "MoveIt takes the first of this name")
             return
         entry: Entry = {}
-        for child, words in self.inside(element):
+        for child, words in self._children(element):
             if child.tag != "chain":
                 entry.setdefault(f"{child.tag}s", []).append(words[0])
                 continue
@@ -186,32 +171,29 @@ class _Joining:
                 entry["chain"] = Placed({"base": words[0], "tip": words[1]}, child.span)
             else:
                 entry.setdefault("joints", []).extend(Placed(joint.name, child.span) for joint in joints)
-        self.groups[name.value], self.spans[name.value] = entry, name.span
+        self.groups[name.value] = Placed(entry, name.span)
 
     def _remove_unusable_groups(self) -> None:
-        """Remove the groups that MoveIt does not make: with a group that does not exist, or without a joint."""
-        while True:
-            model = {name: _group(name, entry) for name, entry in self.groups.items()}
-            said = Moveit(groups=tuple(model.values()), virtual_joint=self.virtual)
-            self.planning.said, self.planning.groups = said, model
-            self.planning.__dict__.pop("virtual", None)
-            why: dict[str, str] = {}
-            for name in _unsatisfied(model):
-                lacking = next((one for one in model[name].groups if one not in model), "")
-                why[name] = f'there is no group "{lacking}"' if lacking else "its groups are in each other"
-            why = why or {name: "it has no joint" for name, one in model.items() if not self.planning.joints_in(one)}
-            for name, reason in why.items():
-                self.reading.cannot_carry(f'<group name="{name}">', self.spans[name], f"MoveIt leaves it out: {reason}")
-                del self.groups[name]
-            if not why:
-                return
+        """Remove the groups that MoveIt does not make: without a joint, or with a group that it does not make."""
+        model = {name: _group_of(name, entry.value) for name, entry in self.groups.items()}
+        said = Moveit(groups=tuple(model.values()), virtual_joint=self.virtual)
+        self.planning = Planning(replace(self.robot, moveit=said), self.planning.urdf)
+        usable: set[str] = set()
+        candidates = [one for one in model.values() if one.groups or self.planning.joints_in(one)]
+        while more := {one.name for one in candidates if usable.issuperset(one.groups)} - usable:
+            usable |= more
+        for name in [name for name in model if name not in usable]:
+            lacking = next((f'there is no group "{one}"' for one in model[name].groups if one not in model), "")
+            reason = lacking or ("a group in it is left out" if model[name].groups else "it has no joint")
+            help = f"MoveIt leaves it out: {reason}"
+            self.reading.cannot_carry(f'<group name="{name}">', self.groups.pop(name).span, help)
 
-    def group_state(self, element: Element, name: Placed, group: Placed) -> None:
+    def _group_state(self, element: Element, name: Placed, group: Placed) -> None:
         inside = self.planning.joints_in(self.planning.groups[group.value])
         state, before = _State(element.span), len(self.reading.diagnostics)
-        for child, (joint, _) in self.inside(element):
+        for child, (joint, _) in self._children(element):
             if joint.value in inside:
-                self._put_joint(state, joint, child)
+                self._add_position(state, joint, child)
             else:
                 help = "MoveIt passes over it: the joint is not in the group"
                 self.reading.cannot_carry(named(child), child.span, help)
@@ -223,7 +205,7 @@ class _Joining:
             self.reading.ignored("of two states of a group with one name, the first has no effect", name.span)
         self.states[group.value][name.value] = state
 
-    def _put_joint(self, state: _State, name: Placed, element: Element) -> None:
+    def _add_position(self, state: _State, name: Placed, element: Element) -> None:
         value, joint = element.attributes["value"], self.robot.joint.get(name.value)
         words = value.words()
         if joint is None:  # the virtual joint
@@ -241,118 +223,110 @@ class _Joining:
             if number is not None:
                 state.positions[name.value] = Placed(number, words[0].span)
 
-    def end_effector(self, element: Element, name: Placed, parent: Placed, group: Placed) -> None:
+    def _end_effector(self, element: Element, name: Placed, parent: Placed, group: Placed) -> None:
         above, entry = element.attributes.get("parent_group"), {"group": group, "parent": parent}
         if above is not None:
-            carrier, why = above.value.strip(), ""
-            if carrier not in self.groups:
-                why = "there is no such group"
-            elif carrier == group.value:
-                why = "it is the group of the end effector"
-            elif parent.value not in self.planning.links_in(self.planning.groups[carrier]):
-                why = f'it does not have the link "{parent.value}"'
-            if why:
+            carrier = above.value.strip()
+            moves = carrier in self.groups and self.planning.links_in(self.planning.groups[carrier])
+            if carrier == group.value or not moves or parent.value not in moves:
+                help = f'MoveIt looks for another group: this one does not move the link "{parent.value}"'
                 what = f'the parent group "{carrier}" of {named(element)}'
-                self.reading.cannot_carry(what, above.span, f"MoveIt looks for one: {why}")
+                self.reading.cannot_carry(what, above.span, help)
             else:
                 entry["parent_group"] = Placed(carrier, above.span)
-        if self.sections.setdefault("end_effectors", {}).setdefault(name.value, entry) is not entry:
+        effectors = self.sections.setdefault("end_effectors", {})
+        if name.value in effectors:
             self.reading.cannot_carry(f"a second {named(element)}", element.span)
         else:
-            self.sections["end_effectors"][name.value] = Placed(entry, element.span)
+            effectors[name.value] = Placed(entry, element.span)
 
-    def passive_joint(self, _: Element, name: Placed) -> None:
+    def _passive_joint(self, _: Element, name: Placed) -> None:
         self._add_name(name, "passive_joints")
 
-    def disable_default_collisions(self, _: Element, name: Placed) -> None:
+    def _disable_default_collisions(self, _: Element, name: Placed) -> None:
         self._add_name(name, "unchecked_links")
 
     def _add_name(self, name: Placed, key: str) -> None:
         names = self.sections.setdefault(key, [])
         names += [] if name.value in [one.value for one in names] else [name]
 
-    def disable_collisions(self, element: Element, *said: Placed) -> None:
+    def _disable_collisions(self, element: Element, *said: Placed) -> None:
         first, second = sorted(said, key=lambda name: str(name.value))
         pair, found = ordered((first.value, second.value)), self.pairs[element.tag]
-        if first.value == second.value:
-            self.reading.ignored("a link that is paired with itself has no effect", element.span)
-        elif pair in found:
-            self.reading.ignored("a pair of links that is named a second time has no effect", element.span)
+        if pair in found or first.value == second.value:
+            self.reading.ignored(
+                "a pair of one link, or a pair that is named a second time, has no effect", element.span
+            )
+        elif element.tag == "enable_collisions":
+            found[pair] = Placed([first, second], element.span)
         else:
-            reason, links = element.attributes.get("reason"), Placed([first, second], element.span)
-            why = Placed(DisabledCollision.reason, element.span)
-            if reason is not None and reason.value.strip():
-                why = Placed(reason.value.strip(), reason.span)
-            is_off = element.tag == "disable_collisions"
-            found[pair] = Placed({"links": links, "reason": why}, element.span) if is_off else links
+            reason = element.attributes.get("reason")
+            why = reason.value.strip() if reason is not None else ""
+            span = reason.span if reason is not None and why else element.span
+            entry = {"links": Placed([first, second], element.span)}
+            entry["reason"] = Placed(why or DisabledCollision.reason, span)
+            found[pair] = Placed(entry, element.span)
 
-    enable_collisions = disable_collisions
+    _enable_collisions = _disable_collisions
 
-    def link_sphere_approximation(self, element: Element, link: Placed) -> None:
-        balls: list[Any] = []
-        found = False
-        for child, _ in self.inside(element):
+    def _link_sphere_approximation(self, element: Element, link: Placed) -> None:
+        for child, _ in self._children(element):
             center = numbers(child, "center", 3, LENGTHS, self.reading)
             radius = numbers(child, "radius", 1, LENGTHS, self.reading)
             if center is None or radius is None:
                 continue
-            found = True
+            balls = self.sections.setdefault("spheres", {}).setdefault(link.value, Placed([], element.span)).value
             if radius[0] > 0:
                 xyz = [Placed(value, span) for value, span in zip(center, center.value_spans, strict=True)]
                 balls.append(Placed({"xyz": xyz, "radius": Placed(radius[0], radius.value_spans[0])}, child.span))
-        if found:
-            self.sections.setdefault("spheres", {})[link.value] = Placed(balls, element.span)
 
-    def joint_property(self, _: Element, joint: Placed, name: Placed, value: Placed) -> None:
+    def _joint_property(self, _: Element, joint: Placed, name: Placed, value: Placed) -> None:
         of_joint = self.sections.setdefault("joint_properties", {}).setdefault(joint.value, {})
         of_joint[name.value] = Placed(Text(value.value), value.span)
 
     def poses(self, taken: Mapping[str, Any]) -> Entry:
         """Return the states as poses, one for states of one name that agree; groups get their ``states``."""
         made: Entry = {}
-        by_name: dict[str, dict[str, _State]] = {}
-        for group in self.groups:
-            for name, state in self.states.get(group, {}).items():
-                by_name.setdefault(name, {})[group] = state
         names: dict[tuple[str, str], str] = {}
-        for name, of_groups in by_name.items():
-            together = self._together(of_groups)
-            for group, state in of_groups.items():
-                wanted = name if together is not None else f"{name}_{group}"
-                while wanted in taken or (wanted in made and together is None):
-                    wanted += "_state"
-                names[group, name], pose = wanted, together or state
+        of_groups = [(group, self.states.get(group, {})) for group in self.groups]
+        for name in dict.fromkeys(name for _, states in of_groups for name in states):
+            parts = {group: states[name] for group, states in of_groups if name in states}
+            merged = self._merged(parts)
+            for group, state in parts.items():
+                free = name if merged is not None else f"{name}_{group}"
+                while free in taken or (free in made and merged is None):
+                    free += "_state"
+                names[group, name], pose = free, merged or state
                 base = {} if pose.base is None else {"base": pose.base}
-                made[wanted] = Placed({"positions": dict(pose.positions), **base}, pose.span)
-        for group, entry in self.groups.items():
-            of_group = {name: names[group, name] for name in self.states.get(group, {})}
+                made[free] = Placed({"positions": dict(pose.positions), **base}, pose.span)
+        for group, states in of_groups:
             if made or taken:
-                entry["states"] = list(of_group) if all(k == v for k, v in of_group.items()) else of_group
+                of_group = {name: names[group, name] for name in states}
+                is_same = all(name == pose for name, pose in of_group.items())
+                self.groups[group].value["states"] = list(of_group) if is_same else of_group
         return made
 
-    def _together(self, of_groups: Mapping[str, _State]) -> _State | None:
-        """Return one state for those of one name by their groups, or None if it would put a group elsewhere."""
-        whole = _State(next(iter(of_groups.values())).span)
-        for state in of_groups.values():
-            whole.positions |= state.positions
-            whole.base = whole.base or state.base
-        for group, state in of_groups.items():
+    def _merged(self, parts: Mapping[str, _State]) -> _State | None:
+        """Return one state for those of some groups, or None if it would put a group elsewhere."""
+        merged = _State(next(iter(parts.values())).span)
+        for state in parts.values():
+            merged.positions |= state.positions
+            merged.base = merged.base or state.base
+        for group, state in parts.items():
             inside = self.planning.joints_in(self.planning.groups[group])
-            base = whole.base if self.virtual is not None and self.virtual.name in inside else None
-            here = {name: at.value for name, at in whole.positions.items() if name in inside}
+            base = merged.base if self.virtual is not None and self.virtual.name in inside else None
+            here = {name: at.value for name, at in merged.positions.items() if name in inside}
             if here != {name: at.value for name, at in state.positions.items()} or base != state.base:
                 return None
-        return whole
+        return merged
 
     def moveit(self) -> Entry:
         """Return the section."""
-        entry: Entry = {"virtual_joint": self.virtual_entry}
-        if self.groups:
-            entry["groups"] = {name: Placed(one, self.spans[name]) for name, one in self.groups.items()}
         off, on = self.pairs["disable_collisions"], self.pairs["enable_collisions"]
         for pair in [pair for pair in on if pair in off]:
             what = "<enable_collisions> of links that are disabled as well has no effect"
             self.reading.ignored(what, on.pop(pair).span)
+        entry: Entry = {"virtual_joint": self.virtual_entry} | ({"groups": self.groups} if self.groups else {})
         # Mappings first, then lists.
         entry |= dict(sorted(self.sections.items(), key=lambda one: isinstance(one[1], list)))
         for key, pairs in (("disabled_collisions", off), ("checked_collisions", on)):
@@ -361,18 +335,10 @@ class _Joining:
         return entry
 
 
-def _group(name: str, entry: Entry) -> Group:
+def _group_of(name: str, entry: Entry) -> Group:
     chain = entry["chain"].value if "chain" in entry else None
     joints, links, groups = (tuple(one.value for one in entry.get(key, ())) for key in ("joints", "links", "groups"))
     return Group(name, chain and (chain["base"].value, chain["tip"].value), joints, links, groups)
-
-
-def _unsatisfied(groups: Mapping[str, Group]) -> list[str]:
-    """Return the groups that contain a group that does not exist, or themselves."""
-    known: set[str] = set()
-    while more := {name for name, group in groups.items() if name not in known and known.issuperset(group.groups)}:
-        known |= more
-    return [name for name in groups if name not in known]
 
 
 def _base(found: list[float]) -> Entry:

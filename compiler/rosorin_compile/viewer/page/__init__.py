@@ -23,10 +23,9 @@ from rosorin_compile.source.load import json_of
 from rosorin_compile.source.project import data_folder
 
 from .data import robot_data
-from .images import MESHES, Data, Embedding, tables
+from .images import MAX_MEGABYTES, MESHES, Data, Embedding, tables
 
 _SHAPES = (*MESHES, ".ply", ".msh", ".gltf")  # endings of meshes; what else is left out is an image
-MAX_MEGABYTES = 40
 _SHOWN = 3
 _NAMES = {"name": "the name", "situations": "who publishes what"}  # of parts of a page; others have their key
 
@@ -41,7 +40,7 @@ _DATA = re.compile(r'<script type="application/json" id="robot">(.*?)</script>',
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
     """Return the page of a robot. Options: ``meshes`` (false: without), ``max_megabytes`` (of all meshes together)."""
     data = robot_data(robot)
-    embedding = Embedding(int(output.options.get("max_megabytes", MAX_MEGABYTES) * 1_000_000))
+    embedding = Embedding(output.options.get("max_megabytes"))
     if output.options.get("meshes", True):
         data.update(tables(robot, robot.mesh_files, embedding))
     if not embedding.left:

@@ -35,6 +35,7 @@ _MAGIC = {
 }
 _HEAD = 16  # bytes of an image
 _LARGEST = 1_000_000  # bytes of materials
+MAX_MEGABYTES = 40  # of all meshes and images of a page, unless another limit is set
 _LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]+)", re.MULTILINE)
 _MAP = re.compile(r"^[ \t]*map_Kd[ \t]+(.+?)[ \t]*$", re.MULTILINE | re.IGNORECASE)
 _OPTION = re.compile(r"-[a-z]+(?:[ \t]+(?:[-+.0-9e]+|on|off))*[ \t]+", re.IGNORECASE)
@@ -51,13 +52,13 @@ class Side(NamedTuple):
 
 
 class Embedding:
-    """Meshes and images as text in a page; ``limit`` is their size in bytes together, ``left`` why some are not there.
+    """Meshes and images as text in a page, up to a size of all together; ``left`` has why some are not there.
 
     What several robots of a page share counts for each: it is in the page as often.
     """
 
-    def __init__(self, limit: int) -> None:
-        self.limit = limit
+    def __init__(self, megabytes: float | None) -> None:
+        self.limit = int((MAX_MEGABYTES if megabytes is None else megabytes) * 1_000_000)
         self.size = 0
         self.left: dict[str, str] = {}
 
@@ -125,7 +126,7 @@ def mesh_table(names: Sequence[str], found: Mapping[str, Path], store: Embedding
         meshes[name] = entry = store.put(name, file, _BYTES)
         if "missing" in entry:
             continue
-        sides, vain = companions(file, name)
+        sides, vain = companions(file)
         for image, why in vain.items():
             store.missing(image, why)
         own = {side.name: {"type": side.type, **store.put(*side)} for side in sides}
@@ -154,16 +155,13 @@ def image_type(file: Path) -> str:
     return ""
 
 
-def companions(mesh: Path, name: str = "") -> tuple[list[Side], dict[str, str]]:
-    """Return the files that belong to a mesh, and the images that it names in vain, with the reason.
-
-    ``name`` is that of the mesh in the description; without one, what belongs to it is in its own folder.
-    """
+def companions(mesh: Path) -> tuple[list[Side], dict[str, str]]:
+    """Return the files that belong to a mesh, and the images that it names in vain, with the reason."""
     try:
         content = files.read_bytes(mesh) if mesh.suffix.lower() in (".dae", ".obj") else b""
     except OSError:
         return [], {}
-    homes, sides, vain, names = _homes(mesh, name), list[Side](), dict[str, str](), list[str]()
+    homes, sides, vain, names = _homes(mesh), list[Side](), dict[str, str](), list[str]()
     if mesh.suffix.lower() == ".dae":
         library = _IMAGES.search(content)
         names = [unquote(found.decode("utf-8", "replace")) for found in _IMAGE.findall(library[0] if library else b"")]
@@ -186,22 +184,17 @@ def companions(mesh: Path, name: str = "") -> tuple[list[Side], dict[str, str]]:
     return sides, vain
 
 
-def _homes(mesh: Path, name: str) -> list[Path]:
-    """Return the folders that files of a mesh may be in: its project, or the package that it is in.
+def _homes(mesh: Path) -> list[Path]:
+    """Return the folders that files of a mesh may be in: its project, or its package, or the folder above ``meshes``.
 
-    Without either the folder from which the description names it. Where the mesh is a link, also those of the file.
+    Without any of them its own folder. Where the mesh is a link, also those of the file.
     """
-    scheme, mark, rest = name.partition("://")
-    parts = [part for part in PurePosixPath(rest if mark else scheme).parts if part not in ("/", "..")]
-    parts = parts[1:] if mark and scheme != "file" else parts
     found = []
     for file in dict.fromkeys((files.resolve(mesh.parent) / mesh.name, files.resolve(mesh))):
-        named_so = parts and name[:1] != "/" and scheme != "file" and list(file.parts[-len(parts) :]) == parts
-        home = file.parents[len(parts) - 1] if named_so else file.parent
-        above = (home, *home.parents)
-        project = next((folder.parent for folder in above if folder.name == DESCRIPTIONS), None)
-        package = next((folder for folder in above if files.is_file(folder / "package.xml")), None)
-        found.append(project or package or home)
+        project = next((folder.parent for folder in file.parents if folder.name == DESCRIPTIONS), None)
+        package = next((folder for folder in file.parents if files.is_file(folder / "package.xml")), None)
+        above = next((folder.parent for folder in file.parents if folder.name == "meshes"), file.parent)
+        found.append(project or package or above)
     return found
 
 

@@ -57,20 +57,6 @@ class Picture:
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
-@dataclass(frozen=True)
-class Look:
-    """The appearance of a picture; its fields are the options of ``rosorin_compile.picture``."""
-
-    view: str
-    size: tuple[int, int]
-    collision: bool
-    published_frames: bool
-    frames: Sequence[str]
-    modes: Mapping[str, bool]
-    theme: str
-    transparent: bool
-
-
 def picture(
     robot: FilePath | Request,
     output: FilePath,
@@ -105,11 +91,10 @@ def picture(
         transparent: Draw only the robot and its shadow, on a transparent background.
     """
     request, target = Request.of(robot, arguments, packages, trust=trust), Path(output)
-    appearance = Look(view, size, collision, published_frames, frames, modes or {}, theme, transparent)
-    width, height = appearance.size
-    if not all(_SMALLEST <= side <= _LARGEST for side in appearance.size):
+    width, height = size
+    if not all(_SMALLEST <= side <= _LARGEST for side in size):
         raise RequestError(f"a picture has {_SMALLEST} to {_LARGEST} pixels along a side, not {width}x{height}")
-    _direction(appearance.view)
+    direction = _direction(view)
     if target.suffix.lower() != ".png":
         raise RequestError(f'{target}: unsupported picture format "{target.suffix}": use .png')
     check_target(target, force)
@@ -117,7 +102,7 @@ def picture(
     if looked.shown is None:
         return failed(tuple(one for one in looked.diagnostics if one.severity == ERROR))
     case, shown_robot = looked.shown.case, looked.shown.robot
-    chosen = _frames(shown_robot, appearance)
+    chosen = _frames(shown_robot, frames, published_frames, modes or {})
     has_meshes = any(mesh_names(shown_robot))
     needed = {"numpy": ""} | (dict.fromkeys(("trimesh", "scipy"), " of meshes") if has_meshes else {})
     for package, purpose in needed.items():
@@ -125,11 +110,12 @@ def picture(
             help = f"{pip_install('view')} installs the packages that draw pictures"
             message = f"a picture{purpose} needs the package {package}, which is not installed"
             return failed((error("extra-missing", message, None, help),))
-    check_modes(shown_robot, appearance.modes)
+    check_modes(shown_robot, modes or {})
     state = positions(shown_robot, pose, joints, pulses)
     diagnostics = beyond_limits(case, [state], WARNING)
     try:
-        pixels = _pixels(looked.shown, shown_robot.poses_in_root(state), chosen, appearance, diagnostics)
+        poses, how = shown_robot.poses_in_root(state), (direction, size, collision, theme, transparent)
+        pixels = _pixels(looked.shown, poses, chosen, diagnostics, *how)
         file = png(pixels, f" picture: the robot {shown_robot.name}")
         write_file(target, file, looked.files, None if force else may_replace)
     except MemoryError:
@@ -141,7 +127,15 @@ def picture(
 
 
 def _pixels(
-    shown: Shown, poses: Mapping[str, Transform], frames: Sequence[str], look: Look, diagnostics: list[Diagnostic]
+    shown: Shown,
+    poses: Mapping[str, Transform],
+    frames: Sequence[str],
+    diagnostics: list[Diagnostic],
+    direction: Vector,
+    size: tuple[int, int],
+    collision: bool,
+    theme_name: str,
+    transparent: bool,
 ) -> NDArray[np.uint8]:
     """Return the picture of a robot whose links have these poses in the root frame."""
     import numpy as np
@@ -150,13 +144,13 @@ def _pixels(
     from .render import THEMES, Camera, Scene, render
     from .triangles import pieces
 
-    robot, theme = shown.robot, THEMES[look.theme]
-    found = pieces(robot, poses, _meshes(shown, diagnostics), robot.has_looks, look.collision or not robot.has_looks)
+    robot, theme = shown.robot, THEMES[theme_name]
+    found = pieces(robot, poses, _meshes(shown, diagnostics), robot.has_looks, collision or not robot.has_looks)
     corners = np.concatenate([piece.bounds for piece in found] or [np.array([pose.xyz for pose in poses.values()])])
     bounds = np.array([corners.min(axis=0), corners.max(axis=0)])
-    camera = Camera.fitted(bounds, _direction(look.view), *look.size)
+    camera = Camera.fitted(bounds, direction, *size)
     progress = partial(Progress.step, "drawing", counted=False)
-    pixels = render(Scene(found, bounds, theme), camera, look.transparent, progress)
+    pixels = render(Scene(found, bounds, theme), camera, transparent, progress)
     sensors = {sensor.frame for sensor in robot.sensors}
     empty = [link.name for link in robot.links if not link.visual and not link.collision and link.name not in sensors]
     for names, marker in ((empty, EMPTY), (sorted(sensors & poses.keys()), SENSOR)):
@@ -213,16 +207,16 @@ def _direction(text: str) -> Vector:
     return math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth), math.sin(elevation)
 
 
-def _frames(robot: Robot, look: Look) -> list[str]:
-    """Return the names of the frames to show. Raises RequestError."""
-    for name in look.frames:
+def _frames(robot: Robot, frames: Sequence[str], published: bool, modes: Mapping[str, bool]) -> list[str]:
+    """Return the names of the frames to show: these, and all ``published`` ones. Raises RequestError."""
+    for name in frames:
         if name not in robot.link:
             raise UnknownName("frame", name, robot.link)
-    if not look.published_frames:
-        return list(dict.fromkeys(look.frames))
+    if not published:
+        return list(dict.fromkeys(frames))
     try:
-        edges = [row for tree in frame_trees(robot, look.modes)[:1] for row in tree.edges]
+        edges = [row for tree in frame_trees(robot, modes)[:1] for row in tree.edges]
     except TooMany:
         edges = list(robot.frame_tree())
-    published = {name for edge in edges if edge.published for name in (edge.parent, edge.child)} or robot.link.keys()
-    return [link.name for link in robot.links if link.name in {*published, *look.frames}]
+    found = {name for edge in edges if edge.published for name in (edge.parent, edge.child)} or robot.link.keys()
+    return [link.name for link in robot.links if link.name in {*found, *frames}]

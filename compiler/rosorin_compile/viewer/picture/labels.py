@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cache
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from .render import Camera, Theme
 
 Pixels = NDArray[np.uint8]
 Point = tuple[float, float]
+Label = tuple[float, float, str]
 
 AXIS_COLOURS = [[*bytes.fromhex(colour)] for colour in ("e5484d", "30a46c", "3e63dd")]  # as on the page
 SENSOR, EMPTY = (bytes.fromhex("8e4ec6"), 11.0), (bytes.fromhex("7d8a97"), 8.0)  # markers: colour, pixels
@@ -26,7 +26,7 @@ _AXIS_LENGTH = 0.07  # times the size of the robot
 _AXIS_PEN, _LETTER_PEN, _HALO_PEN = 2.0, 1.25, 4.2  # pixels
 _DOT = 1.45  # pixels between the dots of a letter
 _ADVANCE = 6  # dots from a letter to the next
-LINE_HEIGHT = 11.0  # pixels
+_LINE_HEIGHT = 11.0  # pixels
 _GAP = 4.0  # pixels between names
 
 # The characters from space to ~: five columns each, two hexadecimal digits a column; the lowest bit is the top dot.
@@ -47,30 +47,12 @@ _DOTS = bytes.fromhex(
 _BOX = bytes.fromhex("7F4141417F")  # any other character
 
 
-class Label(NamedTuple):
-    """The name of a frame: the left end and the vertical middle of its text, in pixels."""
-
-    x: float
-    y: float
-    text: str
-
-    @property
-    def width(self) -> float:
-        """The width of the text (pixels)."""
-        return len(self.text) * _ADVANCE * _DOT
-
-    def overlaps(self, other: Label) -> bool:
-        """Return True if two labels are too close to be read."""
-        apart = self.x + self.width + _GAP < other.x or other.x + other.width + _GAP < self.x
-        return not apart and abs(self.y - other.y) < LINE_HEIGHT
-
-
 def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera, size: float, theme: Theme) -> None:
     """Draw the axes and names of frames, by their poses in the root frame, over a picture (rows, columns, 3 or 4).
 
     The length of an axis follows from the ``size`` of the robot (m). Frames behind the camera are left out.
     """
-    origins: list[tuple[float, float, str]] = []
+    origins: list[Label] = []
     axes = np.eye(4, 3, -1) * _AXIS_LENGTH * size
     for name, pose in frames.items():
         x, y, depth = camera.project(np.array([pose.apply(tuple(end)) for end in axes.tolist()]))
@@ -79,11 +61,11 @@ def draw_frames(pixels: Pixels, frames: Mapping[str, Transform], camera: Camera,
             origins.append((*origin, name))
             for tip, axis_colour in zip(tips, AXIS_COLOURS, strict=True):
                 _draw_line(pixels, origin, tip, _AXIS_PEN, axis_colour, 1.0)
-    labels = place_labels(origins, camera.width, camera.height)
+    labels = _placed(origins, camera.width, camera.height)
     for colour, pen, opacity in ((theme.halo, _HALO_PEN, 0.8), (theme.label, _LETTER_PEN, 1.0)):
-        for label in labels:
-            for index, letter in enumerate(label.text):
-                left, top = label.x + index * _ADVANCE * _DOT, label.y - 3 * _DOT
+        for start, middle, text in labels:
+            for index, letter in enumerate(text):
+                left, top = start + index * _ADVANCE * _DOT, middle - 3 * _DOT
                 for (a, b), (c, d) in _strokes(letter):
                     ends_of_stroke = (left + a * _DOT, top + b * _DOT), (left + c * _DOT, top + d * _DOT)
                     _draw_line(pixels, *ends_of_stroke, pen, colour, opacity)
@@ -97,18 +79,30 @@ def draw_markers(pixels: Pixels, points: Sequence[Vector], camera: Camera, marke
             _draw_line(pixels, (x, y), (x, y), marker[1], marker[0], 1.0)
 
 
-def place_labels(origins: Sequence[tuple[float, float, str]], width: int, height: int) -> list[Label]:
-    """Return a label for each frame, given by x, y (pixels) and name: close to it, and where no other label is."""
-    labels, middle, reach = list[Label](), height / 2, (height - LINE_HEIGHT) / 2
+def _placed(origins: Sequence[Label], width: int, height: int) -> list[Label]:
+    """Return where the name of each frame is: close to its origin, and where no other name is.
+
+    A name is given by the left end and the vertical middle of its text (pixels).
+    """
+    labels, reach = list[Label](), (height - _LINE_HEIGHT) / 2
     for x, y, text in origins:
-        wide = Label(0, 0, text).width
-        steps = ((step + 1) // 2 * (LINE_HEIGHT / 2 if step % 2 else -LINE_HEIGHT / 2) for step in range(60))
+        wide = _width(text)
+        steps = ((step + 1) // 2 * (_LINE_HEIGHT / 2 if step % 2 else -_LINE_HEIGHT / 2) for step in range(60))
         # to the left first: most axes point up or to the right
-        places = (Label(left, y + 3 + step, text) for step in steps for left in (x - _GAP - wide, x + _GAP))
-        inside = (one for one in places if 0 <= one.x <= width - wide and abs(one.y - middle) <= reach)
-        free = (label for label in inside if not any(label.overlaps(other) for other in labels))
-        labels.append(next(free, Label(min(max(x + _GAP, 0.0), max(width - wide, 0.0)), y, text)))
+        places = [(left, y + 3 + step, text) for step in steps for left in (x - _GAP - wide, x + _GAP)]
+        inside = [one for one in places if 0 <= one[0] <= width - wide and abs(one[1] - height / 2) <= reach]
+        free = (one for one in inside if not any(_overlap(one, other) for other in labels))
+        labels.append(next(free, (min(max(x + _GAP, 0.0), max(width - wide, 0.0)), y, text)))
     return labels
+
+
+def _width(text: str) -> float:
+    return len(text) * _ADVANCE * _DOT
+
+
+def _overlap(one: Label, other: Label) -> bool:
+    apart = one[0] + _width(one[2]) + _GAP < other[0] or other[0] + _width(other[2]) + _GAP < one[0]
+    return not apart and abs(one[1] - other[1]) < _LINE_HEIGHT
 
 
 def _draw_line(pixels: Pixels, start: Point, end: Point, pen: float, colour: Sequence[int], opacity: float) -> None:

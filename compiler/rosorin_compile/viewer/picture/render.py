@@ -4,8 +4,7 @@ A pixel has nine samples, each of which is shaded. Projected corners are rounded
 samples and compared as integers, so that exactly one of two adjacent triangles covers a sample, on every machine.
 Depth is rounded to 24 bits; of triangles in one plane the first one is visible. Colours are mixed as linear light and
 displayed with the tone curve of the page (Khronos PBR Neutral). Of translucent triangles the nearest one is drawn.
-Scalar products do without BLAS, whose last digit
-depends on the CPU.
+Scalar products do without BLAS, whose last digit depends on the CPU.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from rosorin_compile.source.diagnostics import NOTE, Diagnostic, first_of
 from rosorin_compile.source.rule_registry import Heading, rule
 from rosorin_compile.source.tree import Path
 
-from .hardware import SENSOR_WORDS, SYSTEM, Block, Interface
+from .hardware import SYSTEM, Block, Interface, sensor_words
 from .urdf import blocks
 from .urdf_rules import check_control
 
@@ -26,7 +26,7 @@ def control_of(tree: Mapping[str, Any], _: Problem) -> tuple[Block, ...]:
         block = record_of(Block, entry, name=name, type=entry.get("type", SYSTEM), is_async=entry.get("async"))
         sensors = []
         for sensor in block.sensors:
-            words = SENSOR_WORDS.get(types.get(sensor.name, ""), ())
+            words = sensor_words(types.get(sensor.name, ""))
             is_written = "state" in (entry["sensors"][sensor.name] or {})
             sensors.append(sensor if is_written else replace(sensor, state=tuple(map(Interface, words))))
         made.append(replace(block, sensors=tuple(sensors)))

@@ -7,27 +7,22 @@ from dataclasses import dataclass, field
 
 from rosorin_compile.model.link import NO_SOURCE, Source
 
+from ...ports import facts
+
 SYSTEM, ACTUATOR, SENSOR = "system", "actuator", "sensor"
 
 POSITION, VELOCITY, EFFORT, ACCELERATION = "position", "velocity", "effort", "acceleration"
 # hardware_interface/types/hardware_interface_type_values.hpp of ros-controls/ros2_control@jazzy.
 JOINT_WORDS = (POSITION, VELOCITY, ACCELERATION, EFFORT)
 
-_XYZ = ("x", "y", "z")
-# What a sensor of the library says (controller_interface/include/semantic_components of the same).
-SENSOR_WORDS: Mapping[str, tuple[str, ...]] = {
-    "imu": (
-        *(f"orientation.{axis}" for axis in (*_XYZ, "w")),
-        *(f"{what}.{axis}" for what in ("angular_velocity", "linear_acceleration") for axis in _XYZ),
-    ),
-    "range_finder": ("range",),
-    "force_torque": tuple(f"{what}.{axis}" for what in ("force", "torque") for axis in _XYZ),
-    "gnss": ("status", "service", "latitude", "longitude", "altitude"),
-}
-
 LIMITS_OF_URDF = "urdf"  # of a component: the limits are not repeated
 
 Words = Mapping[str, str | float | bool]
+
+
+def sensor_words(kind: str) -> tuple[str, ...]:
+    """Return the state interfaces of a type of sensors; empty for an unknown one."""
+    return tuple(facts("ros2_ports")["sensor_interfaces"].get(kind, ()))
 
 
 @dataclass(frozen=True)

@@ -26,12 +26,12 @@ from .hardware import (
     JOINT_WORDS,
     POSITION,
     SENSOR,
-    SENSOR_WORDS,
     VELOCITY,
     Block,
     Component,
     Interface,
     Words,
+    sensor_words,
 )
 from .urdf import OPTION, asked, follows
 
@@ -114,9 +114,7 @@ def _words(case: Case, block: Block, section: str, one: Component, of: str) -> I
         help: Help = Suggestion(one.name, types, details=details) if section == "sensors" else details
         severity = ERROR if section == "sensors" else WARNING
         yield problem(f"{of} has no interface", path, help, severity=severity, key=True)
-    known: tuple[str, ...] = JOINT_WORDS if section == "joints" else ()
-    if section == "sensors":
-        known = SENSOR_WORDS.get(types.get(one.name, ""), ())
+    known = {"joints": JOINT_WORDS, "sensors": sensor_words(types.get(one.name, ""))}.get(section, ())
     for key, index, interface in _interfaces(one):
         entry = at(case.tree, ("control", block.name, *path, key))  # one word, a list, or a mapping
         place: Path = (*path, key)

@@ -1,0 +1,139 @@
+"""Artifacts as they were, as they are, and as they are meant to be: leaves under the names of the robot.
+
+What an artifact is meant to contain is compared with what is read back from its text: its proof. A new name of a link
+or a joint hides nothing else that changed: old leaves get the new names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from rosorin_compile.formats import FORMATS, Artifact, Format
+from rosorin_compile.language.validator import misfits
+from rosorin_compile.model import Output, Robot, Shape
+from rosorin_compile.source.diagnostics import Diagnostic, error
+from rosorin_compile.source.load import json_of
+from rosorin_compile.source.progress import Progress
+
+from .describe import Describer
+from .names import Names, links_of, new_joint_names, new_link_names, with_joint_names, with_link_names
+from .precision import NOISE, POSE_NOISE, Precision, exact, printed, rounded
+from .walk import Leaves, Shapes, compare_leaves, leaves
+
+_HELP = "a template or a format is at fault, not the description: please report it"
+
+
+class Pair(NamedTuple):
+    """One artifact: its output, and the leaves of the committed and of the compiled text.
+
+    ``renamed`` are the new names by those of before, by the kind of thing ("link", "joint"): ``old`` has the new ones.
+    """
+
+    output: Output
+    old: Leaves
+    new: Leaves
+    precisions: tuple[Precision, Precision]
+    renamed: Mapping[str, Names] = {}
+
+    @property
+    def name(self) -> str:
+        """The name of the output."""
+        return self.output.name
+
+
+def output_of(robot: Robot, artifact: Artifact) -> Output:
+    """Return the output of a robot that an artifact was written for."""
+    unnamed = Output(artifact.output, artifact.backend, artifact.file)
+    return next((output for output in robot.outputs if output.name == artifact.output), unnamed)
+
+
+def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
+    """Return an artifact as it was and as it is; None if its format does not read it back.
+
+    Raises ValueError if the committed text is damaged.
+    """
+    format, output = FORMATS[artifact.backend], output_of(robot, artifact)
+    if format.read is None:
+        return None
+    try:
+        old = leaves(format.read(committed))
+    except (ValueError, TypeError, OverflowError, RecursionError) as problem:
+        raise ValueError(str(problem)) from None
+    before, least = printed(committed), rounded(*format.rounding)
+    known = lambda key, *values: max(least(key, *values), before(key, *values))  # noqa: E731
+    if format.view is not None and not format.partial:
+        new, precision = leaves(format.view(robot, output)), least
+    else:
+        new, precision = leaves(format.read(artifact.text)), printed(artifact.text)
+    old, new = under_names(format, output, old), under_names(format, output, new)
+    return Pair(output, old, new, (known, precision))
+
+
+def under_names(format: Format, output: Output, found: Leaves) -> Leaves:
+    """Return leaves under the names that the robot has for links, where an artifact has others."""
+    names = format.names(output) if format.names is not None else {}
+    return with_link_names(found, names, {})
+
+
+def with_new_names(pairs: Sequence[Pair]) -> list[Pair]:
+    """Return artifacts with the new names of links and joints in what was."""
+    links: dict[str, str] = {}
+    for pair in pairs:
+        links |= new_link_names(pair.old, pair.new)
+    return [_renamed(pair, links) for pair in pairs]
+
+
+def _renamed(pair: Pair, links: Names) -> Pair:
+    gone, fresh = links_of(pair.old) - links_of(pair.new), links_of(pair.new) - links_of(pair.old)
+    known = {old: new for old, new in links.items() if old in gone and new in fresh}
+    old = with_link_names(pair.old, known, pair.new)
+    joints = new_joint_names(old, pair.new)
+    renamed = {kind: names for kind, names in (("link", known), ("joint", joints)) if names}
+    return pair._replace(old=with_joint_names(old, joints, pair.new), renamed=renamed)
+
+
+def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
+    """Return an error for each place where a compiled artifact does not contain what it is meant to contain."""
+    found: list[str] = []
+    for number, artifact in enumerate(artifacts):
+        Progress.step(f"proving {artifact.file},", number, len(artifacts))
+        found += disagreements(robot, artifact)
+    return [error("artifacts-disagree", text, None, _HELP) for text in found]
+
+
+def disagreements(robot: Robot, artifact: Artifact) -> Iterator[str]:
+    """Yield a sentence for each place where an artifact does not contain what it is meant to contain."""
+    format = FORMATS[artifact.backend]
+    if format.read is None and not format.schema:
+        return
+    try:
+        if format.schema:
+            data = (format.data or json_of)(artifact.text)
+            for problem in misfits(format.schema, data):
+                yield f"{artifact.file} does not fit schemas/{format.schema}.schema.json: {problem}"
+        found = leaves(format.read(artifact.text)) if format.read is not None else {}
+    except (ValueError, TypeError) as problem:
+        yield f"{artifact.file} cannot be read back: {problem}"
+        return
+    if format.read is None or format.view is None:
+        return
+    output = output_of(robot, artifact)
+    meant = leaves(format.view(robot, output))
+    if format.partial:
+        found = {thing: _part(found[thing], entry) for thing, entry in meant.items() if thing in found}
+    is_exact = output.options.get("number_format") == "exact"
+    precisions = (exact, exact) if is_exact else (rounded(*format.rounding), printed(artifact.text))
+    sides = meant, found
+    differences = compare_leaves(*sides, precisions, POSE_NOISE if format.partial else NOISE)
+    for _, text in Describer(robot, sides, precisions).describe(differences):
+        yield f"{artifact.file} is not as it is meant to be: {text}"
+
+
+def _part(found: Mapping[str, Any], meant: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the leaves of a thing that a partial view has, too; shapes without names and looks."""
+    part = {quantity: value for quantity, value in found.items() if quantity in meant}
+    for quantity, value in part.items():
+        if isinstance(value, Shapes):
+            part[quantity] = Shapes(tuple(Shape(shape.geometry, shape.pose) for shape in value.shapes))
+    return part

@@ -1,0 +1,434 @@
+"""Run xacro with symbols for its arguments and for the parameters of its macros.
+
+The xacro library executes the file, so that scopes, lazy evaluation, includes and namespaces are exactly those of
+xacro. Three things are different. The value of an expression is a ``Symbol``: an expression of the language, with an
+example of its value. A condition that depends on an argument stays in the document, with the elements of its branch.
+The call of a macro that becomes a part stays in the document, and the body of the macro is evaluated once, with symbols
+for its parameters. What is given up is expanded as xacro does it. This module runs in the child process.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import os
+from collections.abc import Iterable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from rosorin_compile.source import files
+from rosorin_compile.source.packages import Packages
+from rosorin_compile.source.project import Description
+
+from . import child
+from .child import Expansion, causes
+from .conditions import Conditions, LoadedFiles
+from .evaluate import Evaluator
+from .ir import COMMENTS, MARK, Macro
+from .macro_calls import Calls
+from .nodes import Failed, call, literal, usable, variables_in, written
+from .symbols import Restart, Symbol, Variable, example_of, is_known, joined, pieces_of, symbol_of, type_of, with_tokens
+
+MAX_RUNS = 60
+_PRINTED = ("pi", "e", "tau")
+
+
+def main() -> None:
+    """Answer one request with the description of a file."""
+    child.main(lambda request: Program(request).answer_with_description())
+
+
+class Program(Expansion):
+    """A run of a file with symbols.
+
+    ``inlined`` are macros that are expanded where they are called, by their place, and ``fixed`` the values of
+    arguments that are not kept, each with the reason. ``kinds`` are types of parameters, and ``implicit``
+    properties of its callers that a macro has as parameters, as far as earlier runs found them.
+    """
+
+    def __init__(self, request: dict[str, Any]) -> None:
+        super().__init__(request)
+        self.request = request
+        self.inlined: dict[str, str] = dict(request["inlined"])
+        self.fixed: dict[str, list[str]] = dict(request["fixed"])
+        self.kinds: dict[str, str] = {}
+        self.implicit: dict[str, set[str]] = {}
+        self.packages_named = NamedPackages(self.packages, Path(request["folder"]))
+
+    def answer_with_description(self) -> dict[str, Any]:
+        """Return the documents of the description, or the error."""
+        from .write_yaml import Writer
+
+        self.xacro: Any = import_module("xacro")
+        self.prepare(self.xacro)
+        self.patch(self.xacro)
+        for _ in range(MAX_RUNS):
+            self.reset()
+            try:
+                document: Any = self.expanded(self.xacro, {})
+                return Writer(self).answer(document)
+            except Exception as problem:
+                chain = list(causes(problem))
+                if any(isinstance(one, Restart) for one in chain):
+                    continue
+                failed = next((one for one in chain if isinstance(one, Failed)), None)
+                reason = str(failed or problem) or repr(problem)
+                if failed is None or not self.blamed(failed.nodes, reason):
+                    return {"error": reason}
+        return {"error": "too much of it cannot be translated"}
+
+    def reset(self) -> None:
+        Symbol.tokens.clear()
+        self.variables: list[Variable] = []
+        self.arguments: dict[str, Variable] = {}
+        self.names: set[str] = set()
+        self.defined: dict[str, tuple[str, Any]] = {}
+        self.bound: dict[tuple[int, str], tuple[Any, str, Symbol]] = {}
+        self.tables: list[Any] = []  # of ``bound``, so that their ids stay
+        self.macro_calls, self.conditions, self.loaded = Calls(self), Conditions(self), LoadedFiles(self)
+        self.xacro.all_includes[:] = []
+        for name, text in self.given.items():
+            if name not in self.fixed:
+                self.declare(name, text, None)
+
+    def blamed(self, nodes: Iterable[ast.AST], reason: str) -> bool:
+        """Give up what expressions depend on: macros whose parameters they have, else arguments; return if any."""
+        variables: dict[Variable, None] = {}
+        waiting = list(variables_in(nodes))
+        while waiting:
+            one = waiting.pop(0)
+            if one not in variables:
+                variables[one] = None
+                waiting += variables_in([one.symbol.node]) if one.kind == "let" and one.symbol is not None else ()
+        macros = [one.owner for one in variables if one.owner and one.owner not in self.inlined]
+        values = [one for one in variables if one.kind == "argument" and one.name not in self.fixed]
+        self.inlined |= dict.fromkeys(macros, reason)
+        if not macros:
+            self.fixed |= {one.name: [str(one.value), reason] for one in values}
+        return bool(macros or values)
+
+    # Values.
+
+    def variable(self, kind: str, name: str, value: Any, kind_of: str, macro: Macro | None = None) -> Variable:
+        """Return a new variable, with a name that is free where it is read."""
+        own = macro.names if macro is not None else set()
+        taken = {"argument": set(), "parameter": own, "let": own | self.names}[kind]
+        made = Variable(
+            kind, name, usable(name, taken, kind == "argument"), value, kind_of, owner=macro.key if macro else ""
+        )
+        own.add(made.ours)
+        if kind != "parameter":
+            self.names.add(made.ours)
+        self.variables.append(made)
+        return made
+
+    def literal(self, value: Any) -> Any:
+        """Return the value of a text, as xacro takes it for that of a property."""
+        if not isinstance(value, Symbol):
+            return self.own_literal(value)
+        made = self.own_literal(value.value) if isinstance(value.value, str) else value.value
+        if made is value.value or (isinstance(made, str) and made == value.value):
+            return value
+        if isinstance(made, str):  # without the quotes around it
+            if not value.pieces:
+                return value
+            first, *inner, last = value.pieces
+            return joined([first[1:], *inner, last[:-1]])
+        is_flag = isinstance(made, bool)
+        return Symbol(
+            value.as_flag() if is_flag else value.as_number(), made, "boolean" if is_flag else "number", value.known
+        )
+
+    def note_comparison(self, items: list[Symbol]) -> None:
+        """Record the values that an argument is compared with: they are used to verify the translation."""
+        texts = [text for one in items for text in (one.value if isinstance(one.value, list) else [one.value])]
+        texts = [one for one in texts if isinstance(one, (str, int, float)) and not isinstance(one, bool)]
+        for one in items:
+            if one.variable is not None:
+                one.variable.candidates += texts
+
+    # Arguments.
+
+    def declare(self, name: str, default: Any, node: Any, environment: bool = False) -> None:
+        """Declare an argument."""
+        if name not in self.arguments:
+            text = str(example_of(default))
+            kind = type_of(literal(text))
+            kind = kind if kind in ("number", "boolean") else "text"
+            made = self.arguments[name] = self.variable("argument", name, text, kind)
+            made.symbol, made.environment = symbol_of(default), environment
+        made = self.arguments[name]
+        made.place = made.place or getattr(node, MARK, None)
+        made.comments = made.comments or getattr(node, COMMENTS, [])
+
+    def argument(self, name: str) -> Any:
+        """Return the value of an argument."""
+        if name in self.fixed:
+            return self.fixed[name][0]
+        if name not in self.arguments:
+            raise import_module("xacro.substitution_args").ArgException(name)
+        made = self.arguments[name]
+        return Symbol(made.node, made.value, made.type, False)
+
+    def extension(self, text: str, symbols: Any) -> Any:
+        """Return the value of $(...)."""
+        kind, _, rest = text.strip().partition(" ")
+        if kind == "eval":
+            return Evaluator(self, symbols, arguments=True).eval(ast.parse(rest.strip(), mode="eval").body)
+        named = with_tokens(rest.strip())
+        if not is_known(named):
+            raise Failed(f"$({kind}) cannot be translated", named.node)
+        rest = str(example_of(named))
+        if kind == "arg":
+            return self.argument(rest)
+        if kind == "find":
+            return Symbol(call("find", ast.Constant(rest)), self.share(rest), "text", True)
+        name, _, default = rest.partition(" ")
+        if kind == "optenv" or (kind == "env" and name in os.environ):
+            if name not in self.fixed:
+                self.declare(name, os.environ.get(name, default.strip()), None, environment=True)
+            return self.argument(name)
+        return self.own_extension(f"$({kind} {rest})".replace(" )", ")"))
+
+    def eval_text(self, text: str, symbols: Any, inner: bool = False) -> Any:
+        """Return the value of a text, as xacro does."""
+        xacro, results = self.xacro, []
+        lexer = xacro.QuickLexer(xacro.LEXER)
+        lexer.lex(text)
+        while lexer.peek():
+            kind, found = lexer.peek()[0], lexer.next()[1]
+            if kind == lexer.EXPR:
+                expression = self.eval_text(found[2:-1], symbols, inner=True)
+                try:
+                    results.append(Evaluator(self, symbols).eval(ast.parse(expression.strip(), mode="eval").body))
+                except (Restart, Failed):
+                    raise
+                except Exception as problem:
+                    suffix = f"{os.linesep}when evaluating expression '{found[2:-1]}'"
+                    raise xacro.XacroException(exc=problem, suffix=suffix) from problem
+            elif kind == lexer.EXTENSION:
+                results.append(self.extension(self.eval_text(found[2:-1], symbols, inner=True), symbols))
+            else:
+                results.append(found[1:] if kind == lexer.DOLLAR_DOLLAR_BRACE else found)
+        if inner:
+            return "".join(map(str, results))
+        if len(results) == 1:
+            return with_tokens(results[0]) if isinstance(results[0], str) else results[0]
+        return with_tokens("".join(map(str, results)))
+
+    # Properties.
+
+    def read(self, table: Any, name: str, own: bool = False) -> Any:
+        """Return the value of a name: a global name of xacro, a property or a parameter."""
+        xacro, holder = self.xacro, table
+        while isinstance(holder, xacro.Table) and not dict.__contains__(holder, name):
+            holder = holder.parent
+        if not isinstance(holder, xacro.Table) or (isinstance(holder, xacro.NameSpace) and holder.parent == {}):
+            if name not in holder:
+                raise NameError(f"name '{name}' is not defined")
+            value = holder[name]
+            if name in _PRINTED:
+                return Symbol(ast.Name(name, ast.Load()), value, "number", True)
+            return symbol_of(value) if isinstance(value, (int, float)) else value
+        value = self.named(holder, name)
+        for macro in reversed(self.macro_calls.building) if not own else ():
+            if holder.depth >= macro.depth:
+                break
+            owners = {one.owner for one in variables_in([value.node])} if isinstance(value, Symbol) else set()
+            if owners - {"", macro.key}:
+                self.implicit.setdefault(macro.key, set()).add(name)
+                raise Restart
+            macro.reads.setdefault(name, self.identity(table, name))
+        return value
+
+    def identity(self, table: Any, name: str) -> str:
+        """Return a text that is the same as long as a property has the same value."""
+        if name not in table:
+            return ""
+        holder = table
+        while not dict.__contains__(holder, name):
+            holder = holder.parent
+        value = self.named(holder, name)
+        return written(value.node) if isinstance(value, Symbol) else str(id(value))
+
+    def named(self, table: Any, name: str) -> Any:
+        """Return the value of a property as a reference to it."""
+        value = table[name]
+        macro: Macro | None = vars(table).get("rosorin_macro")
+        if isinstance(value, self.xacro.Table) or "rosorin_plain" in vars(table):
+            return value
+        before = self.bound.get((id(table), name))
+        if before is not None and before[0] is value:
+            return before[2]
+        try:
+            symbol = symbol_of(value)
+        except Failed:
+            return value
+        first = next(iter(pieces_of(symbol)), None)
+        is_variable = symbol.variable is not None and symbol.variable.kind != "let"
+        is_inner = macro is not None and macro.level != "robot"  # a named value has no properties of its own
+        if is_variable or is_inner or (isinstance(first, Symbol) and first.package):
+            return symbol
+        if isinstance(value, float) and value == math.pi:
+            return Symbol(ast.Name("pi", ast.Load()), value, "number", True)
+        text = written(symbol.node)
+        if before is not None and before[1] == text:  # it is set to the same value again
+            self.bound[id(table), name] = (value, text, before[2])
+            return before[2]
+        made = self.variable("let", name, symbol.value, symbol.declared_type, macro)
+        place, comments, raw = vars(table).get("rosorin_places", {}).get(name, (None, [], ""))
+        made.symbol, made.place, made.comments = symbol, place, comments
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        made.digits = raw if is_number and self.own_literal(raw) == value else ""
+        self.tables.append(table)
+        found = Symbol(made.node, symbol.value, made.type, symbol.known)
+        self.bound[id(table), name] = (value, text, found)
+        return found
+
+    # Elements.
+
+    def patch(self, xacro: Any) -> None:
+        """Let xacro evaluate with symbols."""
+        self.own_literal, self.own_extension = xacro.Table._eval_literal, xacro.eval_extension
+        self.own_include, own_boolean = xacro.process_include, xacro.get_boolean_value
+        xacro.Table._eval_literal = staticmethod(self.literal)
+        xacro.eval_text, xacro.eval_all = self.eval_text, self.eval_all
+        xacro.handle_macro_call = lambda *words: self.macro_calls.call(*words)
+        xacro.remove_previous_comments = self.take_comments
+        xacro.get_boolean_value = lambda value, condition: own_boolean(example_of(value), condition)
+
+    def take_comments(self, node: Any) -> None:
+        """Remove the comments before an element of xacro and remember them with it."""
+        found: list[str] = []
+        before = node.previousSibling
+        while before is not None:
+            if before.nodeType == before.TEXT_NODE and before.data.isspace() and before.data.count("\n") <= 1:
+                before = before.previousSibling
+            elif before.nodeType == before.COMMENT_NODE:
+                found.insert(0, before.data)
+                before, gone = before.previousSibling, before
+                gone.parentNode.removeChild(gone)
+            else:
+                break
+        after = node.nextSibling
+        if after is not None and after.nodeType == after.TEXT_NODE and "\n" not in after.data and after.data.isspace():
+            after = after.nextSibling
+        if after is not None and after.nodeType == after.COMMENT_NODE and "\n" not in after.data:  # on the same line
+            found.append(after.data)
+            after.parentNode.removeChild(after)
+        setattr(node, COMMENTS, [*getattr(node, COMMENTS, []), *found])
+
+    def eval_all(self, node: Any, macros: Any, symbols: Any) -> None:
+        """Evaluate an element and what it contains."""
+        for name, value in list(node.attributes.items()):
+            if name.startswith("xacro:") or name == "xmlns:xacro":
+                node.removeAttribute(name)
+            else:
+                node.setAttribute(name, str(self.eval_text(value, symbols)))
+        child = node.firstChild
+        while child is not None:
+            if child.nodeType == child.ELEMENT_NODE and child.tagName.startswith("xacro:"):
+                self.take_comments(child)
+            following = child.nextSibling
+            if child.nodeType == child.ELEMENT_NODE:
+                if child.tagName == "xacro:element":
+                    child.nodeName = child.tagName = self.known_name(child, "xacro:name", symbols)
+                    child.removeAttribute("xacro:name")
+                    continue
+                self.element(child, macros, symbols)
+            elif child.nodeType == child.TEXT_NODE and child.data.strip():
+                child.data = str(self.eval_text(child.data, symbols))
+            child = following
+
+    def known_name(self, node: Any, attribute: str, symbols: Any) -> str:
+        """Return the name that an attribute is. Raises Failed if it depends on an argument."""
+        name = self.eval_text(node.getAttribute(attribute), symbols)
+        if not is_known(name):
+            raise Failed("the name of an element or attribute depends on it", name.node)
+        return str(example_of(name))
+
+    def element(self, node: Any, macros: Any, symbols: Any) -> None:
+        """Evaluate an element of xacro, or one that stays."""
+        xacro, tag = self.xacro, node.tagName
+        if tag in ("xacro:if", "xacro:unless"):
+            self.conditions.element(node, macros, symbols)
+        elif tag == "xacro:include":
+            self.include(node, macros, symbols)
+        elif tag == "xacro:property":
+            self.property(node, symbols)
+        elif tag == "xacro:macro":
+            place = getattr(node, MARK, None)
+            self.defined.setdefault(str(place), (node.getAttribute("name"), place))
+            xacro.grab_macro(node, macros)
+        elif tag == "xacro:arg":
+            self.take_comments(node)
+            name = node.getAttribute("name")
+            if name not in self.fixed:
+                self.declare(name, self.eval_text(node.getAttribute("default"), symbols), node)
+            xacro.replace_node(node, by=None)
+        elif tag == "xacro:insert_block":
+            self.insert(node, macros, symbols)
+        elif tag == "xacro:attribute":
+            name, value = self.known_name(node, "name", symbols), self.eval_text(node.getAttribute("value"), symbols)
+            node.parentNode.setAttribute(name, str(value))
+            xacro.replace_node(node, by=None)
+        elif not self.macro_calls.call(node, macros, symbols):
+            self.eval_all(node, macros, symbols)
+
+    def property(self, node: Any, symbols: Any) -> None:
+        """Set a property."""
+        scope, building = node.getAttribute("scope"), self.macro_calls.building
+        if building and (scope == "global" or (scope == "parent" and symbols is building[-1].table)):
+            self.macro_calls.inline(building[0 if scope == "global" else -1].key, "it sets a property of its caller")
+        name = str(example_of(self.eval_text(node.getAttribute("name"), symbols)))
+        self.take_comments(node)
+        place = (getattr(node, MARK, None), getattr(node, COMMENTS, []), node.getAttribute("value"))
+        vars(symbols).setdefault("rosorin_places", {})[name] = place
+        self.xacro.grab_property(node, symbols)
+
+    def insert(self, node: Any, macros: Any, symbols: Any) -> None:
+        """Insert a block."""
+        name = node.getAttribute("name")
+        key = f"**{name}" if f"**{name}" in symbols else f"*{name}"
+        if key not in symbols:
+            raise self.xacro.XacroException(f'Undefined block "{name}"')
+        block, holder = symbols[key].cloneNode(deep=True), symbols
+        while not dict.__contains__(holder, key):
+            holder = holder.parent
+        for macro in self.macro_calls.building:
+            if self.macro_calls.building[0].depth <= holder.depth < macro.depth:
+                self.macro_calls.inline(macro.key, "it inserts a block of its caller")
+        self.eval_all(block, macros, symbols)
+        self.xacro.replace_node(node, by=block, content_only=key.startswith("**"))
+
+    def include(self, node: Any, macros: Any, symbols: Any) -> None:
+        """Include a file."""
+        name = self.eval_text(node.getAttribute("filename"), symbols)
+        if not is_known(name):
+            raise Failed("the file to include is named by it", name.node)
+        node.setAttribute("filename", str(example_of(name)).replace("${", "$${"))
+        self.own_include(node, macros, symbols, self.eval_all)
+
+
+class NamedPackages:
+    """The packages that a description names, with their ``folders``; it finds ``unfound`` ones by an option only."""
+
+    def __init__(self, packages: Packages, folder: Path) -> None:
+        self.packages = packages
+        self.folders: dict[str, str] = {}
+        self.unfound: dict[str, None] = {}
+        self._named = Packages({}, os.environ, folder / Description.ROOT_FILE)
+
+    def find(self, name: str) -> bool:
+        """Return True if the description finds a package by its name. Raises Failed if it is missing."""
+        folder, own = self.packages.find(name), self._named.find(name)
+        if folder is None:
+            raise Failed(f'the package "{name}" is not found')
+        self.folders[name] = str(folder)
+        return own is not None and files.resolve(own) == files.resolve(folder)
+
+    def address(self, name: str) -> str:
+        """Return the name of a file that is loaded as the description has it."""
+        package, _, rest = name.removeprefix("package://").partition("/")
+        return name if not name.startswith("package://") or self.find(package) else rest

@@ -1,0 +1,440 @@
+"""Launch files of users: the nodes that they start, and their static transforms, compared with the description.
+
+The files are parsed, and never run. In Python, plain values are evaluated; what only a run can know is unknown here.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+import re
+import shlex
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from rosorin_compile.model import (
+    ROBOT_STATE_PUBLISHER,
+    STATIC_TRANSFORM_PUBLISHER,
+    Joint,
+    Pose,
+    Publisher,
+    Robot,
+    Transform,
+)
+from rosorin_compile.output import is_generated
+from rosorin_compile.output.ros_packages import is_launch_file
+from rosorin_compile.rules.case import report
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, Span
+from rosorin_compile.source.files import read_bytes
+from rosorin_compile.source.load import LoadError, parse_yaml, python_of
+from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, fixed
+from rosorin_compile.source.tree import Map
+from rosorin_compile.source.xml.markup import MarkupError, parse
+
+Names = Mapping[str, Any]
+_MAX_LENGTH = 10_000  # characters or items of a value
+_ARGUMENT = "launch argument "
+_CHANGES = ("append", "clear", "extend", "insert", "pop", "remove", "reverse", "sort", "update")
+_OPERATORS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Div: operator.truediv,
+}
+_CONVERSIONS: Mapping[str, Callable[[Any], Any]] = {"math.radians": math.radians, "float": float, "str": str}
+# An escaped letter, a variable, or a substitution whose value is unknown.
+_SUBSTITUTION = re.compile(r"\\(.)|\$\((?:var|arg) ([^\s()$]+)\)|\$\([^()]*\)?")
+_UNKNOWN = "\0"
+
+_MAX_LAUNCH = 1_000_000  # bytes
+# Smaller differences are rounding errors of numbers typed by hand: 0.01 mm, 0.006 deg.
+METRES, RADIANS = 1e-5, 1e-4
+_XYZ = ("--x", "--y", "--z")
+_RPY = ("--roll", "--pitch", "--yaw")
+_QUATERNION = ("--qx", "--qy", "--qz", "--qw")
+_FRAMES = ("--frame-id", "--child-frame-id")
+# The flags of the old form, by its number of arguments. Yaw comes before pitch and roll.
+_WITHOUT_FLAGS = {8: (*_XYZ, "--yaw", "--pitch", "--roll", *_FRAMES), 9: (*_XYZ, *_QUATERNION, *_FRAMES)}
+
+
+class LaunchError(Exception):
+    """A launch file that cannot be parsed; the message is the reason."""
+
+
+class _Unknown(Exception):
+    """The value of an expression is known only when the program runs."""
+
+
+@dataclass(frozen=True)
+class Remap:
+    """A remap of a launch file: the two names as they are written, and its place."""
+
+    name: str
+    to: str
+    span: Span
+
+
+@dataclass(frozen=True)
+class LaunchNode:
+    """A node that a launch file starts; without a name, a remap of all nodes.
+
+    What only a run of the launch file knows is None: all arguments or one of them, or the remaps.
+    """
+
+    name: str
+    executable: str
+    arguments: tuple[str | None, ...] | None
+    remaps: tuple[Remap, ...] | None
+    span: Span
+
+
+def nodes_of(source: Source) -> Iterator[LaunchNode]:
+    """Yield the nodes of a launch file in Python, YAML or XML, by the ending of its name. Raises LaunchError."""
+    try:
+        if source.path.endswith(".py"):
+            yield from _python(source)
+        else:
+            yield from _yaml(source) if source.path.endswith((".yaml", ".yml")) else _xml(source)
+    except RecursionError:
+        raise LaunchError("nested too deep") from None
+
+
+def _xml(source: Source) -> Iterator[LaunchNode]:
+    try:
+        elements = list(parse(source).root.iter())
+    except MarkupError as problem:
+        raise LaunchError(f"not XML: {problem.diagnostic.message}") from None
+    passed = {id(inner) for one in elements if one.tag == "include" for inner in one.iter()}  # to another file
+    declared = [one for one in elements if one.tag in ("arg", "let") and id(one) not in passed]
+    variables = {one.get("name"): one.get("default", one.get("value")) for one in declared}
+    for one in elements:
+        if one.tag == "set_remap":
+            yield LaunchNode("", "", (), (Remap(one.get("from"), one.get("to"), one.span),), one.span)
+        elif one.tag == "node":
+            remaps = (Remap(each.get("from"), each.get("to"), each.span) for each in one.iter() if each.tag == "remap")
+            program = one.get("exec") or one.get("type")
+            arguments = _words(one.get("args"), variables)
+            yield LaunchNode(one.get("name") or program, program, arguments, tuple(remaps), one.span)
+
+
+def _yaml(source: Source) -> Iterator[LaunchNode]:
+    try:
+        maps = list(_maps(parse_yaml(source)))
+    except LoadError as problem:
+        raise LaunchError(f"not YAML: {problem.diagnostic.message}") from None
+    named = [one[key] for one in maps for key in ("arg", "let") if isinstance(one.get(key), dict)]
+    variables = {str(one.get("name")): str(one.get("default", one.get("value", ""))) for one in named}
+    for one in maps:
+        node = one.get("node")
+        if isinstance(node, dict):
+            remaps = node.get("remap")
+            pairs = [each for each in remaps if isinstance(each, Map)] if isinstance(remaps, list) else []
+            found = [Remap(str(each.get("from", "")), str(each.get("to", "")), each.locate(()).span) for each in pairs]
+            program, arguments = str(node.get("exec", "")), _words(str(node.get("args", "")), variables)
+            yield LaunchNode(str(node.get("name") or program), program, arguments, tuple(found), one.key_spans["node"])
+
+
+def _maps(tree: Any) -> Iterator[Any]:
+    if isinstance(tree, dict):
+        yield tree
+    for child in tree.values() if isinstance(tree, dict) else tree if isinstance(tree, list) else ():
+        yield from _maps(child)
+
+
+def _words(arguments: str, variables: Mapping[str, str]) -> tuple[str | None, ...] | None:
+    """Return arguments of XML or YAML as words, with the defaults of launch arguments."""
+
+    def put(match: re.Match[str]) -> str:
+        return match[1] or (shlex.quote(variables[match[2]]) if match[2] in variables else _UNKNOWN)
+
+    try:
+        words = shlex.split(_SUBSTITUTION.sub(put, arguments))
+    except ValueError:
+        return None
+    return tuple(None if _UNKNOWN in word else word for word in words)
+
+
+def _python(source: Source) -> Iterator[LaunchNode]:
+    try:
+        tree = python_of(source.text)
+    except (SyntaxError, ValueError, MemoryError, RecursionError) as problem:
+        raise LaunchError(f"not a Python file: {problem}") from None
+    names, calls = _constants(tree), list(_calls_in(tree))
+    for call, function in calls:
+        words = {word.arg: word.value for word in call.keywords if word.arg}
+        callee = ast.unparse(call.func)
+        if not callee.endswith(("Node", "SetRemap")) and not words.keys() & {"executable", "node_executable"}:
+            continue
+        if function is None:
+            yield _python_node(words, names, Span(source, call.lineno, call.col_offset + 1))
+            continue
+        # A helper: its parameters have the values of each call.
+        uses: list[ast.Call | None] = [
+            use for use, _ in calls if isinstance(use.func, ast.Name) and use.func.id == function.name
+        ]
+        for use in uses or [None]:
+            scope, place = _constants(function, _bind(function, use, names)), use or call
+            yield _python_node(words, scope, Span(source, place.lineno, place.col_offset + 1))
+
+
+def _calls_in(tree: ast.AST, function: ast.FunctionDef | None = None) -> Iterator[tuple[ast.Call, Any]]:
+    """Yield every call of a program with the function around it."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.Call):
+            yield node, function
+        yield from _calls_in(node, node if isinstance(node, ast.FunctionDef) else function)
+
+
+def _python_node(words: Mapping[str, ast.expr], names: Names, span: Span) -> LaunchNode:
+    def text(key: str) -> str:
+        return str((_known(words[key], names) if key in words else None) or "")
+
+    program = text("executable") or text("node_executable")
+    given = [_argument_words(words[key], names) for key in ("arguments", "ros_arguments") if key in words]
+    arguments = None if None in given else tuple(word for each in given if each is not None for word in each)
+    if "src" in words and "dst" in words:
+        pair = [_known(words["src"], names), _known(words["dst"], names)]
+        return LaunchNode("", program, arguments, _remaps([pair], span), span)
+    pairs = _known(words["remappings"], names) if "remappings" in words else []
+    return LaunchNode(text("name") or program, program, arguments, _remaps(pairs, span), span)
+
+
+def _remaps(pairs: Any, span: Span) -> tuple[Remap, ...] | None:
+    rows: list[Any] = pairs if isinstance(pairs, list) else [None]
+    if not all(isinstance(row, list) and len(row) == 2 and all(isinstance(one, str) for one in row) for row in rows):
+        return None
+    return tuple(Remap(old, new, span) for old, new in rows)
+
+
+def _argument_words(node: ast.expr, names: Names) -> tuple[str | None, ...] | None:
+    """Return a list of arguments as words; launch joins an argument that is a list of pieces."""
+    found: Any = _known(node, names)
+    if found is None and isinstance(node, ast.List | ast.Tuple):
+        found = [_known(item, names) for item in node.elts]
+    if not isinstance(found, list):
+        return None
+    joined = ("".join(one) if isinstance(one, list) and all(isinstance(e, str) for e in one) else one for one in found)
+    return tuple(word if isinstance(word, str) else None for word in joined)
+
+
+def _bind(function: ast.FunctionDef, call: ast.Call | None, names: Names) -> dict[str, Any]:
+    """Return ``names`` inside a function, whose parameters have the plain values of a call, or no value."""
+    positional = [one.arg for one in function.args.args]
+    parameters = {one.arg for one in ast.walk(function.args) if isinstance(one, ast.arg)}
+    inside = {name: held for name, held in names.items() if name not in parameters}
+    if call is None or any(isinstance(one, ast.Starred) for one in call.args) or any(not k.arg for k in call.keywords):
+        return inside  # which parameter gets what is known only when it runs
+    given = dict(zip(positional[::-1], function.args.defaults[::-1], strict=False))
+    given |= dict(zip(positional, call.args, strict=False))
+    given |= {keyword.arg: keyword.value for keyword in call.keywords if keyword.arg}
+    held = {name: _known(expression, names) for name, expression in given.items()}
+    return inside | {name: value for name, value in held.items() if value is not None}
+
+
+def _constants(tree: ast.AST, names: Names = MappingProxyType({})) -> dict[str, Any]:
+    """Return ``names``, and those that a program or function assigns once, and to a plain value.
+
+    What it assigns more often, or changes in place, has no known value. A launch argument has its default.
+    """
+    changes = Counter[str]()
+    declared: list[tuple[str, ast.expr]] = []
+    assigned: list[tuple[str, ast.expr]] = []
+    for node in ast.walk(tree):
+        match node:
+            case ast.Name(id=name, ctx=ast.Store() | ast.Del()):
+                changes[name] += 1
+            case ast.Subscript(value=ast.Name(id=name), ctx=ast.Store() | ast.Del()):
+                changes[name] += 1
+            case ast.Call(func=ast.Attribute(value=ast.Name(id=name), attr=method)) if method in _CHANGES:
+                changes[name] += 1
+            case ast.Assign(targets=[ast.Name(id=name)], value=expression):
+                assigned.append((name, expression))
+            case ast.Call(func=ast.Name(id="DeclareLaunchArgument"), args=[ast.Constant(value=str(name)), *_]):
+                changes[f"{_ARGUMENT}{name}"] += 1
+                defaults = (word.value for word in node.keywords if word.arg == "default_value")
+                declared += [(f"{_ARGUMENT}{name}", default) for default in defaults]
+    values = {name: held for name, held in names.items() if not changes[name]}
+    for name, expression in (*declared, *assigned):
+        value = _known(expression, values) if changes[name] == 1 else None
+        if value is not None:
+            values[name] = value
+    return values
+
+
+def _known(node: ast.expr, names: Names) -> Any:
+    """Return the value of an expression, or None if it is known only when the program runs."""
+    try:
+        value = _value(node, names)
+    except (_Unknown, ArithmeticError, LookupError, TypeError, ValueError):
+        return None
+    return None if isinstance(value, str | list) and len(value) > _MAX_LENGTH else value
+
+
+def _value(node: ast.expr, names: Names) -> Any:
+    """Return the value of an expression of plain values, ``names``, pi and a few calls."""
+    match node:
+        case ast.Constant(value=constant):
+            return constant
+        case ast.List(elts=items) | ast.Tuple(elts=items):
+            return [_value(item, names) for item in items]
+        case ast.Name(id=name):
+            return names[name]
+        case ast.Attribute(value=ast.Name(id="math" | "np" | "numpy"), attr="pi"):
+            return math.pi
+        case ast.JoinedStr(values=parts):
+            return "".join(str(_value(part, names)) for part in parts)
+        case ast.FormattedValue(value=inner, conversion=-1, format_spec=None):
+            return _value(inner, names)
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return -_value(operand, names)
+        case ast.BinOp(op=op) if type(op) in _OPERATORS:
+            return _OPERATORS[type(op)](_value(node.left, names), _value(node.right, names))
+        case ast.Subscript(value=of, slice=key):
+            return _value(of, names)[_value(key, names)]
+        case ast.Call(func=ast.Attribute(value=of, attr="split"), args=[] | [_], keywords=[]):
+            return str.split(_value(of, names), *(_value(one, names) for one in node.args))
+        case ast.Call(func=ast.Name(id="LaunchConfiguration"), args=[argument, *_]):
+            return names[f"{_ARGUMENT}{_value(argument, names)}"]
+        case ast.Call(func=function, args=[argument], keywords=[]) if ast.unparse(function) in _CONVERSIONS:
+            return _CONVERSIONS[ast.unparse(function)](_value(argument, names))
+    raise _Unknown
+
+
+@dataclass(frozen=True)
+class StaticTransform:
+    """A transform of a launch file, with the texts of its arguments by flag."""
+
+    parent: str
+    child: str
+    texts: dict[str, str]
+    transform: Transform
+
+
+def static_nodes(source: Source) -> list[LaunchNode]:
+    """Return the static_transform_publishers that a launch file starts. Raises LaunchError."""
+    nodes = nodes_of(source) if STATIC_TRANSFORM_PUBLISHER in source.text else ()
+    return [node for node in nodes if node.executable == STATIC_TRANSFORM_PUBLISHER]
+
+
+def parse_arguments(words: Sequence[str]) -> StaticTransform | None:
+    """Return the transform of the arguments of static_transform_publisher, or None if it refuses them.
+
+    It reads them as ``ros2/geometry2@{humble,jazzy}`` does.
+    """
+    if len(words) in _WITHOUT_FLAGS and not words[0].startswith("--"):
+        texts = dict(zip(_WITHOUT_FLAGS[len(words)], words, strict=True))
+    else:
+        texts = dict(zip(words[::2], words[1::2], strict=False))
+        if len(words) % 2 or not texts.keys() <= {*_XYZ, *_RPY, *_QUATERNION, *_FRAMES}:
+            return None
+    if not all(texts.get(flag) for flag in _FRAMES) or (texts.keys() & {*_RPY} and texts.keys() & {*_QUATERNION}):
+        return None
+    try:
+        numbers = {flag: float(text) for flag, text in texts.items() if flag not in _FRAMES}
+        x, y, z, roll, pitch, yaw, qx, qy, qz = (numbers.get(flag, 0.0) for flag in (*_XYZ, *_RPY, *_QUATERNION[:3]))
+        transform = Pose((x, y, z), (roll, pitch, yaw)).transform()
+        if numbers.keys() & {*_QUATERNION}:
+            transform = Transform.of_quaternion((x, y, z), (numbers.get("--qw", 1.0), qx, qy, qz))
+    except ValueError:  # a text is no number, or the quaternion is zero
+        return None
+    if not all(map(math.isfinite, numbers.values())):
+        return None
+    parent, child = (texts[flag].lstrip("/") for flag in _FRAMES)
+    return StaticTransform(parent, child, texts, transform)
+
+
+def static_transform(node: LaunchNode) -> StaticTransform | None:
+    """Return the transform of a static_transform_publisher, or None if it is unknown or refused."""
+    words = [word for word in node.arguments or () if word is not None]
+    return parse_arguments(words) if node.arguments is not None and len(words) == len(node.arguments) else None
+
+
+def check_node(robot: Robot, node: LaunchNode) -> Iterator[Diagnostic]:
+    """Yield what is wrong with a static_transform_publisher of a launch file."""
+    if node.arguments is None or None in node.arguments:
+        message = "the arguments of this static_transform_publisher are known only when the launch file runs"
+        yield report("deployed-launch-unread", message, node.span, severity=NOTE)
+        return
+    static = static_transform(node)
+    if static is None:
+        yield report("deployed-launch-refused", "static_transform_publisher refuses these arguments", node.span)
+        return
+    joint, edge = robot.joint_to.get(static.child), f"{static.parent} -> {static.child}"
+    owners = [one.publisher for one in robot.edges if one.child == static.child]
+    if joint is not None:
+        owners = [one.publisher for one in robot.turns.get(joint.name, ())] or [joint.publisher]
+    if not owners:
+        yield report("deployed-launch-unknown", f"{edge} is no frame of the description", node.span)
+    elif joint is not None and any(owner.kind == STATIC_TRANSFORM_PUBLISHER for owner in owners):
+        if parts := list(_differences(joint, static)):
+            yield report("deployed-launch-differs", f"{edge} is not as described: {', '.join(parts)}", node.span)
+    else:
+        names = dict.fromkeys(map(_owner, owners))
+        message = f"{edge} is published here, but the description gives it to {' or '.join(names)}"
+        yield report("deployed-launch-owner", message, node.span)
+
+
+def _owner(publisher: Publisher) -> str:
+    if not publisher.publishes:
+        return "nobody"
+    return f"{publisher.name}, from the URDF" if publisher.kind == ROBOT_STATE_PUBLISHER else publisher.name
+
+
+def _differences(joint: Joint, static: StaticTransform) -> Iterator[str]:
+    described = joint.origin.transform()
+    if static.parent != joint.parent:
+        yield f"parent {static.parent} -> {joint.parent}"
+    for flag, here, there in zip(_XYZ, static.transform.xyz, described.xyz, strict=True):
+        if abs(here - there) > METRES:
+            yield f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, METRE_DIGITS)}"
+    off = static.transform.angle_to(described)
+    if off <= RADIANS:
+        return
+    degrees = f"rotation {math.degrees(off):.3g} deg off"
+    if static.texts.keys() & {*_QUATERNION}:
+        w, x, y, z = described.quaternion()
+        values = zip(_QUATERNION, (x, y, z, w), strict=True)
+        yield f"{degrees}, described: {' '.join(f'{flag} {fixed(value, 9)}' for flag, value in values)}"
+        return
+    for flag, there in zip(_RPY, joint.origin.rpy, strict=True):
+        if abs(float(static.texts.get(flag, "0")) - there) > RADIANS:
+            yield f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, RADIAN_DIGITS)}"
+    yield degrees
+
+
+def check_launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: Sequence[str]) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the static transforms of launch files; ``ours`` are artifacts, compared already."""
+    published: dict[str, str] = {}
+    complete, any_publisher = True, bool(ours)
+    for name in files:
+        if name in ours or not is_launch_file(name) or (folder / name).stat().st_size > _MAX_LAUNCH:
+            continue
+        data = read_bytes(folder / name)
+        if name.endswith("/static_frames.launch.py") and is_generated(data):
+            continue  # it takes the numbers from the description at launch
+        source = Source(str(folder / name), data.decode("utf-8", "replace"))
+        try:
+            nodes = static_nodes(source)
+        except LaunchError as problem:
+            yield report("deployed-launch-unread", f"{source.path}: {problem}", severity=WARNING)
+            complete = False
+            continue
+        any_publisher = any_publisher or STATIC_TRANSFORM_PUBLISHER in source.text
+        for node in nodes:
+            static = static_transform(node)
+            published |= {static.child: name} if static else {}
+            complete = complete and static is not None
+            yield from check_node(robot, node)
+    joints = robot.published_by(STATIC_TRANSFORM_PUBLISHER)
+    children = [joint.child for joint in joints if joint.child in published]
+    if ours and children:
+        own = ", ".join(dict.fromkeys(published[child] for child in children))
+        yield report("deployed-static-twice", f"{own} and {', '.join(ours)} both publish {', '.join(children)}")
+    for joint in joints if not ours and complete and any_publisher else ():
+        if joint.child not in published:
+            message = f"no launch file in {folder} publishes {joint.parent} -> {joint.child} ({joint.publisher.name})"
+            yield report("deployed-static-missing", message)

@@ -1,0 +1,301 @@
+"""The launch files of a package that publish the frames, and the description that they compile at launch.
+
+A carried description is stored below ``descriptions`` with the same relative places as in the project, so that its
+files find each other from the install space.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.format import Artifact, describe
+from rosorin_compile.formats.static_tf import ARGUMENTS as COMMON
+from rosorin_compile.formats.static_tf import (
+    STATES,
+    StaticTransform,
+    condition,
+    free_names,
+    if_condition,
+    import_substitutions,
+    in_frontends,
+    in_python,
+    static_transforms,
+)
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
+from rosorin_compile.rules.case import report
+from rosorin_compile.rules.publishers import modes_in
+from rosorin_compile.source.diagnostics import Diagnostic, Source, Span
+from rosorin_compile.source.files import read_bytes
+from rosorin_compile.source.load import yaml_of
+from rosorin_compile.source.project import Description, tool_folders
+
+from .copies import named
+from .options import Options, is_legal
+
+if TYPE_CHECKING:
+    from rosorin_compile.formats.compiled import Compiled
+    from rosorin_compile.language.arguments import Argument
+    from rosorin_compile.request import Request
+
+# Packages of the nodes that show a robot on a screen, or replace its driver; a robot does not need them.
+SCREEN = ("joint_state_publisher", "joint_state_publisher_gui", "rviz2")
+PREFIX = "$(var frame_prefix)"
+LAUNCH = "description.launch"
+FORMS = ("py", "xml", "yaml")
+# What the XML and the YAML form include; all forms include the second if the description is compiled at launch.
+PUBLISHER, STATICS = "robot_state_publisher.launch.py", "static_frames.launch.py"
+# The launch configuration with the path of the description and its arguments, as words of a command line.
+WORDS = "rosorin_compile_words"
+_STATICS_OUTPUT = "static_tf_json"
+_RULE = "package-not-carried"
+_CUT = "..."  # the end of a text that is shortened in lists
+
+
+class LaunchArgument(NamedTuple):
+    """A launch argument; ``default`` is None if it is required, ``choices`` are empty for any value."""
+
+    name: str
+    default: str | None
+    help: str
+    choices: tuple[str, ...] = ()
+
+
+class PackageFile(NamedTuple):
+    """A file that a package has besides artifacts: its place, its template, and what README.md says about it."""
+
+    place: str
+    template: str
+    about: str
+
+
+ARGUMENTS = (
+    *(LaunchArgument(name, "", help) for name, help in COMMON.items()),
+    LaunchArgument("use_sim_time", "false", "take the time from /clock, as simulators and recordings publish it"),
+    LaunchArgument("joint_state_publisher", "false", "publish all joints at zero, where no driver does"),
+    LaunchArgument("joint_state_publisher_gui", "false", "publish the joints from sliders in a window"),
+    LaunchArgument("rviz", "false", "show the robot in RViz"),
+)
+
+
+def mode_arguments(robot: Robot) -> dict[str, str]:
+    """Return the launch arguments of the modes that static transforms depend on, by mode."""
+    modes = modes_in(robot, [one.when for one in static_transforms(robot)[1]])
+    return free_names(modes, [argument.name for argument in ARGUMENTS], "mode_")
+
+
+def plain(text: str) -> str:
+    """Escape a text for XML and YAML launch files, so that no part of it is a substitution."""
+    return text.replace("\\", "\\\\").replace("$", "\\$")
+
+
+def in_args(text: str) -> str:
+    """Escape a word of a command line for XML and YAML launch files."""
+    return plain(shlex.quote(text))
+
+
+def launch_values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
+    """Return the values of the templates of launch files; ``carried`` is compiled at launch."""
+    always, in_modes, _ = static_transforms(robot, FORMATS.feeding(robot, STATIC_TRANSFORM_PUBLISHER))
+    modes = mode_arguments(robot)
+    conditions = {one.when: condition(robot, one.when) for one in in_modes}
+    more = [
+        LaunchArgument(name, "false", f"the robot is run in the mode {mode}", STATES) for mode, name in modes.items()
+    ]
+    if carried is None:
+        passed_on = [one for one in ARGUMENTS if one.name in (*COMMON, "use_sim_time")]
+    else:
+        more += [one.argument for one in carried.passed]
+        passed_on = [*(one for one in ARGUMENTS if one.name in COMMON), *more]
+    joints = robot.published_by(ROBOT_STATE_PUBLISHER)
+    return {
+        "arguments": [*ARGUMENTS, *more],
+        "passed_on": passed_on,
+        "included": STATICS if carried else PUBLISHER,
+        "publisher": joints[0].publisher.name if joints else ROBOT_STATE_PUBLISHER,
+        "statics": [*always, *in_modes],
+        "modes": modes,
+        "conditions": {when: in_python(one, modes, 4) for when, one in conditions.items()},
+        "python_conditions": {when: if_condition(one, modes, 12) for when, one in conditions.items()},
+        "frontend_conditions": {when: in_frontends(one, modes) for when, one in conditions.items()},
+        "describe": describe,
+        "args": _args,
+        "imports": import_substitutions(conditions.values(), "LaunchConfiguration", *(("Command",) if carried else ())),
+        "plain": plain,
+        "in_args": in_args,
+        "prefix": PREFIX,
+        "screen": SCREEN,
+        "carried": carried,
+        "words": WORDS,
+    }
+
+
+def _args(transform: StaticTransform) -> str:
+    """Return the arguments of a static_transform_publisher for XML and YAML."""
+    words = (f"{flag} {PREFIX if is_frame else ''}{in_args(value)}" for flag, value, is_frame in transform.words())
+    return " ".join(words)
+
+
+def launch_files(carried: Carried | None) -> Iterator[PackageFile]:
+    """Yield the launch files that publish the frames."""
+    kind = "compiled_launch" if carried else "launch"
+    for form in FORMS:
+        yield PackageFile(
+            f"launch/{LAUNCH}.{form}", f"{kind}.{form}", "publishers of the frames; the three forms do the same"
+        )
+    if carried:
+        yield PackageFile(
+            f"launch/{STATICS}",
+            "compiled_statics.launch.py",
+            "publishers of the static frames; the three forms include it",
+        )
+    else:
+        about = "robot_state_publisher; the XML and the YAML form include it"
+        yield PackageFile(f"launch/{PUBLISHER}", "publisher.launch.py", about)
+
+
+@dataclass(frozen=True)
+class PassedArgument:
+    """An argument of the description, and the launch argument for it.
+
+    ``own`` is the default in the description, or None: an argument with that value is not passed.
+    """
+
+    name: str
+    argument: LaunchArgument
+    own: str | None
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A description in a package: its main file, all its files by place, and its arguments.
+
+    ``urdf`` and ``statics`` are the outputs that are printed at launch; ``packages`` are the ROS packages it reads.
+    """
+
+    description: str
+    files: Mapping[str, bytes]
+    passed: tuple[PassedArgument, ...]
+    urdf: str
+    statics: str
+    packages: tuple[str, ...]
+
+    @property
+    def required(self) -> bool:
+        """Return True if a launch must set an argument."""
+        return any(one.argument.default is None for one in self.passed)
+
+
+def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carried | None, list[Diagnostic]]:
+    """Return the description that a package with these options carries, if any, or the errors about its files.
+
+    The arguments of the request become the defaults at launch. Raises LoadError.
+    """
+    from rosorin_compile.language.arguments import declared
+
+    main = next((one for one in compiled.artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)
+    if not options.at_launch or compiled.robot is None or main is None:
+        return None, []
+    path, values, packages = request.description.path, request.values(), {**compiled.packages, **request.packages}
+    elsewhere = [tool_folders()["parts_library"], *compiled.python_packages, *map(_absolute, packages.values())]
+    inputs = [_absolute(one) for one in compiled.files_read]
+    own = [one for one in inputs if not any(map(one.is_relative_to, elsewhere))]
+    top, prefix = _top(_absolute(path), own)
+    if problems := [*_lost_files(top, own), *_relative_meshes(main, options.name, own)]:
+        return None, problems
+    places = {one: prefix + one.relative_to(top).as_posix() for one in own}
+    taken = [*(argument.name for argument in ARGUMENTS), *mode_arguments(compiled.robot).values(), WORDS]
+    arguments = declared(path, values)[0]
+    names = free_names([one.name for one in arguments], taken, "arg_")
+    read = (
+        name
+        for name, folder in packages.items()
+        if str(folder) in main.text or any(one.is_relative_to(folder) for one in inputs)
+    )
+    return Carried(
+        description=places[_absolute(path)],
+        files={place: read_bytes(file) for file, place in places.items()},
+        passed=tuple(_passed(one, names[one.name], values) for one in arguments),
+        urdf=main.output,
+        statics=next((one.output for one in compiled.artifacts if one.backend == _STATICS_OUTPUT), _STATICS_OUTPUT),
+        packages=tuple(sorted(name for name in read if is_legal(name) and name != options.name)),
+    ), []
+
+
+def _absolute(path: Path) -> Path:
+    return Path(os.path.abspath(path))
+
+
+def _top(first: Path, files: Sequence[Path]) -> tuple[Path, str]:
+    """Return the folder that is copied below ``descriptions`` of the package, and the prefix of its files there.
+
+    This is ``descriptions`` of the project if it has all files, else the project; for a lone description its folder.
+    """
+    folder = next((one for one in (first.parent, *first.parent.parents) if one.name == Description.FOLDER), None)
+    if folder is None:
+        name = first.parent.name
+        return first.parent, f"{Description.FOLDER}/{name if name.isprintable() and name.strip('.') else 'robot'}/"
+    return (folder if all(one.is_relative_to(folder) for one in files) else folder.parent), f"{Description.FOLDER}/"
+
+
+def _lost_files(top: Path, files: Sequence[Path]) -> Iterator[Diagnostic]:
+    """Yield the files that the description would not find from the package."""
+    for one in files:
+        if not one.is_relative_to(top):
+            message = f"{one} is read, and is outside the project {top}: no package can carry it"
+            yield report(_RULE, message, _mention(one.name, files))
+    if span := _mention(f"{top}{os.sep}", files):
+        message = "a file is named by its absolute path, which another machine does not have"
+        yield report(_RULE, message, span, "name it relative to the file that names it")
+
+
+def _relative_meshes(main: Artifact, package: str, files: Sequence[Path]) -> Iterator[Diagnostic]:
+    for name in named(main.text):
+        if "://" not in name and not name.startswith("/"):
+            message = f"mesh {name} is named by a path, and a URDF that is compiled at launch is in no folder"
+            inside = name if name.startswith("meshes/") else f"meshes/{name.rpartition('/')[2]}"
+            help = f"write package://{package}/{inside} in the description; the file is copied into the package"
+            yield report(_RULE, message, _mention(name, files), help)
+
+
+def _mention(name: str, files: Iterable[Path]) -> Span | None:
+    """Return the first place of a name in the descriptions among some files."""
+    for file in files:
+        if file.suffix in Description.ENDINGS:
+            source = Source(str(file), read_bytes(file).decode("utf-8", "replace"))
+            for number, line in enumerate(source.text.splitlines(), 1):
+                if name in line:
+                    return Span(source, number, line.index(name) + 1, len(name))
+    return None
+
+
+def _passed(one: Argument, launch_name: str, values: Mapping[str, Any]) -> PassedArgument:
+    own = default = None if one.required else _unquoted(one.default)
+    if one.name in values and not one.required:
+        value = values[one.name]
+        default = value if isinstance(value, str) else _unquoted(one.value)
+    choices = [_unquoted(text) for text in one.allowed]
+    if default is not None and choices and default not in choices:
+        choices.append(default)
+    if any(text.endswith(_CUT) for text in choices):
+        choices = []
+    help = one.help or f"the argument {one.name} of the description"
+    if one.help and launch_name != one.name:
+        help += f" ({one.name} of the description)"
+    return PassedArgument(one.name, LaunchArgument(launch_name, default, help, tuple(choices)), own)
+
+
+def _unquoted(written: str) -> str:
+    """Return a text of a description without its quotes; other values as they are written."""
+    if written[:1] not in ("'", '"'):
+        return written
+    try:
+        value = yaml_of(written)
+    except ValueError:  # it is shortened
+        return written
+    return value if isinstance(value, str) else written

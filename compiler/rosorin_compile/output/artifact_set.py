@@ -49,7 +49,7 @@ def write_artifacts(folder: Path, files: Mapping[str, str | bytes], prune: bool 
     """Write the artifacts of a robot, as ``write_set``; files of somebody else are refused or kept under another name.
 
     A file without the mark of this tool is refused if the new file has one. If neither has one, it is kept, unless this
-    tool wrote it before, or wrote another file of the set. Raises OutputError.
+    tool wrote it before, or in a fresh checkout wrote another file of the set. Raises OutputError.
     """
     try:
         is_first = not any(
@@ -57,11 +57,12 @@ def write_artifacts(folder: Path, files: Mapping[str, str | bytes], prune: bool 
         )
     except OSError as problem:
         raise OutputError.of(problem, folder, "read") from None
+    is_recorded = any(is_remembered(folder / name) for name in files)
 
     def judge(name: str, old: bytes, new: bytes) -> Decision:
         if is_generated(old) or not old.strip() or is_remembered(folder / name):
             return "replace"
-        return "refuse" if is_generated(new) else "keep" if is_first else "replace"
+        return "refuse" if is_generated(new) else "keep" if is_first or is_recorded else "replace"
 
     result = write_set(folder, files, prune, judge)
     for name, data in files.items():

@@ -146,7 +146,7 @@ def test_what_is_left_out_is_told(tmp_path):
     told = [d.message for d in made.diagnostics if d.severity == "warning" and "mimic" not in d.message]
     assert told == [
         'joint "sliding" is planar: robot_state_publisher takes it for fixed, and publishes it',
-        'joint "sliding" is planar: its limit and its dynamics are left out of the MJCF',
+        'joint "sliding" is planar, without its limit and dynamics in the MJCF',
         "robot_model has no word for floating: joint free is left out",
         "robot_model has no word for planar: joint sliding is left out",
     ]

@@ -5,11 +5,13 @@ Each committed artifact is read back by its format, and compared with what it is
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from difflib import unified_diff
 from itertools import zip_longest
 from pathlib import Path, PurePosixPath
+from posixpath import commonprefix
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.compare.artifacts import Pair, pair_of, with_new_names
@@ -77,15 +79,19 @@ def shorten(lines: Sequence[str]) -> list[str]:
 
 
 def _first_difference(old: str, new: str) -> str:
-    """Return the words that differ in the first line that does: of a long line, a diff shows only the beginning."""
+    """Return the words that differ in the first line that does, and the element or the key that they belong to."""
     for number, lines_here in enumerate(zip_longest(old.splitlines(), new.splitlines(), fillvalue=""), 1):
         before, after = (line.split() for line in lines_here)
-        for end in (0, -1):
-            while before and after and before[end] == after[end]:
-                del before[end], after[end]
-        if before or after:
-            values = (printable(" ".join(words))[:_CUT] or "nothing" for words in (before, after))
-            return f"line {number}: {' -> '.join(values)}"
+        if before == after:
+            continue
+        same = commonprefix([before, after])
+        del before[: len(same)], after[: len(same)]
+        names = re.findall(r"<([\w.-]+)", " ".join([*same, *(after or before)[:1]]))
+        names = names or re.findall(r"\b[a-zA-Z_][\w.-]*", " ".join(same))
+        while before and after and before[-1] == after[-1]:
+            del before[-1], after[-1]
+        values = (printable(" ".join(words))[:_CUT] or "nothing" for words in (before, after))
+        return f"{' '.join([f'line {number}', *names[-1:]])}: {' -> '.join(values)}"
     return "white space"
 
 

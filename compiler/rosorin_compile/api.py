@@ -24,21 +24,21 @@ from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
-from rosorin_compile.compare.precision import printed
+from rosorin_compile.compare.precision import printed_precision
 from rosorin_compile.compare.sentences import several
 from rosorin_compile.formats import FORMATS, plugged_diagnostics, schema_names, schema_text
 from rosorin_compile.formats.compiled import Compiled, Reading
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.mesh_files import opened_by
-from rosorin_compile.language.arguments import Argument, declared, takes_no_arguments
+from rosorin_compile.language.arguments import Argument, declared_arguments, takes_no_arguments
 from rosorin_compile.language.explain import Answer, Explanation, NamedValue
 from rosorin_compile.language.explain import explain as explain_names
 from rosorin_compile.language.explain_text import lines
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.output import OutputError, read_set, write_artifacts
-from rosorin_compile.output.committed import Committed, compare_committed, judged
+from rosorin_compile.output.committed import Committed, compare_committed, load_all
 from rosorin_compile.request import EXECUTED, FilePath, Packages, Request, Values
-from rosorin_compile.rules.check import plugged
+from rosorin_compile.rules.check import plugin_checks
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, RequestError, UnknownName, error, has_errors
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import PluginFailed
@@ -249,7 +249,7 @@ def write(
     except OutputError as problem:
         return Written(compiled, folder, diagnostics=(*diagnostics, problem.diagnostic))
     changed = [artifact for artifact in artifacts if artifact.file in done.written]
-    more = [*done.diagnostics(folder), *judged(changed, folder, lambda: request.understand().case)]
+    more = [*done.diagnostics(folder), *load_all(changed, folder, lambda: request.understand().case)]
     for name in () if only else done.kept:
         message = f"{folder}/{name} is no artifact of this robot; it is kept"
         more.append(Diagnostic("not-an-artifact", NOTE, message, help="all --prune removes it"))
@@ -335,7 +335,7 @@ def _load_side(
         diagnostics.append(takes_no_arguments(path))
     reduced = replace(found.robot, outputs=())
     text = imported.tree.span.source.text
-    return Side(label, FORMATS[imported.format], reduced, printed(text), path.parent), imported, diagnostics
+    return Side(label, FORMATS[imported.format], reduced, printed_precision(text), path.parent), imported, diagnostics
 
 
 def explain(
@@ -376,7 +376,7 @@ def arguments(robot: FilePath | Request, arguments: Values = None, packages: Pac
     found: list[Argument] = []
     try:
         if not problems:
-            found, problems = declared(request.description.path, request.values(), request.packages)
+            found, problems = declared_arguments(request.description.path, request.values(), request.packages)
     except LoadError as problem:
         problems = [problem.diagnostic]
     return Arguments(name, tuple(found), tuple(problems))
@@ -403,7 +403,7 @@ def explain_rules(ids: Sequence[str] = ()) -> Rules:
         >>> rosorin_compile.explain_rules(["axis-zero"]).rules[0].help
         'Name one, such as `[0, 0, 1]`.'
     """
-    diagnostics = (*plugged().diagnostics, *plugged_diagnostics())
+    diagnostics = (*plugin_checks().diagnostics, *plugged_diagnostics())
     known = {**OF_PLUGINS, **find(ids or None)}
     for id in ids:
         if id not in known:

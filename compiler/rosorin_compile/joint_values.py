@@ -12,7 +12,7 @@ from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.model import Joint, Robot
 from rosorin_compile.model.geometry import quaternion_of, rotation_of_rpy
 from rosorin_compile.model.kinematics import Position, Positions, position_of
-from rosorin_compile.model.servos import ServoGroup, nearest, servo_of, to_radians, within
+from rosorin_compile.model.servos import ServoGroup, nearest, pulses_within, servo_of, to_radians
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source import units
@@ -247,7 +247,7 @@ def pulses(
 def _joint_pulse(robot: Robot, name: str, pulse: int | None, requested: float) -> JointPulse:
     """Return the row of a pulse or, without one, of the pulse nearest to a position."""
     joint, group = robot.joint[name], servo_of(robot, name)
-    limits = within(group, joint.limit)
+    limits = pulses_within(group, joint.limit)
     asked = off = None
     if pulse is None:
         pulse, reached, off = nearest(group, requested, name)

@@ -9,9 +9,21 @@ from typing import Literal
 
 from rosorin_compile.joint_values import beyond_limits, combine_sweeps, positions, sweep_of
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Robot, Transform, Vector
-from rosorin_compile.model.geometry import Quaternion, minus, quaternion_of
-from rosorin_compile.model.joint import NODE
-from rosorin_compile.model.kinematics import Graph, NoWay, Position, Positions, Step
+from rosorin_compile.model.geometry import Quaternion, plus, quaternion_of
+from rosorin_compile.model.joint import NODE, motion
+from rosorin_compile.model.kinematics import (
+    Graph,
+    NoWay,
+    Position,
+    Positions,
+    Step,
+    multiply,
+    position_of,
+    rotate,
+    rows_of,
+    rows_of_rpy,
+    rpy_of,
+)
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import check_modes, holds
@@ -27,7 +39,7 @@ from rosorin_compile.source.diagnostics import (
 )
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Path
-from rosorin_compile.source.wording import listed
+from rosorin_compile.source.wording import phrase
 
 
 @dataclass(frozen=True)
@@ -158,20 +170,25 @@ def lookup(graph: Graph, source: str, target: str, positions: Positions) -> Fram
     """Return the pose of ``target`` in ``source`` at joint positions (rad or m), as ``lookupTransform`` of tf2 does.
 
     Like tf2 (geometry2, ``tf2/src/buffer_core.cpp``), this walks from both frames up to where they meet and multiplies
-    quaternions on the way, on which the sign of the result depends. Raises NoWay, and KeyError for unknown frames.
+    quaternions on the way: signs and zeros of the result follow from the order of operations. Raises NoWay, and
+    KeyError for unknown frames.
     """
     way = graph.way(source, target)
-    quaternion, translation = _accumulate(graph, [move.step for move in reversed(way) if not move.up], positions)
-    if any(move.up for move in way):
-        (x, y, z, w), top = _accumulate(graph, [move.step for move in way if move.up], positions)
-        inverse = (-x, -y, -z, w)
-        translation = Transform.of_quaternion((0.0, 0.0, 0.0), (w, -x, -y, -z)).rotate(minus(translation, top))
-        quaternion = _product(inverse, quaternion)
-    x, y, z, w = quaternion
-    pose = Transform.of_quaternion(translation, (w, x, y, z))
-    roll, pitch, yaw = pose.rpy()
-    degrees = math.degrees(roll), math.degrees(pitch), math.degrees(yaw)
-    matrix = (*((*row, x) for row, x in zip(pose.rows, translation, strict=True)), (0.0, 0.0, 0.0, 1.0))
+    to_top, from_top = [move.step for move in way if move.up], [move.step for move in reversed(way) if not move.up]
+    (quaternion, translation), above = _accumulate(graph, from_top, positions), _accumulate(graph, to_top, positions)
+    below = quaternion, translation
+    # tf2 leaves out the frame that it starts from only where it meets it on its way: never at the root of its tree.
+    if way and (to_top or source not in graph.published):
+        (x, y, z, w), (a, b, c) = above
+        quaternion = (-x, -y, -z, w)
+        translation = rotate(quaternion, (-a, -b, -c))
+        if from_top or target not in graph.published:
+            translation = plus(rotate(quaternion, below[1]), translation)
+            quaternion = multiply(quaternion, below[0])
+    rows = rows_of(quaternion)
+    roll, pitch, yaw = rpy_of(rows)
+    degrees = roll * (180.0 / math.pi), pitch * (180.0 / math.pi), yaw * (180.0 / math.pi)
+    matrix = (*((*row, x) for row, x in zip(rows, translation, strict=True)), (0.0, 0.0, 0.0, 1.0))
     chain = []
     for step, up in way:
         name, kind = (None, "node") if step.joint is None else (step.joint.name, step.joint.type)
@@ -188,18 +205,17 @@ def _accumulate(graph: Graph, steps: Iterable[Step], positions: Positions) -> tu
     quaternion: Quaternion = (0.0, 0.0, 0.0, 1.0)
     vector: Vector = (0.0, 0.0, 0.0)
     for step in steps:
-        transform = step.transform(graph.robot, positions)
-        vector = transform.apply(vector)
-        quaternion = _product(quaternion_of(transform.rows), quaternion)
+        joint = step.joint
+        pose = step.pose if joint is None else joint.origin
+        assert pose is not None  # noqa: S101 - the graph leaves out steps without numbers
+        # Not pose.transform(): publishers keep the rounding of sines, and the signs of the zeros that follow from it.
+        transform = Transform(rows_of_rpy(pose.rpy), pose.xyz)
+        if joint is not None and not joint.is_fixed:
+            transform = transform.then(motion(joint.type, joint.axis, position_of(graph.robot, joint, positions)))
+        rotation = quaternion_of(transform.rows)
+        vector = plus(rotate(rotation, vector), transform.xyz)
+        quaternion = multiply(rotation, quaternion)
     return quaternion, vector
-
-
-def _product(a: Quaternion, b: Quaternion) -> Quaternion:
-    """Return the rotation ``b``, then ``a``."""
-    ax, ay, az, aw = a
-    bx, by, bz, bw = b
-    x, y = aw * bx + ax * bw + ay * bz - az * by, aw * by + ay * bw + az * bx - ax * bz
-    return x, y, aw * bz + az * bw + ax * by - ay * bx, aw * bw - ax * bx - ay * by - az * bz
 
 
 def _no_way(case: Case, problem: NoWay) -> Diagnostic:
@@ -222,7 +238,7 @@ def _no_way(case: Case, problem: NoWay) -> Diagnostic:
         when = f"when {edge.when}" if edge.when else "always"
         message = f"{edge.parent} -> {edge.child}: {publisher} publishes it {when}, {numbers}"
         related.append(case.related(message, path))
-    edges = listed(f"{step.parent} -> {step.child}" for step in problem.missing)
+    edges = phrase(f"{step.parent} -> {step.child}" for step in problem.missing)
     if all(edge.pose is not None for edge in missing):
         message = f"{edges}, on the way from {source} to {target}, depends on the mode"
         help = "choose a mode: --mode NAME"

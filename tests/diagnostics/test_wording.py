@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.source import wording
 from rosorin_compile.source.diagnostics import did_you_mean
-from rosorin_compile.source.wording import foreign, listed, look, masked, printable, quoted, unseen
+from rosorin_compile.source.wording import foreign, hidden_letter, look, mask_controls, phrase, printable, quote
 
 TEXTS = st.text(st.characters(), max_size=20)  # lone surrogates too: names of files that are no text
 
@@ -23,18 +23,18 @@ def test_a_printable_text_is_one_line_of_what_a_terminal_shows(text):
 
 @given(TEXTS)
 def test_a_masked_text_is_as_long_as_the_text(text):
-    assert len(masked(text)) == len(text)
-    assert masked(text).isprintable()
+    assert len(mask_controls(text)) == len(text)
+    assert mask_controls(text).isprintable()
 
 
 def test_letters_that_may_stay():
     assert printable("a\tb\x1b\n", keep="\t") == "a\tb\\x1b\\n"
-    assert masked("a\tb\x1b\ufffe\udc80", keep="\t") == "a\tb???"
+    assert mask_controls("a\tb\x1b\ufffe\udc80", keep="\t") == "a\tb???"
 
 
 def test_rows_of_no_names_and_of_too_many():
-    assert listed([]) == "" == quoted([])
-    assert quoted(["a", "b", "c"], 1) == '"a" and 2 more'
+    assert phrase([]) == "" == quote([])
+    assert quote(["a", "b", "c"], 1) == '"a" and 2 more'
 
 
 # Letters: what nobody sees is found, and what looks alike has one look, whatever form a file is written in.
@@ -51,15 +51,15 @@ def test_a_name_has_one_look_in_each_form(name):
 @given(NAMES)
 def test_what_is_printable_ascii_has_nothing_to_see(name):
     if name.isascii() and name.isprintable():
-        assert unseen(name) == foreign(name) == ""
-    if not unseen(name):
+        assert hidden_letter(name) == foreign(name) == ""
+    if not hidden_letter(name):
         categories = {unicodedata.category(letter) for letter in name}
         assert categories.isdisjoint(("Cc", "Cf", "Zl", "Zp"))
 
 
 @pytest.mark.parametrize("name", ["größe", "перед", "μm", "joint_α", "左腕", "naïve", "Δθ", "robot_é"])
 def test_names_in_letters_of_the_world_are_names(name):
-    assert unseen(name) == foreign(name) == ""
+    assert hidden_letter(name) == foreign(name) == ""
 
 
 def test_every_look_alike_stands_for_a_latin_letter_or_a_dash():

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Inertial, Output, Pose
-from rosorin_compile.source.numbers import exact, rounded, rounded_vector, short, vector
+from rosorin_compile.source.numbers import exact, round_to_shortest, rounded_vector, short, vector
 from support.paths import ROOT
 from support.robots import ROSORIN, compiled
 
@@ -90,7 +90,7 @@ def test_an_entry_of_a_vector_is_within_the_bound_of_the_largest(values: list[fl
 
 @given(floats)
 def test_a_number_alone_is_a_vector_of_one(value: float) -> None:
-    assert vector([value], short) == exact(rounded(value))
+    assert vector([value], short) == exact(round_to_shortest(value))
 
 
 @pytest.mark.parametrize("value", [0.0, -0.0])
@@ -116,7 +116,7 @@ def test_an_inertia_stays_that_of_a_body(a: float, b: float, share: float, rpy: 
     )
     was = Inertial(1.0, Pose(), xx, yy, zz, xy, xz, yz)
     assume(was.principal_moments[0] > 1e-12)
-    printed = list(map(float, was.printed(short)))
+    printed = list(map(float, was.printed_inertia(short)))
     now = Inertial(1.0, Pose(), *printed)
     noise = 1e-15 * was.principal_moments[2]  # of the eigenvalues as they are worked out
     for before, after in zip(was.principal_moments, now.principal_moments, strict=True):
@@ -132,12 +132,15 @@ def edge(inertial: Inertial) -> float:
 
 def test_a_flat_plate_is_printed_with_all_digits() -> None:
     """MuJoCo refuses A + B < C, by whatever it is less."""
-    assert Inertial(1, Pose(), 1 / 3, 1 / 3, 2 / 3).printed(short)[:3] == [
+    assert Inertial(1, Pose(), 1 / 3, 1 / 3, 2 / 3).printed_inertia(short)[:3] == [
         "0.3333333333333333",
         "0.3333333333333333",
         "0.6666666666666666",
     ]
-    assert Inertial(1, Pose(), 1 / 3, 1 / 3, 1 / 3, 1e-30).printed(short) == [*["0.333333333333"] * 3, *["0"] * 3]
+    assert Inertial(1, Pose(), 1 / 3, 1 / 3, 1 / 3, 1e-30).printed_inertia(short) == [
+        *["0.333333333333"] * 3,
+        *["0"] * 3,
+    ]
 
 
 @pytest.mark.slow
@@ -171,7 +174,7 @@ def test_mujoco_moves_the_same_masses(file) -> None:
 
 
 def _in_mujoco(mujoco, robot, options):
-    text, _ = FORMATS["mjcf"].written(robot, Output("mjcf", "mjcf", "robot.xml", options), Templates())
+    text, _ = FORMATS["mjcf"].compile(robot, Output("mjcf", "mjcf", "robot.xml", options), Templates())
     spec = mujoco.MjSpec.from_string(text)
     for geom in list(spec.geoms):  # files of meshes are not needed for masses that are said
         if geom.type == mujoco.mjtGeom.mjGEOM_MESH:

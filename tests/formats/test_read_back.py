@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.compare.artifacts import agreement, output_of, under_names
-from rosorin_compile.compare.precision import printed
+from rosorin_compile.compare.precision import printed_precision
 from rosorin_compile.compare.walk import Address, compare_leaves, leaves
 from rosorin_compile.formats import FORMATS
 from support.machines import TESTER
@@ -122,7 +122,7 @@ def test_all_artifacts_of_the_reference_robot_agree() -> None:
         format = FORMATS[artifact.backend]
         if format.read is not None:
             read = under_names(format, output_of(made.robot, artifact), leaves(format.read(artifact.text)))
-            found.append((artifact.file, read, printed(artifact.text)))
+            found.append((artifact.file, read, printed_precision(artifact.text)))
     compared = 0
     for (_, first, one), (_, second, other) in itertools.combinations(found, 2):
         for thing in first.keys() & second.keys():

@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.language.expand.included_robots import prefixed
+from rosorin_compile.language.expand.included_robots import with_prefix
 from rosorin_compile.source.diagnostics import ERROR, Source
 from rosorin_compile.source.load import parse_yaml
 from rosorin_compile.source.system import pip_install
@@ -221,7 +221,7 @@ def test_renaming_only_ever_puts_the_prefix_in(parts):
     tree = parse_yaml(
         Source("robot.yaml", json.dumps({"links": {name: {} for name in names}, "urdf_elements": [text]}))
     )
-    (renamed,) = prefixed(tree, "PRE_", Instance("included", tree.span))[0]["urdf_elements"]
+    (renamed,) = with_prefix(tree, "PRE_", Instance("included", tree.span))[0]["urdf_elements"]
     assert renamed.replace("PRE_", "") == text
     assert set(re.findall(r"PRE_(\w+)", renamed)) <= names
     before, after = (ET.fromstring(f"<r>{t}</r>") for t in (text, renamed))

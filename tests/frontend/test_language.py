@@ -15,7 +15,7 @@ from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.language.expression import ExpressionError, evaluate, names_in
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import LoadError, parse_yaml, plain_scalar
-from rosorin_compile.source.numbers import exact, fixed, six
+from rosorin_compile.source.numbers import exact, six, to_fixed
 from rosorin_compile.source.units import LENGTH, UNITS, Quantity, dimension_of, parse_unit
 from support.paths import data_text
 
@@ -121,7 +121,7 @@ def test_no_text_breaks_the_loader(text: str) -> None:
 def test_number_formats_say_the_value(value: float) -> None:
     assert float(exact(value)) == value
     assert abs(float(six(value)) - value) <= abs(value) * 5e-6
-    for text in (exact(value), six(value), fixed(min(max(value, -1e9), 1e9), 7)):
+    for text in (exact(value), six(value), to_fixed(min(max(value, -1e9), 1e9), 7)):
         assert not text.startswith("-0 ")
         assert text != "-0"
         assert "," not in text

@@ -13,7 +13,7 @@ import pytest
 
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing.round_trip import check_round_trip
-from rosorin_compile.importing.words import worded
+from rosorin_compile.importing.words import with_sections
 from support.paths import IMPORTED
 
 FOLDER = IMPORTED
@@ -25,7 +25,7 @@ FOLDERS = [(name, EXPECTED) for name in ROBOTS] + [(name, FLAT) for name in ROBO
 def imported(name: str, folder: str = EXPECTED) -> dict[str, str]:
     made = read_robot(FOLDER / name / f"{name}.urdf")
     assert made.tree is not None, made.diagnostics
-    said = worded(made)
+    said = with_sections(made)
     trip = check_round_trip(said.imported, FOLDER / name / folder, parts=folder == EXPECTED, plain=said.plain)
     assert trip.diagnostics == []
     return trip.files

@@ -8,7 +8,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.importing.layout import Remarks, Verbatim, escaped, in_degrees, layout, number
+from rosorin_compile.importing.layout import Remarks, Verbatim, escape, in_degrees, layout, number
 from rosorin_compile.language.expand.expansion import Expansion
 from rosorin_compile.language.expand.scope import Scope
 from rosorin_compile.source.diagnostics import Source, Span
@@ -95,9 +95,9 @@ def _holds(document: Any, path: tuple[Any, ...]) -> bool:
 @pytest.mark.parametrize("flow", [True, False])
 def test_other_readers_see_the_same_text(text: str, flow: bool) -> None:
     """PyYAML knows YAML 1.1, where more words mean something else."""
-    written = Scalar(escaped(text)).written(flow)
+    written = Scalar(escape(text)).as_text(flow)
     read = yaml.safe_load(f"[{written}]" if flow else f"- {written}")
-    assert read == [escaped(text)]
+    assert read == [escape(text)]
 
 
 def at(token: str) -> Span:

@@ -16,7 +16,7 @@ from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing import round_trip
 from rosorin_compile.importing.repeats import with_parts
-from rosorin_compile.importing.repeats.nodes import mirrored, nodes_of
+from rosorin_compile.importing.repeats.nodes import mirror_node, nodes_of
 from rosorin_compile.importing.round_trip import RoundTrip, _round_trip, check_round_trip
 from rosorin_compile.language.expand.description import expand
 from support.paths import ROOT, data_text
@@ -157,7 +157,7 @@ def test_mirrors_are_those_of_the_language(axis: str, tmp_path: Path) -> None:
     plain, turned = nodes[1:4], nodes[4:]
     assert [node.link for node in turned] == ["turned_one", "turned_two", "turned_three"]
     for index, (one, other) in enumerate(zip(plain, turned, strict=True)):
-        assert mirrored(one, axis, is_root=not index) == other.values
+        assert mirror_node(one, axis, is_root=not index) == other.values
 
 
 def test_the_search_ends(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing.round_trip import check_round_trip
-from rosorin_compile.importing.words import told_words, worded
+from rosorin_compile.importing.words import told_words, with_sections
 from support.paths import ROOT, data_text
 from support.unrounded import compile_unrounded
 
@@ -37,7 +37,7 @@ def imported(file: Path, folder: Path) -> tuple[list[str], str, str]:
 
 
 def described(read: Imported, folder: Path, *change: object) -> tuple[list[str], str, str]:
-    made = worded(read)
+    made = with_sections(read)
     trip = check_round_trip(made.imported, folder, plain=made.plain)
     related = [one.message for diagnostic in trip.diagnostics for one in diagnostic.related]
     assert trip.diagnostics == [], (*change, trip.diagnostics, related)

@@ -59,7 +59,7 @@ def rewritten(robot: Robot, chance: random.Random) -> Robot:
         for name in group:
             other = chance.choice(group)
             way = place[other].inverse().then(place[name])
-            moved = [_other_form(shape, chance).moved(way) for shape in links[name].collision]
+            moved = [_other_form(shape, chance).move(way) for shape in links[name].collision]
             if other != name:
                 links[name] = replace(links[name], collision=())
                 links[other] = replace(links[other], collision=(*links[other].collision, *moved))

@@ -22,7 +22,7 @@ from rosorin_compile.model import (
     Sphere,
     Vector,
 )
-from rosorin_compile.ros.nav2.footprint import Footprint, Solid, footprint, holds, padded, solids_of
+from rosorin_compile.ros.nav2.footprint import Footprint, Solid, footprint, holds, pad, solids_of
 
 FLOAT32 = 2e-7  # m; a costmap has 32 bits
 CLOUDS: dict[str, list[Vector]] = {}
@@ -184,8 +184,8 @@ def test_a_mesh_without_vertices_is_reported() -> None:
 
 def test_padding_is_that_of_a_costmap() -> None:
     """A corner on an axis is not moved in that direction; one of a slanted side may move inwards."""
-    assert padded([(1.0, 0.0), (-1.0, 2.0)], 0.1) == [(1.1, 0.0), (-1.1, 2.1)]
+    assert pad([(1.0, 0.0), (-1.0, 2.0)], 0.1) == [(1.1, 0.0), (-1.1, 2.1)]
     turned = placed(Shape(Box((-0.6, -0.2, 0), (0.4, 0.05, 0.3)), Pose(rpy=(0, 0, math.radians(55)))))
     corners = footprint(turned).corners
-    assert not holds(turned, padded(corners, 0.03))
+    assert not holds(turned, pad(corners, 0.03))
     assert holds(turned, corners)

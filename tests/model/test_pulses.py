@@ -15,10 +15,10 @@ from rosorin_compile.model.servos import (
     ServoGroup,
     nearest,
     position_of,
+    pulses_within,
     servo_of,
     to_radians,
     travel,
-    within,
 )
 from support.robots import RECORDED, compiled, texts
 
@@ -67,7 +67,7 @@ def test_every_pulse_of_every_group_comes_back(rosorin: Robot) -> None:
 @given(groups(), st.floats(-10, 10), st.floats(-10, 10))
 def test_the_pulses_within_limits_are_those_whose_positions_are(group: ServoGroup, one: float, other: float) -> None:
     lower, upper = sorted((one, other))
-    found = within(group, Limit(lower, upper))
+    found = pulses_within(group, Limit(lower, upper))
     slack = 2e-6 * abs(group.rad_per_pulse)
     low, high = group.pulse_range
     inside = [p for p in range(low, high + 1) if lower - slack <= group.radians(p) <= upper + slack]

@@ -30,7 +30,7 @@ def solid(chance: random.Random) -> tuple[Shape, str, list[float]]:
 
 
 def touch(ones: Sequence[Shape], others: Sequence[Shape], way: Transform) -> bool:
-    return Touching(solids(ones), solids(others)).at(way)
+    return Touching(solids(ones), solids(others)).touches(way)
 
 
 def solids(shapes: Sequence[Shape]) -> list[Solid]:
@@ -93,7 +93,7 @@ def test_a_height_map_is_touched_in_its_cells() -> None:
 
 
 def test_one_of_many_is_enough_wherever_it_is() -> None:
-    row = [Shape(Sphere(0.1)).moved(Transform(xyz=(x, 0.0, 0.0))) for x in range(200)]
+    row = [Shape(Sphere(0.1)).move(Transform(xyz=(x, 0.0, 0.0))) for x in range(200)]
     for x in (0, 57, 199):
         assert touch(row, [Shape(Sphere(0.1))], Transform(xyz=(x, 0.15, 0.0)))
     assert not touch(row, row, Transform(xyz=(0.5, 0.0, math.pi)))

@@ -63,7 +63,7 @@ def outputs(robot: Robot, distribution: str) -> Iterator[Output]:
 
 
 def written(robot: Robot, output: Output) -> str:
-    text, said = FORMATS[output.backend].written(robot, output, Templates())
+    text, said = FORMATS[output.backend].compile(robot, output, Templates())
     assert not has_errors(said), said
     return text
 

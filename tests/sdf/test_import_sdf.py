@@ -22,7 +22,7 @@ from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
 from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.messages import arrange
 from support.cases import as_xml_comment, check, read
-from support.comparing import different
+from support.comparing import as_in_urdf, different
 from support.machines import as_in_sdf, robot_of
 from support.paths import DATA, ROOT, ROSORIN
 from support.robots import compiled
@@ -55,7 +55,7 @@ def asked(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, st
 def written(robot: Robot, **options) -> str:
     """Return the SDF of a robot, with all digits: what is lost on the way is no rounding."""
     options = {"number_format": "exact", **options}
-    return FORMATS["sdf"].written(robot, Output("sdf", "sdf", "robot.sdf", options), Templates())[0]
+    return FORMATS["sdf"].compile(robot, Output("sdf", "sdf", "robot.sdf", options), Templates())[0]
 
 
 @pytest.mark.parametrize("case", CASES, ids=[f"{case.parent.name}-{case.stem}" for case in CASES])
@@ -92,8 +92,8 @@ def test_the_reference_robot_and_the_examples_come_back_as_they_were(file, tmp_p
     weightless = frozenset(content_of(robot).weightless)
     # Hardware and controllers are said in a URDF and beside it.
     plain = replace(robot, control=(), controllers=())
-    sides = (as_in_sdf(one, weightless) for one in (plain, robot_in(path)))
-    assert different(*sides, 1e-12) == []
+    sides = [as_in_sdf(one, weightless) for one in (plain, robot_in(path))]
+    assert different(*as_in_urdf(*sides), 1e-12) == []
 
 
 def test_a_difference_is_seen(tmp_path):
@@ -324,7 +324,7 @@ def sane(imported: Imported) -> None:
     if imported.tree is not None:
         robot = lower(imported.tree).robot
         assert robot is not None
-        FORMATS["sdf"].written(robot, Output("sdf", "sdf", "robot.sdf"), Templates())
+        FORMATS["sdf"].compile(robot, Output("sdf", "sdf", "robot.sdf"), Templates())
 
 
 def check_place(diagnostic: Diagnostic) -> None:
@@ -404,7 +404,7 @@ def test_any_tree_of_frames_is_read_and_comes_back_or_is_refused(seed, tmp_path)
         return
     robot = lower(imported.tree).robot
     assert robot is not None
-    text = FORMATS["sdf"].written(robot, Output("sdf", "sdf", "robot.sdf"), Templates())[0]
+    text = FORMATS["sdf"].compile(robot, Output("sdf", "sdf", "robot.sdf"), Templates())[0]
     again = read_any(text, tmp_path)
     assert again.tree is not None, [one.message for one in again.diagnostics]
     back = lower(again.tree).robot

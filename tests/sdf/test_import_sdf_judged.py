@@ -36,7 +36,7 @@ def imported(path: Path) -> Robot:
 
 def written(robot: Robot, folder: Path, **options) -> Path:
     path = folder / "again.sdf"
-    text = FORMATS["sdf"].written(robot, Output("sdf", "sdf", "again.sdf", options), Templates())[0]
+    text = FORMATS["sdf"].compile(robot, Output("sdf", "sdf", "again.sdf", options), Templates())[0]
     path.write_text(text, "utf-8")
     return path
 

@@ -18,7 +18,7 @@ SENSING = data_text("robots/sdf_sensing.yaml")
 
 
 def written(robot: Robot, **options) -> str:
-    return FORMATS["sdf"].written(robot, Output("sdf", "sdf", "robot.sdf", options), Templates())[0]
+    return FORMATS["sdf"].compile(robot, Output("sdf", "sdf", "robot.sdf", options), Templates())[0]
 
 
 def test_the_version_is_the_first_that_says_all():

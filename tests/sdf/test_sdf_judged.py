@@ -30,7 +30,7 @@ SHORT = 1.1e-12  # relative; what printing may cost a number
 
 def written(robot: Robot, folder: Path, **options) -> Path:
     path = folder / "robot.sdf"
-    path.write_text(FORMATS["sdf"].written(robot, Output("sdf", "sdf", "robot.sdf", options), Templates())[0], "utf-8")
+    path.write_text(FORMATS["sdf"].compile(robot, Output("sdf", "sdf", "robot.sdf", options), Templates())[0], "utf-8")
     return path
 
 

@@ -61,14 +61,14 @@ def test_a_record_that_is_none_is_refused(name: str) -> None:
 def test_a_definition_of_the_tool_is_not_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
     fans = Section.by_name("fans", Fan, {**schema({}), "$defs": {"xyz": {"type": "string"}}})
     monkeypatch.setattr(plugins, "_entry_points", lambda: ((PLUGIN, SimpleNamespace(load=lambda: fans)),))
-    found = sections.plugged.__wrapped__()
+    found = sections.plugin_sections.__wrapped__()
     assert [one.rule for one in found.diagnostics] == ["plugin-clash"]
 
 
 def test_a_kind_that_nothing_is_of_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     fans = Section.by_name("fans", Fan, schema({}, at={**NAME, "x-names": "lnik"}))
     monkeypatch.setattr(sections, "load", lambda *_: (((PLUGIN, fans),), ()))
-    found = sections.plugged.__wrapped__()
+    found = sections.plugin_sections.__wrapped__()
     assert found.sections == ()
     assert 'no kind "lnik"; did you mean "link"?' in found.diagnostics[0].message
 
@@ -94,7 +94,7 @@ def test_what_a_section_makes_that_is_no_robot_is_told_of_its_package(
     monkeypatch: pytest.MonkeyPatch, adds: Any, message: str
 ) -> None:
     fans = Section.by_name("fans", Fan, schema({}), adds=adds)
-    monkeypatch.setattr(lowering, "plugged", lambda: Plugged(((PLUGIN, fans),), ()))
+    monkeypatch.setattr(lowering, "plugin_sections", lambda: Plugged(((PLUGIN, fans),), ()))
     told: list[tuple[Diagnostic, str]] = []
     tree = parse_yaml(Source("r.yaml", "fans: {}"))
     made = lowering.with_sections(ROBOT, tree, lambda *one: told.append(one), lambda *_: None)

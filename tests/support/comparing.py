@@ -4,14 +4,21 @@ import io
 import json
 from collections.abc import Mapping
 from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import fields, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 from rosorin_compile.cli.main import main
+from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import Compiled
+from rosorin_compile.formats.format import lacks
 from rosorin_compile.importing.round_trip import model_differences
-from rosorin_compile.model import Robot
+from rosorin_compile.language.schema import sections
+from rosorin_compile.model import Ellipsoid, Robot, Shape
+from rosorin_compile.model.joint import ROBOT_STATE_PUBLISHER, Dynamics, Publisher
+from rosorin_compile.model.link import Link
+from rosorin_compile.model.shape import plain
 from rosorin_compile.output.committed import Comparison, compare, lines
 from support.paths import DATA
 from support.robots import compiled, copy_of_rosorin
@@ -93,3 +100,32 @@ def edited(name: str, old: str, new: str, count: int = 1) -> Comparison:
 def different(one: Robot, other: Robot, tolerance: float) -> list[str]:
     """Return in which values two robots differ, to a proof."""
     return model_differences(one, other, tolerance)
+
+
+def as_in_urdf(one: Robot, other: Robot) -> tuple[Robot, Robot]:
+    """Reduce two robots to the values that a URDF can express."""
+    known = {field.name for field in fields(one)}
+    skipped = [name for name in sections() if name in known and lacks(FORMATS.published_format(), name)]
+    one = replace(one, sections=other.sections, **{name: getattr(other, name) for name in skipped})
+
+    def shape(solid: Shape) -> Shape:
+        geometry = plain(solid.geometry) if isinstance(solid.geometry, Ellipsoid) else solid.geometry
+        return replace(solid, geometry=geometry, material="", contact=None, mjcf={})
+
+    def reduced(robot: Robot) -> Robot:
+        links, joints = [], []
+        for link in robot.links:
+            both = ([shape(s) for one in some for s in one.solids()] for some in (link.collision, link.visual))
+            collision, visual = map(tuple, both)
+            links.append(
+                Link(link.name, link.inertial, visual=visual, collision=collision, urdf_elements=link.urdf_elements)
+            )
+        for joint in robot.joints:
+            dynamics = joint.dynamics and Dynamics(joint.dynamics.damping, joint.dynamics.friction)
+            kind = "floating" if joint.type == "ball" else joint.type
+            publisher = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
+            joints.append(replace(joint, type=kind, dynamics=dynamics, actuator=None, mjcf={}, publisher=publisher))
+        materials = tuple(replace(material, mjcf={}) for material in robot.materials)
+        return replace(robot, links=tuple(links), joints=tuple(joints), materials=materials, mjcf=())
+
+    return reduced(one), reduced(other)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli.depfile import escaped
+from rosorin_compile.cli.depfile import escape
 from rosorin_compile.output import OutputError
 from support.commands import write_files
 from support.projects import foreign, meshes, packaged, rosorin_alone, ur5e
@@ -84,7 +84,7 @@ def test_every_file_that_was_opened_stands_in_the_depfile(
 def test_a_name_is_escaped_as_ninja_and_make_take_it(name: str, home: Path) -> None:
     """Both read the name back: a file that is there is one that they can stat, and its absence is told by its name."""
     (home / name).write_text("")
-    (home / "made.d").write_text(f"made: {escaped(name)}\n")
+    (home / "made.d").write_text(f"made: {escape(name)}\n")
     (home / "build.ninja").write_text(
         "rule r\n  command = cp made.d made2.d; touch made\n  depfile = made2.d\nbuild made: r\n"
     )
@@ -102,7 +102,7 @@ def test_a_name_is_escaped_as_ninja_and_make_take_it(name: str, home: Path) -> N
 @pytest.mark.parametrize("name", ["a b", "$HOME", "#1", "x\\ y", "a:b"])
 def test_a_target_is_escaped_as_ninja_takes_it(name: str, home: Path) -> None:
     (home / "read").write_text("")
-    (home / "made.d").write_text(f"{escaped(name)}: read\n")
+    (home / "made.d").write_text(f"{escape(name)}: read\n")
     target = re.sub("[$: ]", r"$\g<0>", name)
     rule = "rule r\n  command = cp made.d made2.d; touch $out\n  depfile = made2.d\n  deps = gcc\n"
     (home / "build.ninja").write_text(f"{rule}build {target}: r\n")
@@ -115,7 +115,7 @@ def test_a_target_is_escaped_as_ninja_takes_it(name: str, home: Path) -> None:
 
 def test_a_name_that_no_depfile_can_hold() -> None:
     with pytest.raises(OutputError, match="has a line break"):
-        escaped("a\nb")
+        escape("a\nb")
 
 
 def run(*words: str, code: int = 0) -> str:

@@ -171,15 +171,15 @@ def test_a_file_that_changes_while_it_is_read_is_read_again(tmp_path: Path) -> N
     inputs = WatchedFiles()
     time.sleep(0.05)  # nobody knows whether a file of this very moment is written to the end
     inputs.read(lambda: [read_bytes(path), exists(other)])
-    assert not inputs.changed()
+    assert not inputs.has_changed()
 
     def read() -> None:
         read_bytes(path)
         path.write_text("22", "utf-8")
 
     inputs.read(read)
-    assert inputs.changed()
+    assert inputs.has_changed()
     time.sleep(0.05)
     inputs.read(lambda: [read_bytes(path), exists(other)])
     other.write_text("", "utf-8")
-    assert inputs.changed(), "a file that was missing is there now"
+    assert inputs.has_changed(), "a file that was missing is there now"

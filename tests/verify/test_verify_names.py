@@ -219,7 +219,7 @@ def test_edges_of_two_modes_are_of_none(made: Compiled, tmp_path: Path) -> None:
 def one_link(folder: Path) -> Compiled:
     path = folder / "box.urdf"
     path.write_text('<robot name="box"><link name="box"/></robot>', "utf-8")
-    return emit_published(Request(RobotOnDisk.at(path)).understand(), path)
+    return emit_published(Request(RobotOnDisk.from_path(path)).understand(), path)
 
 
 @pytest.mark.parametrize("topics", [{"/tf", "/tf_static"}, {"/tf_static"}, {"/tf_static", "/joint_states", "/scan"}])

@@ -68,7 +68,7 @@ def robot_of(folder: Path) -> Robot:
 def world_of(folder: Path) -> World:
     robot = robot_of(folder)
     output = next(one for one in robot.outputs if one.backend == "mjcf")
-    text, _ = FORMATS["mjcf"].written(robot, replace(output, options={**output.options, "base": FREE}), Templates())
+    text, _ = FORMATS["mjcf"].compile(robot, replace(output, options={**output.options, "base": FREE}), Templates())
     return World(mujoco, robot, text, FREE, ROOT)
 
 

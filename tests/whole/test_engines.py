@@ -20,7 +20,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf.write import elements_of
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.mujoco.mjcf.contacts import refused
+from rosorin_compile.mujoco.mjcf.contacts import refused_by_mjx
 from rosorin_compile.mujoco.rest_pose import home_of, stands_at
 from support import stepping_child
 from support.paths import ROOT, ROSORIN
@@ -155,7 +155,7 @@ def test_mjx_takes_a_robot(name: str, tmp_path: Path) -> None:
     said = in_mjx(robots.files["mjcf"])
     assert said.get("finite"), said
     (output,) = [one for one in robots.robot.outputs if one.backend == "mjcf"]
-    assert not list(refused(robots.robot, output))
+    assert not list(refused_by_mjx(robots.robot, output))
 
 
 @pytest.mark.tier("engines")
@@ -169,7 +169,7 @@ def test_mjx_takes_every_robot(name: str, tmp_path: Path) -> None:
 def test_mjx_refuses_what_a_robot_accepts(name: str, tmp_path: Path) -> None:
     robots = written(name, tmp_path)
     (output,) = [one for one in robots.robot.outputs if one.backend == "mjcf"]
-    assert list(refused(robots.robot, output))
+    assert list(refused_by_mjx(robots.robot, output))
     assert "not implemented" in in_mjx(robots.files["mjcf"]).get("refused", "")
 
 
@@ -181,7 +181,7 @@ def test_mjx_refuses_what_the_rule_names(name: str, tmp_path: Path) -> None:
     (output,) = made.robot.outputs
     file = tmp_path / output.file
     file.write_text(FORMATS["mjcf"].write(made.robot, output, Templates(tmp_path))[0], "utf-8")
-    kinds = [f"mjGEOM_{kind.upper()}" for ((pair, *_),) in [list(refused(made.robot, output))] for kind in pair]
+    kinds = [f"mjGEOM_{kind.upper()}" for ((pair, *_),) in [list(refused_by_mjx(made.robot, output))] for kind in pair]
     said = in_mjx(file)
     assert all(kind in said.get("refused", "") for kind in kinds), said
 

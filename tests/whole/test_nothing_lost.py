@@ -110,9 +110,9 @@ def hidden(folder: Path) -> list[str]:
 
 
 def test_what_a_living_run_prepares_is_not_removed(home: Path) -> None:
-    from rosorin_compile.output import locked, staging_folder
+    from rosorin_compile.output import lock, staging_folder
 
-    with locked(home), staging_folder(home) as folder:
+    with lock(home), staging_folder(home) as folder:
         program = (
             "from pathlib import Path; from rosorin_compile.output import write_file; write_file(Path('a.txt'), b'')"
         )

@@ -113,7 +113,7 @@ def test_our_own_colours_and_the_bar_come_through(monkeypatch: pytest.MonkeyPatc
     monkeypatch.delenv("CI", raising=False)
     monkeypatch.delenv(console.PROGRESS)
     monkeypatch.setenv("TERM", "xterm")
-    with console.guarded():
+    with console.guard():
         console.paint("\x1b[31merror\x1b[0m \x1b[2J\n", sys.stderr)
         console.show_progress()
         monkeypatch.setattr(Progress, "_due", 0.0)
@@ -128,7 +128,7 @@ def test_our_own_colours_and_the_bar_come_through(monkeypatch: pytest.MonkeyPatc
 def test_an_artifact_goes_into_a_file_to_the_letter_and_to_a_terminal_visibly(monkeypatch: pytest.MonkeyPatch) -> None:
     for stream, shown in ((io.StringIO(), "a\u200b"), (Terminal(), r"a\u200b")):
         monkeypatch.setattr(sys, "stdout", stream)
-        with console.guarded():
+        with console.guard():
             console.give("a\u200b")
         assert stream.getvalue() == shown
 
@@ -137,6 +137,6 @@ def test_an_artifact_goes_into_a_file_to_the_letter_and_to_a_terminal_visibly(mo
 def test_a_name_that_is_no_text_and_a_plug_in_that_prints(capsys: pytest.CaptureFixture[str]) -> None:
     os.mkdir(b"\xff\x1b")  # noqa: PTH102 - no text can say this name
     assert r"\udcff\x1b" in said(["all", os.fsdecode(b"\xff\x1b")], capsys)
-    with console.guarded():
+    with console.guard():
         sys.stdout.writelines(["\x1b\n", "b\n"])
     assert capsys.readouterr().out == "\\x1b\nb\n"

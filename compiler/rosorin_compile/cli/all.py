@@ -10,7 +10,7 @@ from rosorin_compile.source.project import Description
 
 from . import command as cli
 from .console import FINE, PROBLEMS, USAGE
-from .depfile import watched, write_depfile
+from .depfile import watched_paths, write_depfile
 from .run import Run, count, counted_files, for_each, refuse_stdin
 
 _ONLY = "write only this output and its meshes; repeatable"
@@ -64,7 +64,7 @@ def _write(run: Run, description: Description) -> int:
         read = {os.path.realpath(file) for file in request.inputs(compiled)}
         made = [description.outputs / file for file in (*files, *meshes)]
         newer = [file for file in made if os.path.realpath(file) not in read]
-        inputs = watched(request.inputs(compiled), compiled, [*made, Path(options.depfile)])
+        inputs = watched_paths(request.inputs(compiled), compiled, [*made, Path(options.depfile)])
         code = write_depfile(run, options.depfile_target or str(made[0]), inputs, made, newer)
         return PROBLEMS if failed else code
     return PROBLEMS if failed or (options.hook and (result.written or result.removed)) else FINE

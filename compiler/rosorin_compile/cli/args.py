@@ -14,7 +14,7 @@ from .run import Run, find_robots, warn_of_no_robots
 @robots_argument()
 def run(options: Options) -> int:
     """List the arguments of each robot; those that are set are shown, and checked."""
-    run = Run.of(options)
+    run = Run.from_options(options)
     results = [api.arguments(run.request(description)) for description in find_robots(run.words)]
     for result in results:
         run.console.show(result.diagnostics)

@@ -16,17 +16,17 @@ from math import prod
 from pathlib import Path
 
 from rosorin_compile import api
-from rosorin_compile.language.arguments import Choice, Combination, choices, combinations, declared
+from rosorin_compile.language.arguments import Choice, Combination, choices, combinations, declared_arguments
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, has_errors
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.wording import counted
+from rosorin_compile.source.wording import count_of
 from rosorin_compile.viewer.changed import Pictures
 
 from . import command as cli
 from .console import FINE, PROBLEMS
-from .depfile import watched, write_depfile
+from .depfile import watched_paths, write_depfile
 from .markdown import blocks
 from .registry import commands
 from .run import Run, count, for_each
@@ -115,9 +115,9 @@ def _check(options: cli.Options) -> int:
         page.taken.clear()
         with Path(os.devnull).open("w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
             for_each(options, work)
-            Run.of(options).write_page(page)
+            Run.from_options(options).write_page(page)
         raise
-    Run.of(options).write_page(page)
+    Run.from_options(options).write_page(page)
     return code
 
 
@@ -156,7 +156,7 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
     console.say(f"{name}: {count(compiled.artifacts, compiled.mesh_files)} up to date in {folder}")
     if options.depfile is None:
         return FINE
-    files = watched(request.inputs(compiled), compiled, [Path(options.depfile)])
+    files = watched_paths(request.inputs(compiled), compiled, [Path(options.depfile)])
     return write_depfile(run, options.depfile_target, [*files, *(folder / file for file in committed.committed)])
 
 
@@ -167,7 +167,7 @@ def _check_every(run: Run, description: Description) -> int:
     request = run.request(description)
     try:
         values = request.values()
-        arguments, wrong = declared(description.path, values, request.packages)
+        arguments, wrong = declared_arguments(description.path, values, request.packages)
     except LoadError as problem:
         arguments, wrong = [], [problem.diagnostic]
     if has_errors(wrong):
@@ -177,7 +177,7 @@ def _check_every(run: Run, description: Description) -> int:
     tried = list(islice(combinations(varied), MAX_COMBINATIONS))
     found: dict[Diagnostic, list[Combination]] = {}
     for number, combination in enumerate(tried, 1):
-        Progress.about(f"{description.name}, {number:,} of {len(tried):,}:")
+        Progress.set_topic(f"{description.name}, {number:,} of {len(tried):,}:")
         texts = dict(zip((name for name, _ in varied), combination, strict=True))
         compiled = replace(request, arguments={**values, **texts}, argument_files=()).compile()
         for diagnostic in compiled.diagnostics:
@@ -189,7 +189,7 @@ def _check_every(run: Run, description: Description) -> int:
     failed = {one for diagnostic, where in found.items() if diagnostic.severity == "error" for one in where}
     total, names = prod(len(values) for _, values in varied), ", ".join(name for name, _ in varied)
     result = f"{len(failed):,} with errors" if failed else "all fine"
-    line = f"{counted(total, 'combination')} of {names} compiled, {result}"
+    line = f"{count_of(total, 'combination')} of {names} compiled, {result}"
     if len(tried) < total:
         line = f"{len(tried):,} of {total:,} combinations of {names} compiled, {result}; set some for the others"
     elif not varied:
@@ -209,5 +209,5 @@ def _with(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequenc
         size *= len(used)
     if size != len(where):
         causes = [f"{name}={value}" for (name, _), value in zip(varied, where[0], strict=True)]
-        causes.append(f"and in {counted(len(where) - 1, 'other combination')}")
+        causes.append(f"and in {count_of(len(where) - 1, 'other combination')}")
     return f" (with {', '.join(causes)})"

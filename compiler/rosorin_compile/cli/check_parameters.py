@@ -10,7 +10,7 @@ from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import RequestError
 from rosorin_compile.source.project import Description
 
-from .command import Options, check, check_options, combined, option, repeatable
+from .command import Options, check, check_options, combine, option, repeatable
 from .console import FINE, PROBLEMS
 from .run import Run, for_each
 
@@ -21,7 +21,7 @@ _MAX_BYTES = 1_000_000  # of a file that are searched
 
 @check("parameters", exits="0 no errors, 1 errors")
 @check_options("[ROBOT] FILE ...", "the robot, required if there are several, and parameter files of its nodes")
-@combined(
+@combine(
     repeatable("--controllers FILE", help="parameter file of a controller_manager; repeatable"),
     repeatable("--launch FILE", help="launch file to read remappings from; repeatable"),
     repeatable("--remap NODE:FROM:=TO", type=str, help="add a remapping"),
@@ -31,7 +31,7 @@ _MAX_BYTES = 1_000_000  # of a file that are searched
 )
 def run(options: Options) -> int:
     """Check the parameter files against the robot."""
-    names = Run.of(options).words
+    names = Run.from_options(options).words
     parameters = names[1:] if names and _is_robot(names[0]) else names
     if not parameters and not options.controllers:
         raise RequestError(

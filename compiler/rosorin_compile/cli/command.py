@@ -18,8 +18,8 @@ from click.shell_completion import CompletionItem
 
 from rosorin_compile.source.cache import cache_refused
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError
-from rosorin_compile.source.plugins import Plugin, PluginFailed, broken
-from rosorin_compile.source.system import missed
+from rosorin_compile.source.plugins import Plugin, PluginFailed, broken_plugin
+from rosorin_compile.source.system import take_missing
 
 from . import complete
 from .console import FINE, PROBLEMS, Console, show_progress
@@ -120,8 +120,8 @@ class Command(click.Command):
             show_progress()
         code = self.run(options)
         if self.plugin is not None and type(code) is not int:
-            raise PluginFailed(broken(self.plugin, f"gives no exit code, but {str(code)[:60]!r}"))
-        notes = [Diagnostic("system-lacks", NOTE, message) for message in missed()]
+            raise PluginFailed(broken_plugin(self.plugin, f"gives no exit code, but {str(code)[:60]!r}"))
+        notes = [Diagnostic("system-lacks", NOTE, message) for message in take_missing()]
         if refused := cache_refused():
             notes.insert(0, Diagnostic("cache-not-private", NOTE, refused[0], help=refused[1]))
         if notes and not console.quiet:
@@ -253,7 +253,7 @@ def option(*names: str, offers: str = "", **settings: Any) -> Decorator:
     if settings.get("default") and "default: " not in settings.get("help", ""):
         settings["help"] = f"{settings.get('help', '')}; default: {settings['default']}"
     if offers:
-        settings["shell_complete"] = complete.of(offers)
+        settings["shell_complete"] = complete.complete(offers)
     return lambda function: click.option(*(name for name, _, _ in pairs), cls=Option, **settings)(function)
 
 
@@ -265,7 +265,7 @@ repeatable = partial(option, multiple=True)
 def argument(*names: str, offers: Sequence[str] = (), **settings: Any) -> Decorator:
     """Return a decorator that adds an ``Argument``; ``offers`` are the kinds of names that a shell completes."""
     if offers:
-        settings["shell_complete"] = complete.of(*offers)
+        settings["shell_complete"] = complete.complete(*offers)
     return lambda function: click.argument(*names, cls=Argument, **settings)(function)
 
 
@@ -274,7 +274,7 @@ def words_argument(metavar: str, help: str = "", required: bool = False, offers:
     return argument("words", nargs=-1, required=required, metavar=metavar, help=help, offers=offers)
 
 
-def combined(*decorators: Decorator, section: str = "") -> Decorator:
+def combine(*decorators: Decorator, section: str = "") -> Decorator:
     """Return one decorator that adds the parameters of several, in their order, to a section of the help."""
 
     def decorate(function: Any) -> Any:
@@ -288,17 +288,17 @@ def combined(*decorators: Decorator, section: str = "") -> Decorator:
     return decorate
 
 
-output_options = combined(
+output_options = combine(
     option("--format text|json|github|sarif|markdown", default="text", help="format of the output"),
     flag("-q", "--quiet", help="print only errors and the result", excludes="verbose"),
     flag("-v", "--verbose", help="print all notes, and the files that were read"),
 )
 _PACKAGE = "folder of a ROS package, for $(find NAME) and package://NAME; repeatable"
-robot_options = combined(
+robot_options = combine(
     repeatable("--package NAME=PATH", "packages", help=_PACKAGE),
     flag("--trust", help="do not warn about code that a xacro file can run"),
     option("--xacro-seconds S", type=click.IntRange(1), help="time limit for a xacro file in seconds; default: 60"),
-    combined(
+    combine(
         repeatable("-a", "--arg NAME=VALUE", help="set an argument; also NAME:=VALUE without -a", offers="argument="),
         repeatable("--args FILE", "args_files", help="read arguments from a YAML file; -a overrides them"),
         section="Arguments of the description or the xacro file",
@@ -318,13 +318,13 @@ fail_on_option = option("--fail-on error|warning|never", default="error", help=_
 
 def robots_argument(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **settings: Any) -> Decorator:
     """Return the robots of a command that handles several, with the options that every robot takes."""
-    return combined(words_argument(metavar, help, **settings), robot_options)
+    return combine(words_argument(metavar, help, **settings), robot_options)
 
 
 def check_options(metavar: str = "[ROBOT ...]", help: str = ROBOTS_HELP, **settings: Any) -> Decorator:
     """Return what every check takes: robots, the folder of the artifacts, a summary and the severity that fails."""
     summary_option = option("--summary FILE", help="also append the messages to a file, as Markdown")
-    return combined(robots_argument(metavar, help, **settings), output_folder_option, summary_option, fail_on_option)
+    return combine(robots_argument(metavar, help, **settings), output_folder_option, summary_option, fail_on_option)
 
 
 def hook_option(more: str = "") -> Decorator:
@@ -336,7 +336,7 @@ def hook_option(more: str = "") -> Decorator:
 def page_options(what: str) -> Decorator:
     """Return the options of an HTML page; ``what`` describes it."""
     limit = f"with --html: size limit for all meshes together, in MB; default: {PAGE_MEGABYTES}"
-    return combined(
+    return combine(
         option("--html FILE", help=what, excludes="every_argument"),
         flag("--no-meshes", help="with --html: leave out the meshes", needs="html"),
         option("--max-megabytes NUMBER", type=float, help=limit, needs="html"),
@@ -346,7 +346,7 @@ def page_options(what: str) -> Decorator:
 def depfile_options(target: str, excludes: str = "") -> Decorator:
     """Return the options for depfiles; ``target`` describes the default target."""
     help = "write the files that were read as a Make and Ninja depfile"
-    return combined(
+    return combine(
         option("--depfile FILE", help=help, excludes=f"hook dry_run every_argument {excludes}"),
         option("--depfile-target NAME", type=PATH, help=f"target in the depfile; {target}", needs="depfile"),
     )
@@ -361,7 +361,7 @@ def mode_option(unnamed: str) -> Decorator:
 def position_options(*more: Decorator, overrides: str = "--pose") -> Decorator:
     """Return the options that set the positions of joints, and further ones in the same section of the help."""
     position = f"position, such as 30deg, 5cm or 1,2,30deg; overrides {overrides}"
-    return combined(
+    return combine(
         option("--pose POSE", default="", help="named pose of the description", offers="pose"),
         repeatable("--pulse JOINT=PULSE", "pulses", help="pulse for the servo; overrides --pose", offers="joint="),
         repeatable("--joint JOINT=VALUE", "joints", help=position, offers="joint="),

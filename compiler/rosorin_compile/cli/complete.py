@@ -29,7 +29,7 @@ _OF_ROBOT |= {"frame": ("link",), "thing": ("link", "joint", "sensor")}
 Complete = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]"]
 
 
-def of(*kinds: str) -> Complete:
+def complete(*kinds: str) -> Complete:
     """Return a completion with the names of these kinds; "joint=" offers joints, each with an equals sign."""
 
     def offered(ctx: click.Context, _: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -69,7 +69,7 @@ def _names(kind: str, ctx: click.Context) -> dict[str, str]:
 
 def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> Iterable[str]:
     """Return the names of one kind of a robot, which is read without running anything, within a time limit."""
-    from rosorin_compile.language.arguments import declared
+    from rosorin_compile.language.arguments import declared_arguments
     from rosorin_compile.language.symbols import SymbolTable
     from rosorin_compile.request import Request, is_foreign
 
@@ -85,7 +85,7 @@ def _names_of_robot(kind: str, description: Description, ctx: click.Context) -> 
         signal.setitimer(signal.ITIMER_REAL, SECONDS)
     try:
         if kind == "argument":
-            return [argument.name for argument in declared(path, {})[0]]
+            return [argument.name for argument in declared_arguments(path, {})[0]]
         tree = Request(description, arguments, warn=stop).understand().expanded.tree  # a xacro file can run code
     finally:
         if hasattr(signal, "SIGALRM"):

@@ -20,10 +20,10 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from rosorin_compile.source.diagnostics import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, Span
 from rosorin_compile.source.diagnostics import text as report_text
-from rosorin_compile.source.messages import gathered, worded
+from rosorin_compile.source.messages import add_suggestions, gather
 from rosorin_compile.source.plugins import Plugin
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.wording import and_more, counted, printable
+from rosorin_compile.source.wording import and_more, count_of, printable
 
 if TYPE_CHECKING:
     from .markdown import Block, Section
@@ -59,7 +59,7 @@ class _Guard:
 
 
 @contextmanager
-def guarded() -> Iterator[None]:
+def guard() -> Iterator[None]:
     """Make control characters visible in whatever is printed in the block."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # the caller has closed it
@@ -168,7 +168,7 @@ class Console:
         """Print diagnostics, or collect them; for people notes may only be counted, unless ``listed``."""
         self.severities.update(one.severity for one in diagnostics)
         if self.keeps_sections or not self.for_people:
-            diagnostics = worded(diagnostics)
+            diagnostics = add_suggestions(diagnostics)
         if self.quiet:
             stand_ins = [one for one in diagnostics if one.rule == _STAND_IN]
             diagnostics = [*(one for one in diagnostics if one.severity == ERROR), *stand_ins]
@@ -183,10 +183,10 @@ class Console:
             diagnostics = [one for one in diagnostics if one.severity != NOTE or one.rule in _LISTED]
         if not diagnostics:
             return
-        diagnostics = gathered(diagnostics, [WARNING, NOTE])
+        diagnostics = gather(diagnostics, [WARNING, NOTE])
         # NO_COLOR and FORCE_COLOR come before a terminal.
         is_coloured = "NO_COLOR" not in os.environ and ("FORCE_COLOR" in os.environ or sys.stderr.isatty())
-        text = report_text(worded(diagnostics[:MAX_SHOWN]), is_coloured)
+        text = report_text(add_suggestions(diagnostics[:MAX_SHOWN]), is_coloured)
         if len(diagnostics) > MAX_SHOWN:
             text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
         if is_coloured:
@@ -244,8 +244,8 @@ class Console:
         """Print how many notes were not listed."""
         if self.for_people and self.unlisted.total():
             stand_ins, notes = self.unlisted[_STAND_IN], self.unlisted[NOTE]
-            counts = [f"{counted(stand_ins, _STAND_IN)}: values that are not measured"] if stand_ins else []
-            counts += [counted(notes, NOTE)] if notes else []
+            counts = [f"{count_of(stand_ins, _STAND_IN)}: values that are not measured"] if stand_ins else []
+            counts += [count_of(notes, NOTE)] if notes else []
             how = f"--notes lists {'it' if counts == ['1 note'] else 'them'}"
             how = how if self.counts_notes else "without -q they are listed"
             self.warn(f"{', and '.join(counts)}; {how}")

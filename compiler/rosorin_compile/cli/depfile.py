@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.output import OutputError, write_file
-from rosorin_compile.source.files import shown
+from rosorin_compile.source.files import label
 from rosorin_compile.source.project import Description
 
 from .console import FINE, PROBLEMS
@@ -25,7 +25,7 @@ def write_depfile(
     """
     path = Path(run.options.depfile)
     try:
-        names = [escaped(name) for name in (target, *dict.fromkeys(map(str, inputs)))]
+        names = [escape(name) for name in (target, *dict.fromkeys(map(str, inputs)))]
         text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
         if any(os.path.realpath(path) == os.path.realpath(file) for file in (*inputs, *made)):
             message = f"{path} is an input or an artifact in the depfile"
@@ -35,26 +35,26 @@ def write_depfile(
             try:
                 os.utime(file)
             except OSError as problem:
-                raise OutputError.of(problem, file, "write", "output file") from None
+                raise OutputError.from_os_error(problem, file, "write", "output file") from None
     except OutputError as problem:
         run.console.show([problem.diagnostic])
         return PROBLEMS
     return FINE
 
 
-def watched(inputs: Sequence[Path], compiled: Compiled, made: Sequence[Path]) -> list[Path]:
+def watched_paths(inputs: Sequence[Path], compiled: Compiled, made: Sequence[Path]) -> list[Path]:
     """Return what a build tool has to watch: the inputs, and the folders in which files were not found.
 
     The folders are listed instead of the missing files, because a build tool would try to make those. Folders outside
     of the project, and folders of the files that this run has ``made``, change for other reasons.
     """
-    projects = Description.at(compiled.inputs[0]).projects if compiled.missing else ()
+    projects = Description.from_path(compiled.inputs[0]).projects if compiled.missing else ()
     written = {path.absolute().parent for path in made}
     folders: dict[Path, None] = {}
     for path in compiled.missing:
         folder = next(parent for parent in path.absolute().parents if parent.is_dir())
         if folder not in written and any(map(folder.resolve().is_relative_to, projects)):
-            folders[Path(shown(folder))] = None
+            folders[Path(label(folder))] = None
     return [*inputs, *folders]
 
 
@@ -63,7 +63,7 @@ def _is_depfile(path: Path) -> bool:
     return not data.strip() or _DEPFILE.fullmatch(data) is not None
 
 
-def escaped(name: str) -> str:
+def escape(name: str) -> str:
     r"""Return the name of a file in the syntax of a depfile, as GCC writes it. Raises OutputError for a line break.
 
     >>> print(escaped("my robot/$x#1.yaml"))

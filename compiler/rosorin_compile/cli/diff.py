@@ -37,7 +37,7 @@ def run(options: Options) -> int:
     """Compare two robots, and print the differences."""
     from rosorin_compile.compare.difference import lines
 
-    run = Run.of(options)
+    run = Run.from_options(options)
     if len(run.words) != 2:
         words = ", ".join(run.words) or "none"
         raise RequestError(f"diff compares two robots, and was given {len(run.words)}: {words}")

@@ -20,7 +20,7 @@ from .run import Run, take_stdin
 @robot_options
 def run(options: Options) -> int:
     """Explain frames of one robot."""
-    run = Run.of(options)
+    run = Run.from_options(options)
     take_stdin(run.words)
     description, names = _requested(run)
     try:

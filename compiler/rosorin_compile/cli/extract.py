@@ -58,7 +58,7 @@ _section_option = cli.option("--from auto|collision|visual", "section", default=
 _SCALE = "scale factor of mesh files, such as 0.001, or X,Y,Z; default: 1"
 _scale_option = cli.option("--scale S", type=_Scale(3, NUMBER, repeats=True), default="1", help=_SCALE)
 _STEP = "round heights of boxes to multiples of this length; default: the cell"
-_grid_options = cli.combined(
+_grid_options = cli.combine(
     cli.option("--cell LENGTH", type=_Numbers(positive=True), help="edge length of a cell; default: 10mm"),
     cli.option("--origin X,Y", type=_Numbers(2), help="corner of the first cell; default: corner of the mesh"),
     cli.option("--cells NXxNY", help="number of cells along x and y; default: cover the mesh"),
@@ -67,7 +67,7 @@ _grid_options = cli.combined(
     cli.option("--map-digits N", default=4, help="decimals of heights"),
     cli.option("--step LENGTH", type=_Numbers(positive=True), help=_STEP),
 )
-_output_options = cli.combined(
+_output_options = cli.combine(
     cli.option("-o", "--output FILE", help="write to a file instead of standard output"), cli.force_option
 )
 _ROBOT = "one robot: description, URDF, xacro, SDF or MJCF"
@@ -151,7 +151,7 @@ run = click.Group("extract", commands={"boxes": boxes, "heightmap": heightmap, "
 
 
 def _run(options: cli.Options) -> Run:
-    run = Run.of(options)
+    run = Run.from_options(options)
     refuse_stdin(run.words)
     return run
 

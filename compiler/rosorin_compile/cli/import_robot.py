@@ -4,10 +4,10 @@ from pathlib import Path
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.importing.import_robot import companions, import_robot
-from rosorin_compile.source.diagnostics import ERROR, RequestError, counted
+from rosorin_compile.source.diagnostics import ERROR, RequestError, count_of
 from rosorin_compile.source.project import Description
 
-from .command import Options, combined, command, flag, option, robot_options, words_argument
+from .command import Options, combine, command, flag, option, robot_options, words_argument
 from .console import PROBLEMS
 from .run import Run, take_stdin
 
@@ -29,11 +29,11 @@ _MESHES = "prefix of relative mesh names: a folder relative to the artifacts, or
 @flag("--force", help="write to a folder that is not empty")
 @flag("--ours", help="if both SOURCE and the description changed, keep the description")
 @option("--meshes FOLDER", type=str, help=_MESHES)
-@combined(*(option(f"--{one.name} FILE", help=f"also read the {one.word} of the robot") for one in companions()))
+@combine(*(option(f"--{one.name} FILE", help=f"also read the {one.word} of the robot") for one in companions()))
 @robot_options
 def run(options: Options) -> int:
     """Import a robot, and print the result."""
-    run = Run.of(options)
+    run = Run.from_options(options)
     if len(run.words) != 1:
         raise RequestError(f"import takes one SOURCE, not {len(run.words) or 'none'}")
     take_stdin(run.words)
@@ -54,7 +54,7 @@ def run(options: Options) -> int:
     failed = run.show(result)
     if failed and not result.written:
         errors = sum(one.severity == ERROR for one in result.diagnostics)
-        console.warn(f"{source}: {counted(errors, 'error')}, nothing written")
+        console.warn(f"{source}: {count_of(errors, 'error')}, nothing written")
     for line in result.report:
         console.say(line)
     for line in result.to_do:

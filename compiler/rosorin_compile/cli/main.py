@@ -19,12 +19,12 @@ import click
 from click.shell_completion import CompletionItem, shell_complete
 
 from rosorin_compile.source.diagnostics import RequestError, UnknownName
-from rosorin_compile.source.plugins import PluginFailed, failed, installed
+from rosorin_compile.source.plugins import PluginFailed, failed_plugin, installed_plugins
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.version import __version__
 
 from . import registry
-from .console import FINE, PROBLEMS, USAGE, Console, guarded
+from .console import FINE, PROBLEMS, USAGE, Console, guard
 from .table import ALIASES, CHECK, names
 
 PROGRAM = "rosorin-compile"
@@ -86,7 +86,7 @@ def _version(ctx: click.Context, _: click.Parameter, requested: bool) -> None:
     if not requested or ctx.resilient_parsing:
         return
     print(f"{PROGRAM} {__version__}")
-    for (name, version), plugins in groupby(installed(), lambda plugin: plugin[:2]):
+    for (name, version), plugins in groupby(installed_plugins(), lambda plugin: plugin[:2]):
         print(f"plug-in {name} {version} ({', '.join(dict.fromkeys(plugin.group for plugin in plugins))})")
     ctx.exit()
 
@@ -111,7 +111,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else list(argv)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: no character stops a run
-    with guarded():
+    with guard():
         if COMPLETE in os.environ:  # a shell asks, and gets nothing else, whatever happens
             with suppress(Exception, SystemExit, KeyboardInterrupt), redirect_stderr(io.StringIO()):
                 shell_complete(program(), {}, PROGRAM, COMPLETE, os.environ[COMPLETE])
@@ -177,7 +177,7 @@ def _run(words: list[str], console: Console) -> int:
             raise KeyboardInterrupt from None
         if console.plugin is None:
             return console.fail(*_reason(problem))
-        console.show([failed(console.plugin, problem)])
+        console.show([failed_plugin(console.plugin, problem)])
     return PROBLEMS
 
 

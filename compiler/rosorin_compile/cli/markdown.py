@@ -14,8 +14,8 @@ from typing import NamedTuple
 from rosorin_compile.compare.changes import Change
 from rosorin_compile.output.committed import CHANGED, MAX_LINES, TextDifference, shorten
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Span
-from rosorin_compile.source.messages import gathered
-from rosorin_compile.source.wording import and_more, counted, listed, plural, printable
+from rosorin_compile.source.messages import gather
+from rosorin_compile.source.wording import and_more, count_of, phrase, plural, printable
 
 from .report_formats import from_workspace
 
@@ -111,7 +111,7 @@ def document(sections: Sequence[Section]) -> str:
     for number, section in enumerate(sorted(sections, key=lambda section: section.quiet)):
         line = f"{_line(section)}\n"
         if _size(text + line) > MAX_BYTES - 100:
-            return f"{text}- and {counted(len(sections) - number, 'more robot')}\n"
+            return f"{text}- and {count_of(len(sections) - number, 'more robot')}\n"
         text += line
     return text
 
@@ -128,25 +128,25 @@ def _line(section: Section) -> str:
 def _counts(diagnostics: Sequence[Diagnostic], *severities: str) -> list[str]:
     """Return the number of diagnostics of each severity; of the notes, how many are stand-ins."""
     counts = {severity: sum(d.severity == severity for d in diagnostics) for severity in severities}
-    texts = [counted(count, severity) for severity, count in counts.items() if count]
+    texts = [count_of(count, severity) for severity, count in counts.items() if count]
     stand_ins = sum(d.rule == "stand-in" for d in diagnostics)
     if stand_ins and NOTE in severities:
-        texts[-1] += f" ({counted(stand_ins, 'stand-in')}: values that have not been measured)"
+        texts[-1] += f" ({count_of(stand_ins, 'stand-in')}: values that have not been measured)"
     return texts
 
 
 def _section(section: Section, rows: int, max_diffs: int, lines: int) -> Iterator[str]:
-    verdict = listed([*map(prose, section.wrong), *_counts(section.diagnostics, ERROR, WARNING)])
+    verdict = phrase([*map(prose, section.wrong), *_counts(section.diagnostics, ERROR, WARNING)])
     yield f"### {code(section.name)}: {verdict}" if section.name else f"### {verdict[:1].upper()}{verdict[1:]}"
     yield from (prose(line.strip()) for line in section.lines)
     yield from (_table(block, rows) for block in section.blocks if isinstance(block, Table))
-    merged = gathered(section.diagnostics, [WARNING, NOTE])
+    merged = gather(section.diagnostics, [WARNING, NOTE])
     if worse := [diagnostic for diagnostic in merged if diagnostic.severity != NOTE]:
         yield _table(_diagnostics(worse), rows)
     diffs = [block for block in section.blocks if isinstance(block, Diff)]
     yield from (_diff(diff, lines) for diff in diffs[:max_diffs])
     if len(diffs) > max_diffs:
-        yield f"{counted(len(diffs) - max_diffs, 'text difference')} left out here"
+        yield f"{count_of(len(diffs) - max_diffs, 'text difference')} left out here"
     if notes := [diagnostic for diagnostic in merged if diagnostic.severity == NOTE]:
         yield _folded("".join(_counts(section.diagnostics, NOTE)), _table(_diagnostics(notes), min(rows, 50)))
 
@@ -174,7 +174,7 @@ def _table(table: Table, limit: int) -> str:
 def _diff(diff: Diff, limit: int) -> str:
     lines = [printable(line, keep="\t") for line in diff.lines[:limit]]
     if left := diff.left + len(diff.lines) - len(lines):
-        lines.append(f"... {counted(left, 'more line')}")
+        lines.append(f"... {count_of(left, 'more line')}")
     remark = diff.remark or "different text"
     remark = remark if prose(remark) == remark else _html_code(remark)
     fence = "`" * max(3, 1 + max((len(run) for line in lines for run in re.findall("`+", line)), default=0))

@@ -31,7 +31,7 @@ _PLACES = "path of an output in FOLDER, such as urdf=urdf/robot.urdf, or none to
 @cli.option("--url URL", help="website of the package")
 @cli.repeatable("--topic SENSOR=TOPIC", "topics", help="topic of a sensor, for the RViz configuration; repeatable")
 @cli.option("--compile-at-launch/--no-compile-at-launch", default=None, help=_AT_LAUNCH)
-@cli.combined(
+@cli.combine(
     *(cli.option(f"--{name}/--no-{name}", default=None, help=_STARTS.format(it)) for name, it in _STARTED.items())
 )
 @cli.robot_options
@@ -91,7 +91,7 @@ def run_deploy(options: cli.Options) -> int:
 @cli.full_option
 def run_check_deployed(options: cli.Options) -> int:
     """Compare the copies in a folder with what robots are compiled to."""
-    names = Run.of(options).words
+    names = Run.from_options(options).words
     if not names:
         raise RequestError("there is no folder to look into: rosorin-compile check deployed ROBOT FOLDER")
     folder = names[-1]
@@ -104,7 +104,7 @@ def run_check_deployed(options: cli.Options) -> int:
         run.console.print_read(result.inputs)
         if result.differing:
             help = "run rosorin-compile deploy to write them again"
-            compared, others = result.compared()
+            compared, others = result.describe()
             tables = blocks(compared.changes, compared.texts, others)
             found = error("deployed-differs", "\n".join(result.lines), None, help)
             run.console.differ("not as deployed", result.lines, found, lambda: tables)

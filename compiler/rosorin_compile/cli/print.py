@@ -12,15 +12,15 @@ from rosorin_compile import api
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.language.arguments import UNKNOWN
-from rosorin_compile.output import OutputError, encoded, is_generated, may_replace, write_file
+from rosorin_compile.output import OutputError, encode, is_generated, may_replace, write_file
 from rosorin_compile.output.artifact_set import is_remembered, remember
 from rosorin_compile.source.diagnostics import ERROR, RequestError
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.wording import counted, first_of
+from rosorin_compile.source.wording import count_of, first_of
 
 from .command import Options, command, depfile_options, flag, option, robot_options, words_argument
 from .console import FINE, PROBLEMS, USAGE, give, table
-from .depfile import watched, write_depfile
+from .depfile import watched_paths, write_depfile
 from .run import Run, is_robot, refuse_half_marks
 
 _CALL = "rosorin-compile print"
@@ -41,7 +41,7 @@ _CALL = "rosorin-compile print"
 def run(options: Options) -> int:
     """Print one artifact, or list the outputs."""
     options.console.quiet = not options.verbose
-    run = Run.of(options)
+    run = Run.from_options(options)
     if options.list:
         return _list(run)
     console, target = run.console, options.depfile_target or options.output
@@ -61,11 +61,11 @@ def run(options: Options) -> int:
         unknown = [one for one in errors if one.rule == UNKNOWN]
         if unknown and len(run.words) == 1 and is_robot(output):
             console.warn(_missing_output(output))
-        console.warn(f"{description.name}: {counted(len(errors), 'error')}, nothing printed")
+        console.warn(f"{description.name}: {count_of(len(errors), 'error')}, nothing printed")
         return USAGE if len(unknown) == len(errors) else PROBLEMS
     (artifact,) = compiled.artifacts
     try:
-        data = encoded(artifact.file, artifact.text)
+        data = encode(artifact.file, artifact.text)
         if options.output is not None:
             _write(Path(options.output), data, artifact, inputs)
     except OutputError as problem:
@@ -73,7 +73,7 @@ def run(options: Options) -> int:
         return PROBLEMS
     if options.depfile is not None:
         made = [Path(name) for name in (options.output, options.depfile) if name]
-        if write_depfile(run, target, watched(inputs, compiled, made), made[:-1]):
+        if write_depfile(run, target, watched_paths(inputs, compiled, made), made[:-1]):
             return PROBLEMS
     if options.output is None:
         give(artifact.text)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from rosorin_compile.joint_values import JointPulse, pulses
 from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import RequestError
-from rosorin_compile.source.numbers import exact, fixed
+from rosorin_compile.source.numbers import exact, to_fixed
 
 from .command import Options, command, flag, option, pair, robot_options, strict_option, words_argument
 from .console import PROBLEMS, table
@@ -31,7 +31,7 @@ def run(options: Options) -> int:
     """Print pulses and the positions that they set."""
     from rosorin_compile.model.servos import NoPulse
 
-    run = Run.of(options)
+    run = Run.from_options(options)
     console = run.console
     names = [word for word in run.words if "=" not in word]
     if len(names) > 1:
@@ -64,7 +64,7 @@ def _pulses(joints: Sequence[JointPulse]) -> list[str]:
     columns = len(_HEADS) if any(joint.asked is not None for joint in joints) else 4
     rows: list[Sequence[str]] = [_HEADS[:columns]]
     for joint in joints:
-        degrees = "" if joint.degrees is None else fixed(joint.degrees, 6)
+        degrees = "" if joint.degrees is None else to_fixed(joint.degrees, 6)
         cells = [joint.joint, str(joint.pulse), f"{exact(joint.position)} {joint.unit}", degrees, "", ""]
         if joint.asked is not None and joint.off is not None:
             off = f"{joint.off:+.3g}" if joint.off else "0"
@@ -75,7 +75,7 @@ def _pulses(joints: Sequence[JointPulse]) -> list[str]:
 
 def _calibration(robot: Robot) -> list[str]:
     """Return the servo groups: the formula of each, and the valid pulses of each joint."""
-    from rosorin_compile.model.servos import travel, within
+    from rosorin_compile.model.servos import pulses_within, travel
 
     lines, rows = [], [_SERVO_HEADS]
     for group in robot.servos:
@@ -85,11 +85,11 @@ def _calibration(robot: Robot) -> list[str]:
         for name in group.joints:
             joint, ends = robot.joint[name], travel(group)
             limit = joint.limit if joint.moves and joint.type != "continuous" else None
-            inside, bounds, slides = within(group, limit), "none", joint.type == "prismatic"
+            inside, bounds, slides = pulses_within(group, limit), "none", joint.type == "prismatic"
             if limit is not None:
                 lower, upper = ("?" if value is None else f"{value:.6g}" for value in (limit.lower, limit.upper))
                 bounds = f"{lower} to {upper} {joint.unit}"
-            degrees = " to ".join("" if slides else fixed(math.degrees(end), 6) for end in ends)
+            degrees = " to ".join("" if slides else to_fixed(math.degrees(end), 6) for end in ends)
             positions = f"{ends[0]:.6g} to {ends[1]:.6g} {joint.unit}"
             pulses = "none" if inside is None else f"{inside[0]} to {inside[1]}"
             rows.append((name, group.name, f"{first} to {last}", positions, degrees, bounds, pulses))

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rosorin_compile.source.diagnostics import WARNING, nearest
-from rosorin_compile.source.plugins import PluginFailed, broken, clash, installed, load
+from rosorin_compile.source.plugins import PluginFailed, broken_plugin, clash, installed_plugins, load
 from rosorin_compile.source.project import ROOT_FILE, Description, NoDescription, all_here
 from rosorin_compile.source.wording import suggest
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 def commands(group: str = "commands") -> dict[str, Entry]:
     """Return all commands or checks by name, as the help lists them: group by group."""
     found = {**BUILT_IN[group]}
-    if any(one.group == group for one in installed()):
+    if any(one.group == group for one in installed_plugins()):
         more, wrong = _load(group, [*found, *ALIASES])
         _warn(wrong)
         found |= {one.name or "": Entry(one.name or "", one.group, one.help or "", one.hidden) for one in more}
@@ -47,7 +47,7 @@ def command(name: str, group: str = "commands") -> click.Command | None:
     distribution, _, inner = name.rpartition(":")
     own = ALIASES.get(name, name)
     if own in BUILT_IN[group]:
-        _warn(clash(one, name) for one in installed() if (one.group, one.name) == (group, name))
+        _warn(clash(one, name) for one in installed_plugins() if (one.group, one.name) == (group, name))
         module = import_module(f".{MODULES.get(own, own)}", __package__)
         return next(one for one in vars(module).values() if isinstance(one, click.Command) and one.name == own)
     brings = _distribution(group, inner)
@@ -62,7 +62,7 @@ def command(name: str, group: str = "commands") -> click.Command | None:
 
 def _distribution(group: str, name: str) -> str:
     """Return the distribution that brings a plug-in of a name, or an empty string. Nothing is imported."""
-    return next((one.distribution for one in installed() if (one.group, one.name) == (group, name)), "")
+    return next((one.distribution for one in installed_plugins() if (one.group, one.name) == (group, name)), "")
 
 
 def _load(group: str, taken: Iterable[str], called: str | None = None) -> tuple[list[Command], list[Diagnostic]]:
@@ -71,7 +71,7 @@ def _load(group: str, taken: Iterable[str], called: str | None = None) -> tuple[
     good, wrong = [], list(diagnostics)
     for plugin, one in found:
         if one.name != plugin.name:
-            wrong.append(broken(plugin, f'is called "{one.name}", and its entry point "{plugin.name}"'))
+            wrong.append(broken_plugin(plugin, f'is called "{one.name}", and its entry point "{plugin.name}"'))
         else:
             one.plugin = plugin
             good.append(one)

@@ -8,7 +8,7 @@ from urllib.parse import quote
 
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Span, text
-from rosorin_compile.source.messages import worded
+from rosorin_compile.source.messages import add_suggestions
 from rosorin_compile.source.rule_registry import OF_PLUGINS, find
 from rosorin_compile.source.version import HOME, __version__
 
@@ -20,7 +20,7 @@ def github(diagnostics: Sequence[Diagnostic]) -> str:
     https://docs.github.com/actions/reference/workflow-commands-for-github-actions
     """
     lines = []
-    for diagnostic in worded(diagnostics):
+    for diagnostic in add_suggestions(diagnostics):
         kind = "notice" if diagnostic.severity == "note" else diagnostic.severity
         where = ""
         if span := diagnostic.span:
@@ -54,7 +54,7 @@ def _property(value: str) -> str:
 
 def sarif(diagnostics: Sequence[Diagnostic]) -> str:
     """Return diagnostics as SARIF 2.1.0 (https://docs.oasis-open.org/sarif/sarif/v2.1.0/)."""
-    diagnostics = worded(diagnostics)
+    diagnostics = add_suggestions(diagnostics)
     ids = sorted({diagnostic.rule for diagnostic in diagnostics})
     known = find(ids)
     rules: list[dict[str, object]] = []

@@ -21,7 +21,7 @@ from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.plugins import aside
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
-from rosorin_compile.source.wording import counted, listed
+from rosorin_compile.source.wording import count_of, phrase
 
 from .command import Options, pair
 from .console import FINE, PROBLEMS, Console
@@ -52,7 +52,7 @@ class Run:
     packages: Mapping[str, Path]
 
     @classmethod
-    def of(cls, options: Options, words: list[str] | None = None) -> Run:
+    def from_options(cls, options: Options, words: list[str] | None = None) -> Run:
         """Return the run of some options. Raises RequestError for invalid ones."""
         words = options.words if words is None else words
         console = options.console
@@ -75,7 +75,7 @@ class Run:
 
         A robot on standard input is refused without ``stdin``. Raises RequestError.
         """
-        run = cls.of(options)
+        run = cls.from_options(options)
         if not stdin:
             refuse_stdin(run.words)
         if len(run.words) > 1:
@@ -153,7 +153,7 @@ class Run:
             return
         if done.left_out:
             self.console.warn(f"{done.file}: without {done.left_out}")
-        self.console.say(f"{done.file}: a page with {counted(done.robots, 'robot')}, {done.bytes / 1e6:.1f} MB")
+        self.console.say(f"{done.file}: a page with {count_of(done.robots, 'robot')}, {done.bytes / 1e6:.1f} MB")
 
     def nothing_written(self, description: Description, diagnostics: Sequence[Diagnostic]) -> int:
         """Print how many errors keep a robot from being compiled; return the exit code."""
@@ -161,7 +161,7 @@ class Run:
         if not errors:
             self.console.say(f"{description.name}: nothing to emit; say under outputs: what you want")
             return FINE
-        self.console.warn(f"{description.name}: {counted(errors, 'error')}, nothing written")
+        self.console.warn(f"{description.name}: {count_of(errors, 'error')}, nothing written")
         return PROBLEMS
 
 
@@ -175,7 +175,7 @@ def for_each(
     # The words of --hook are files that changed: such a word sets no argument, whatever its name is.
     hook = getattr(options, "hook", False) and bool(options.words)
     changed = [word for word in options.words if hook and os.path.lexists(word)]
-    run = Run.of(options, [word for word in options.words if word not in changed])
+    run = Run.from_options(options, [word for word in options.words if word not in changed])
     names = [*(run.words if robots is None else robots)]
     if hook:
         if names:
@@ -183,7 +183,7 @@ def for_each(
         names = [str(path) for path in project.all_with(changed)]
     elif usage and not names:
         names = [str(run.find_robot("", usage).path)]
-    found = [] if hook and not names else placed(options, names)
+    found = [] if hook and not names else with_folders(options, names)
     if getattr(options, "depfile", None) is not None and len(found) > 1:
         several = ", ".join(description.name for description in found)
         raise RequestError(f"a depfile is about one robot, and there are several: {several}; name one")
@@ -208,7 +208,7 @@ def _work(run: Run, description: Description, work: Callable[[Run, Description],
     """Call a function with a robot, and record its result; return the exit code."""
     console = run.console
     console.begin(description.name)
-    Progress.about(f"{description.name}:" if with_name else "")
+    Progress.set_topic(f"{description.name}:" if with_name else "")
     entry: dict[str, object] = {"robot": description.name, "file": str(description.path), "fine": False}
     console.robots.append(entry)
     # A program reads one document on standard output, without what a plug-in prints.
@@ -231,7 +231,7 @@ def find_robots(names: list[str], outputs: str | None = None) -> list[Descriptio
         raise RequestError(str(problem)) from None
 
 
-def placed(options: Options, names: list[str]) -> list[Description]:
+def with_folders(options: Options, names: list[str]) -> list[Description]:
     """Return the robots of these names, with the folders of their artifacts that -o sets. Raises RequestError.
 
     One robot gets the folder itself; several, and all robots of a project with --hook, get a folder each in it.
@@ -296,16 +296,16 @@ def warn_of_no_robots(console: Console) -> None:
 
 def count(artifacts: Sized, meshes: Collection[str] = ()) -> str:
     """Return the number of artifacts in words, and that of the meshes and textures with them."""
-    return listed([counted(len(artifacts), "artifact"), *counted_files(meshes)])
+    return phrase([count_of(len(artifacts), "artifact"), *counted_files(meshes)])
 
 
 def counted_files(names: Collection[str]) -> list[str]:
     """Return the numbers of meshes and of textures in words, without those that are zero."""
     textures = sum(name.lower().endswith(".png") for name in names)
-    return [counted(n, word) for word, n in (("mesh file", len(names) - textures), ("texture", textures)) if n]
+    return [count_of(n, word) for word, n in (("mesh file", len(names) - textures), ("texture", textures)) if n]
 
 
 def severities(diagnostics: Sequence[Diagnostic]) -> str:
     """Return the number of diagnostics of each severity in words."""
     counts = Counter(one.severity for one in diagnostics)
-    return listed(counted(counts[one], one) for one in ("error", "warning", "note") if counts[one]) or "nothing to say"
+    return phrase(count_of(counts[one], one) for one in ("error", "warning", "note") if counts[one]) or "nothing to say"

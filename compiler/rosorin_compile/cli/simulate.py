@@ -10,7 +10,7 @@ from rosorin_compile.model import DisabledCollision
 from rosorin_compile.mujoco.collisions.matrix import FILE as COLLISIONS_FILE
 from rosorin_compile.mujoco.physics.checking import check_physics, require
 from rosorin_compile.mujoco.simulate.simulation import LIMITS, about, simulate, summary, tables
-from rosorin_compile.source.diagnostics import counted, listed
+from rosorin_compile.source.diagnostics import count_of, phrase
 from rosorin_compile.source.project import Description
 
 from .command import (
@@ -109,16 +109,18 @@ def run_collisions(options: Options) -> int:
     if result.contradicted:
         console.warn(f"disabled_collisions says Never of {_named(result.contradicted)}, which do collide")
     if result.kept:
-        console.say(f"{counted(result.kept, 'pair')} as before: the same shapes, and the same joints between")
+        console.say(f"{count_of(result.kept, 'pair')} as before: the same shapes, and the same joints between")
     every, found = result.links * (result.links - 1) // 2, len(result.pairs)
     counts = Counter(pair.reason for pair in result.pairs)
-    reasons = listed(f"{counts[reason]} {reason}" for reason in DisabledCollision.REASONS if counts[reason]) or "none"
-    console.say(f"{result.file}: {counted(every, 'pair')} of links, need no check: {reasons}; {every - found} to check")
-    console.say(f"tried: {counted(result.states, 'random state')}, seed {result.seed}")
+    reasons = phrase(f"{counts[reason]} {reason}" for reason in DisabledCollision.REASONS if counts[reason]) or "none"
+    console.say(
+        f"{result.file}: {count_of(every, 'pair')} of links, need no check: {reasons}; {every - found} to check"
+    )
+    console.say(f"tried: {count_of(result.states, 'random state')}, seed {result.seed}")
     included = "" if result.included else f"include: [{Path(result.file).name}] in {description.path}, then "
     console.say(f"next: {included}rosorin-compile all")
     return run.give(result)
 
 
 def _named(pairs: Sequence[tuple[str, str]]) -> str:
-    return listed([" and ".join(pair) for pair in pairs], 3)
+    return phrase([" and ".join(pair) for pair in pairs], 3)

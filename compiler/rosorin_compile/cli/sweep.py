@@ -1,6 +1,6 @@
 """rosorin-compile sweep: compile one description for a list of variants, each to a separate folder."""
 
-from rosorin_compile.source.diagnostics import and_more, counted
+from rosorin_compile.source.diagnostics import and_more, count_of
 from rosorin_compile.variants.writing import MAX_FAILED, write_sweep
 
 from .command import PATH, Options, command, flag, option, robot_argument, robot_options
@@ -40,7 +40,7 @@ def run(options: Options) -> int:
     if result.complete:
         if result.removed:
             shown = ", ".join(result.removed[:5]) + and_more(len(result.removed[5:]))
-            console.say(f"{counted(len(result.removed), 'variant')} removed: {shown}")
+            console.say(f"{count_of(len(result.removed), 'variant')} removed: {shown}")
         if result.error > MAX_FAILED:
             console.warn(f"{result.error - MAX_FAILED} more variants with errors: see sweep.json")
         for status, count in (("made", result.made), ("unchanged", result.unchanged), ("errors", result.error)):
@@ -48,6 +48,6 @@ def run(options: Options) -> int:
         run.give(result)
         code = PROBLEMS if result.error else FINE
     elif not result.made + result.unchanged + result.error:
-        console.warn(f"{options.over}: {counted(len(result.diagnostics), 'error')}, nothing written")
+        console.warn(f"{options.over}: {count_of(len(result.diagnostics), 'error')}, nothing written")
     console.end(code != FINE)
     return code

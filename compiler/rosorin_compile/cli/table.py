@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from rosorin_compile.source.plugins import installed
+from rosorin_compile.source.plugins import installed_plugins
 
 CHECK = "check"  # the command that has checks
 # Groups in the order of the help, each with its commands; those of plug-ins follow.
@@ -89,4 +89,7 @@ BUILT_IN = {
 def names(group: str) -> dict[str, str]:
     """Return the names of all "commands" or "checks" with their help; plug-ins are named, but not imported."""
     own = {one.name: one.help for one in BUILT_IN[group].values() if not one.hidden}
-    return {**{one.name: f"of {one.distribution} {one.version}" for one in installed() if one.group == group}, **own}
+    return {
+        **{one.name: f"of {one.distribution} {one.version}" for one in installed_plugins() if one.group == group},
+        **own,
+    }

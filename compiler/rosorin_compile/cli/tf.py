@@ -39,7 +39,7 @@ def run(options: cli.Options) -> int:
     from rosorin_compile.model.servos import NoPulse
 
     refuse_positions(options.words)
-    run, picked = Run.of(options), options.pick("pose joints pulses sweeps modes strict")
+    run, picked = Run.from_options(options), options.pick("pose joints pulses sweeps modes strict")
     if not 0 <= options.digits <= _MAX_DIGITS:
         raise RequestError(f"--digits takes 0 to {_MAX_DIGITS}")
     description, (source, target) = run.robot_before(2, "ROBOT SOURCE TARGET")

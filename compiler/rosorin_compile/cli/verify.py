@@ -43,7 +43,7 @@ def run(options: Options) -> int:
     """Compare one recording with one robot."""
     from rosorin_compile.recordings.results import as_junit, summary, table
 
-    run = Run.of(options)
+    run = Run.from_options(options)
     console, (source, description) = run.console, _requested(run)
     result = verify(
         run.request(description), source, **options.pick("modes without pose frames since until stale namespace prefix")

@@ -63,7 +63,7 @@ def contacts(shown: Shown) -> Any:
 @cli.option("-o", "--output FILE", required=True, help="picture to write: FILE.png")
 @cli.force_option
 @cli.position_options()
-@cli.combined(
+@cli.combine(
     cli.option("--from VIEW", "view", default="iso", help="camera: iso, front, side, top or angles (30deg,20deg)"),
     cli.option("--size WxH", default="1280x800", help="size in pixels"),
     cli.flag("--collision", help="show collision shapes of all links; default: of links without visuals"),

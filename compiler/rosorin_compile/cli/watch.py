@@ -12,11 +12,11 @@ from rosorin_compile.output.watched_files import INTERVAL, WatchedFiles
 from rosorin_compile.source.diagnostics import ERROR
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description, NoDescription
-from rosorin_compile.source.wording import and_more, counted
+from rosorin_compile.source.wording import and_more, count_of
 
 from .command import Options, command, output_folder_option, robots_argument
 from .console import FINE
-from .run import Run, count, placed, refuse_stdin
+from .run import Run, count, refuse_stdin, with_folders
 
 MAX_SHOWN = 20  # changes of one run, one line each
 
@@ -27,9 +27,9 @@ MAX_SHOWN = 20  # changes of one run, one line each
 def run(options: Options) -> int:
     """Compile robots whenever one of their files changes, until Ctrl-C or SIGTERM."""
     gc.enable()  # it is off in short runs
-    run = Run.of(options)
+    run = Run.from_options(options)
     refuse_stdin(run.words, "name a file to watch")
-    watched = {description.path: WatchedRobot(description, run) for description in placed(options, run.words)}
+    watched = {description.path: WatchedRobot(description, run) for description in with_folders(options, run.words)}
     stopped = False
 
     def stop(*_: object) -> None:
@@ -51,7 +51,7 @@ def run(options: Options) -> int:
                     watched[description.path] = WatchedRobot(description, run)
                     watched[description.path].compile()
         for robot in watched.values():
-            if not stopped and robot.inputs.changed():
+            if not stopped and robot.inputs.has_changed():
                 robot.inputs.settle()
                 robot.compile()
     _say("watch ended")
@@ -83,7 +83,7 @@ class WatchedRobot:
         self.reported = {*keys, *hidden}
         name, folder = self.description.name, self.description.outputs
         if errors:
-            self.console.warn(f"{name}: {counted(errors, 'error')}; the artifacts stay as they are")
+            self.console.warn(f"{name}: {count_of(errors, 'error')}; the artifacts stay as they are")
         elif not compiled.artifacts:
             _say(f"{name}: nothing to emit; say under outputs: what you want")
         if errors or not compiled.artifacts or compiled.robot is None:

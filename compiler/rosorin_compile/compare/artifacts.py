@@ -18,7 +18,7 @@ from rosorin_compile.source.progress import Progress
 
 from .describe import Describer
 from .names import Names, links_of, new_joint_names, new_link_names, with_joint_names, with_link_names
-from .precision import NOISE, POSE_NOISE, Precision, exact, printed, rounded
+from .precision import NOISE, POSE_NOISE, Precision, exact, printed_precision, rounding_precision
 from .walk import Leaves, Shapes, compare_leaves, leaves
 
 _HELP = "a template or a format is at fault, not the description: please report it"
@@ -60,12 +60,12 @@ def pair_of(robot: Robot, artifact: Artifact, committed: str) -> Pair | None:
         old = leaves(format.read(committed))
     except (ValueError, TypeError, OverflowError, RecursionError) as problem:
         raise ValueError(str(problem)) from None
-    before, least = printed(committed), rounded(*format.rounding)
+    before, least = printed_precision(committed), rounding_precision(*format.rounding)
     known = lambda key, *values: max(least(key, *values), before(key, *values))  # noqa: E731
     if format.view is not None and not format.partial:
         new, precision = leaves(format.view(robot, output)), least
     else:
-        new, precision = leaves(format.read(artifact.text)), printed(artifact.text)
+        new, precision = leaves(format.read(artifact.text)), printed_precision(artifact.text)
     old, new = under_names(format, output, old), under_names(format, output, new)
     return Pair(output, old, new, (known, precision))
 
@@ -123,7 +123,9 @@ def disagreements(robot: Robot, artifact: Artifact) -> Iterator[str]:
     if format.partial:
         found = {thing: _part(found[thing], entry) for thing, entry in meant.items() if thing in found}
     is_exact = output.options.get("number_format") == "exact"
-    precisions = (exact, exact) if is_exact else (rounded(*format.rounding), printed(artifact.text))
+    precisions = (
+        (exact, exact) if is_exact else (rounding_precision(*format.rounding), printed_precision(artifact.text))
+    )
     sides = meant, found
     differences = compare_leaves(*sides, precisions, POSE_NOISE if format.partial else NOISE)
     for _, text in Describer(robot, sides, precisions).describe(differences):

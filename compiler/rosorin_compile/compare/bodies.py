@@ -14,7 +14,7 @@ from typing import NamedTuple
 from rosorin_compile.model import Joint, Robot, Vector
 from rosorin_compile.model.geometry import angle_between, dot, minus, norm, unit
 
-from .precision import HERE, ROOT_THREE, TURNS, Placed, Precision, joined
+from .precision import HERE, ROOT_THREE, TURNS, Placed, Precision, join_errors
 
 
 class Line(NamedTuple):
@@ -56,7 +56,7 @@ class Bodies:
         length = ROOT_THREE * self.precision("xyz", *joint.origin.xyz)
         return Placed(joint.origin.transform(), length, TURNS * self.precision("rpy", *joint.origin.rpy))
 
-    def above(self, top: str) -> str | None:
+    def parent_of(self, top: str) -> str | None:
         """Return the body that a body moves against."""
         joint = self.robot.joint_to.get(top)
         return self.top[joint.parent] if joint else None
@@ -131,8 +131,8 @@ def gap(one: Placed, other: Placed, tolerance: float) -> Gap:
     return Gap(
         math.dist(one.transform.xyz, other.transform.xyz),
         one.transform.angle_to(other.transform),
-        tolerance + joined(one.length, other.length),
-        tolerance + joined(one.angle, other.angle),
+        tolerance + join_errors(one.length, other.length),
+        tolerance + join_errors(one.angle, other.angle),
     )
 
 
@@ -141,19 +141,19 @@ def has_axis(joint: Joint) -> bool:
     return joint.moves and bool(norm(joint.axis))
 
 
-def turned(old: Line, new: Line, tolerance: float) -> float:
+def axis_turn(old: Line, new: Line, tolerance: float) -> float:
     """Return by how much an axis turned (rad); 0 if by no more than the axes are known."""
     angle = angle_between(old.direction, new.direction)
-    return angle if angle > tolerance + joined(old.angle, new.angle) else 0.0
+    return angle if angle > tolerance + join_errors(old.angle, new.angle) else 0.0
 
 
-def shifted(old: Line, new: Line, tolerance: float) -> float:
+def axis_shift(old: Line, new: Line, tolerance: float) -> float:
     """Return how far an axis moved sideways (m); 0 if by no more than the axes are known."""
     way = minus(new.point, old.point)
     along = dot(way, old.direction)
     x, y, z = old.direction
     distance = norm(minus(way, (x * along, y * along, z * along)))
-    return distance if distance > tolerance + joined(old.length, new.length) else 0.0
+    return distance if distance > tolerance + join_errors(old.length, new.length) else 0.0
 
 
 def motion_of(joint: Joint) -> str:
@@ -180,7 +180,7 @@ def same_motion(
             if twin.name in flipped:
                 x, y, z = new.direction
                 new = new._replace(direction=(-x, -y, -z))
-            if turned(old, new, tolerance) or (joint.type != "prismatic" and shifted(old, new, tolerance)):
+            if axis_turn(old, new, tolerance) or (joint.type != "prismatic" and axis_shift(old, new, tolerance)):
                 return False
     return True
 

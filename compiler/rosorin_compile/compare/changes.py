@@ -14,10 +14,10 @@ from rosorin_compile.formats.urdf.write import carriers
 from rosorin_compile.model import Box, Robot
 
 from .artifacts import Pair
-from .describe import MOVING, Describer, attached, joint_of, shapes_change, solids_left
+from .describe import MOVING, Describer, describe_attachment, joint_of, shapes_change, solids_left
 from .names import links_of
 from .precision import NOISE
-from .sentences import NEW, REMOVED, renamed, with_remark
+from .sentences import NEW, REMOVED, describe_rename, with_remark
 from .solids import Solid, same_set
 from .walk import Address, Difference, Shapes, compare_leaves
 
@@ -69,7 +69,13 @@ class _Found(NamedTuple):
 def find_changes(robot: Robot, pairs: Sequence[Pair]) -> list[Change]:
     """Return the changes of all pairs, sorted: by link from the root on, then servos, poses and the rest."""
     changes = [
-        Change(kind, new, "", renamed(kind, old, new), tuple(p.name for p in pairs if old in p.renamed.get(kind, {})))
+        Change(
+            kind,
+            new,
+            "",
+            describe_rename(kind, old, new),
+            tuple(p.name for p in pairs if old in p.renamed.get(kind, {})),
+        )
         for kind, old, new in dict.fromkeys(
             (kind, old, new) for pair in pairs for kind, names in pair.renamed.items() for old, new in names.items()
         )
@@ -123,7 +129,7 @@ def _grouped(robot: Robot, pairs: Sequence[Pair], found: Sequence[_Found]) -> It
             text = group[0].text
             if not address.quantity and address.kind in ("frame", "link"):
                 word = NEW if group[0].difference.old is None else REMOVED
-                text = attached(robot, address.name, word, [p.new if word == NEW else p.old for p in pairs])
+                text = describe_attachment(robot, address.name, word, [p.new if word == NEW else p.old for p in pairs])
             outputs = tuple(each.pair.name for each in group)
             yield Change(*address, text, outputs, (), tuple(each.difference for each in group))
 

@@ -10,9 +10,9 @@ from rosorin_compile.model import Joint, Pose, Robot, Transform
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.model.joint import MOVING_TYPES, SEVERAL_COORDINATES
 from rosorin_compile.source.numbers import amount
-from rosorin_compile.source.wording import counted
+from rosorin_compile.source.wording import count_of
 
-from .precision import NOISE, ROOT_THREE, TURNS, Precision, exact, joined
+from .precision import NOISE, ROOT_THREE, TURNS, Precision, exact, join_errors
 from .sentences import (
     AXES,
     NEW,
@@ -23,6 +23,7 @@ from .sentences import (
     centre_change,
     colour_change,
     coordinates,
+    describe_move,
     existence,
     far,
     inertia_change,
@@ -30,7 +31,6 @@ from .sentences import (
     near_angles,
     number,
     number_pair,
-    placed,
     row,
     set_change,
     step,
@@ -66,7 +66,7 @@ def unit_of(joint: Joint | None, quantity: str) -> str:
     return found[joint is not None and joint.type == "prismatic"]
 
 
-def about(address: Address) -> str:
+def subject_of(address: Address) -> str:
     """Return the subject of a sentence about a leaf."""
     kind, name, quantity = address
     if kind == "frame" and quantity in ("publisher", "topic"):
@@ -128,10 +128,10 @@ class Describer(NamedTuple):
                 return cells_change(name, old, new, self.tolerance)
         if quantity == "rgba":
             return value_change(f"{kind} {name} colour", old, new)
-        return value_change(about(one.address), old, new, self._unit(one.address, old if new is None else new))
+        return value_change(subject_of(one.address), old, new, self._unit(one.address, old if new is None else new))
 
     def _known(self, key: str, old: Sequence[float], new: Sequence[float]) -> float:
-        return joined(self.precisions[0](key, *old), self.precisions[1](key, *new))
+        return join_errors(self.precisions[0](key, *old), self.precisions[1](key, *new))
 
     def _unit(self, address: Address, value: Any) -> str:
         kind, name, quantity = address
@@ -160,19 +160,19 @@ class Describer(NamedTuple):
         parents = [str(side.get(("frame", frame), {}).get("parent", "")) for side in self.sides]
         small = max(NOISE, least / ROOT_THREE), max(NOISE, self.tolerance / TURNS + known[1])
         poses = Pose(old.xyz, near_angles(old.rpy, new.rpy)), new
-        return placed(frame, (parents[0], parents[1]), poses, (distance, angle), least=small)
+        return describe_move(frame, (parents[0], parents[1]), poses, (distance, angle), least=small)
 
     def _existence(self, one: Difference) -> str:
         kind, name, _ = one.address
         word = NEW if one.old is None else REMOVED
         if kind in ("frame", "link"):
-            return attached(self.robot, name, word, [self.sides[word == NEW]])
+            return describe_attachment(self.robot, name, word, [self.sides[word == NEW]])
         if kind == "height map":
             return existence(word, f"{kind} of", name)
         return existence(word, kind, "" if kind == name else name)
 
 
-def attached(robot: Robot, name: str, word: str, sides: Sequence[Leaves]) -> str:
+def describe_attachment(robot: Robot, name: str, word: str, sides: Sequence[Leaves]) -> str:
     """Return that a link or a frame is new or removed, and how several artifacts attach it."""
     frames = [side.get(("frame", name), {}) for side in sides]
     joints = [(side, joint_of(side, name)) for side in sides]
@@ -228,7 +228,7 @@ def shapes_change(
     """
     start, (before, after) = f"{link} {purpose}", counts
     is_few = max(len(removed), len(added)) <= FEW
-    became = likened(removed, added) if is_few else [(at, at) for at in range(min(len(removed), len(added)))]
+    became = pair_by_place(removed, added) if is_few else [(at, at) for at in range(min(len(removed), len(added)))]
     pairs = [(removed[i], added[j]) for i, j in became]
     numbers = [ShapeChange(text, [a], [b]) for a, b in pairs if (text := _numbers(start, a, b))]
     words = [ShapeChange(text, [a], [b], True) for a, b in pairs for text in _words(start, a, b)]
@@ -241,14 +241,14 @@ def shapes_change(
         words = [ShapeChange(text, removed, added, True) for text in texts] if len(texts) <= FEW else []
         largest = largest_step(pairs)
         by = f"{len(pairs)} of {{}} changed" + (f", up to {amount(largest, 'm')}" if largest else "")
-        text = by.format(counted(before, "shape"))
+        text = by.format(count_of(before, "shape"))
         if before != after:
             text = f"{before} -> {after} shapes" + (f", {by.format('them')}" if pairs else "")
         numbers = [ShapeChange(f"{start}: {text}", removed, added)] if numbers or not words else []
     return [*numbers, *words]
 
 
-def likened(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int, int]]:
+def pair_by_place(old: Sequence[Solid], new: Sequence[Solid]) -> list[tuple[int, int]]:
     """Return which of a few solids became which, by their places: in their order, unless others are more similar."""
     rated = sorted((_unlike(one, other), i, j) for i, one in enumerate(old) for j, other in enumerate(new))
     found: dict[int, int] = {}
@@ -267,7 +267,7 @@ def _unlike(one: Solid, other: Solid) -> tuple[int, float]:
 
 def _words(start: str, one: Solid, other: Solid) -> Iterator[str]:
     """Yield what changed of a solid besides its numbers: its colour, name, material or file."""
-    tint = NOISE + joined(one.colour_tolerance, other.colour_tolerance)
+    tint = NOISE + join_errors(one.colour_tolerance, other.colour_tolerance)
     if not same_colour(one.rgba, other.rgba, tint):
         yield colour_change(start, one.rgba, other.rgba)
     with_file = one.kind == other.kind  # else the numbers name it
@@ -285,7 +285,7 @@ def _is_file(word: str) -> bool:
 
 def _numbers(start: str, one: Solid, other: Solid) -> str:
     """Return what became of the kind, size and place of a solid; empty if words alone changed."""
-    known = joined(one.tolerance, other.tolerance), joined(one.turn_tolerance, other.turn_tolerance)
+    known = join_errors(one.tolerance, other.tolerance), join_errors(one.turn_tolerance, other.turn_tolerance)
     parts = _parts(one, other, (NOISE + known[0], NOISE + known[1]))
     if not parts and (one.words, one.rgba) == (other.words, other.rgba):
         parts = _parts(one, other, (0.0, 0.0))

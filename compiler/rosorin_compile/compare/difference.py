@@ -15,7 +15,7 @@ from rosorin_compile.formats import Format
 from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.project import ENDINGS
-from rosorin_compile.source.wording import counted, plural, printable
+from rosorin_compile.source.wording import count_of, plural, printable
 
 from .precision import POSE_NOISE, Precision, exact
 
@@ -130,7 +130,7 @@ def lines(difference: Difference, full: bool = False) -> list[str]:
     shown = [f"{letter}: {_side(side)}" for letter, side in (("A", difference.a), ("B", difference.b))]
     shown += [item.text for item in difference.items]
     if not full and len(difference.items) > _MOST:
-        shown[2 + _MOST :] = [f"... {counted(len(difference.items) - _MOST, 'more difference')} (--full shows them)"]
+        shown[2 + _MOST :] = [f"... {count_of(len(difference.items) - _MOST, 'more difference')} (--full shows them)"]
     shown += [f"note: {note}" for note in difference.notes]
     shown += [f"not compared: {line}" for line in difference.not_compared]
     return [printable(line, keep="\t") for line in [*shown, difference.summary()]]
@@ -139,5 +139,5 @@ def lines(difference: Difference, full: bool = False) -> list[str]:
 def _side(side: Side) -> str:
     robot = side.robot
     links, joints = len(robot.links), sum(not joint.is_fixed for joint in robot.joints)
-    sizes = f"{counted(links, 'link')}, {joints:,} that move{'s' if joints == 1 else ''}"
+    sizes = f"{count_of(links, 'link')}, {joints:,} that move{'s' if joints == 1 else ''}"
     return f"{side.label} ({side.format.word} of {robot.name}, {sizes})"

@@ -16,11 +16,11 @@ from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
 
-from .bodies import Bodies, Gap, Line, gap, has_axis, motion_of, positions_of, same_motion, shifted, turned
+from .bodies import Bodies, Gap, Line, axis_shift, axis_turn, gap, has_axis, motion_of, positions_of, same_motion
 from .difference import FRAME, JOINT, Item, Report
 from .pairing import Pairing
 from .precision import Placed
-from .sentences import axis_change, far, near_angles, number, placed, row, several, text_of, value_change
+from .sentences import axis_change, describe_move, far, near_angles, number, row, several, text_of, value_change
 
 _LEAST = 1e-6  # rad, m: no difference of limits
 
@@ -104,7 +104,7 @@ class _Frames:
 
         Further up counts only where the body above moved itself: over a long way rounding adds up.
         """
-        joint, upper = self.a.robot.joint_to[top], self.a.above(top)
+        joint, upper = self.a.robot.joint_to[top], self.a.parent_of(top)
         goals = [joint.child if joint.child in cluster else cluster[0] for cluster in clusters]
         while upper is not None:
             if upper in self.clusters:
@@ -116,7 +116,7 @@ class _Frames:
                 ]
                 if found or upper not in self.moved:
                     return found
-            upper = self.a.above(upper)
+            upper = self.a.parent_of(upper)
         return []
 
     def _flip(self, joint: Joint, twin: Joint, clusters: list[list[str]], top: str) -> None:
@@ -156,7 +156,7 @@ class _Frames:
                 top = self.b.top.get(name)
                 if top is not None and self.b.joints_between(top, self.b.top[target]):
                     return name
-            body = self.a.above(body)
+            body = self.a.parent_of(body)
         return ""
 
     def _with_effect(self, item: Item, joint: Joint, twin: Joint, source: str) -> Item:
@@ -208,14 +208,14 @@ class _Frames:
         angle = apart.angle if apart.angle > apart.angle_tolerance else 0.0
         near = Pose(old.xyz, near_angles(old.rpy, new.rpy)), new
         least = apart.length_tolerance, apart.angle_tolerance
-        text = placed(frame, sources, near, (distance, angle), others, least)
+        text = describe_move(frame, sources, near, (distance, angle), others, least)
         values = text_of(old), text_of(new)
         self.items.append(Item(kind, name, "origin", text, *values, "", distance, angle, "always"))
 
 
 def _axis_item(joint: Joint, twin: Joint, frame: str, lines: tuple[Line, Line], tolerance: float) -> Item | None:
     """Return how the axis of a joint changed, seen from a frame that it moves; None if it did not."""
-    angle, distance = turned(*lines, tolerance), shifted(*lines, tolerance)
+    angle, distance = axis_turn(*lines, tolerance), axis_shift(*lines, tolerance)
     if angle:
         text = axis_change(joint.name, joint.axis, twin.axis, angle)
         return Item(JOINT, joint.name, "axis", text, row(lines[0].direction), row(lines[1].direction))

@@ -20,7 +20,7 @@ from .names import (
     with_link_names,
     without_prefix,
 )
-from .sentences import existence, renamed
+from .sentences import describe_rename, existence
 from .walk import Leaves, leaves
 
 Steps = Sequence[tuple[Names, Names]]
@@ -53,7 +53,7 @@ class Pairing(NamedTuple):
         """Return the joints that move a body of A and its counterpart in B."""
         return self.a.robot.joint_to.get(top), self.b.robot.joint_to.get(self.bodies[top])
 
-    def named(self, at: int, found: Leaves, other: Leaves) -> Leaves:
+    def rename_leaves(self, at: int, found: Leaves, other: Leaves) -> Leaves:
         """Return leaves of A or B under the common names; ``other`` are those of the other robot."""
         for links, joints in self.steps[at]:
             found = with_joint_names(with_link_names(found, links, other), joints, other)
@@ -125,11 +125,11 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
             yield Item(JOINT, joint.name, "existence", text, *_values(word, joint.name))
     # The keys are the names in B without its prefix.
     for new, old in sorted(pairing.links.items(), key=lambda pair: pairing.a.order[pair[1]]):
-        yield Item(NAME, old, "name", renamed("link", old, new), old, new)
+        yield Item(NAME, old, "name", describe_rename("link", old, new), old, new)
     for new, old in pairing.joints.items():
         joint = a.joint.get(old)
         if joint is not None and (fixed_names or not joint.is_fixed):
-            yield Item(NAME, old, "name", renamed("joint", old, new), old, new)
+            yield Item(NAME, old, "name", describe_rename("joint", old, new), old, new)
 
 
 def _only(robot: Robot, other: Robot, not_carried: frozenset[str], word: str) -> Iterator[Item]:

@@ -38,12 +38,12 @@ def exact(key: str, *values: float) -> float:  # noqa: ARG001
     return 0.0
 
 
-def rounded(length: float, angle: float) -> Precision:
+def rounding_precision(length: float, angle: float) -> Precision:
     """Return the precision of numbers that are off by no more than a length (m), angles (rad)."""
     return lambda key, *values: angle if key == "rpy" else length  # noqa: ARG005
 
 
-def printed(text: str) -> Precision:
+def printed_precision(text: str) -> Precision:
     """Return the precision of the numbers of an artifact, by the digits that it was printed with."""
     off_by = off_by_six if _is_six(text) else off_by_short
     turn = NOISE + _CALCULATED * off_by(_LARGEST_ANGLE)
@@ -63,7 +63,7 @@ def _is_six(text: str) -> bool:
     return all(float(six(float(token))) == float(token) for token in long if math.isfinite(float(token)))
 
 
-def joined(first: float, second: float) -> float:
+def join_errors(first: float, second: float) -> float:
     """Return how far two printed numbers may be apart that mean the same.
 
     Rounded alike they are equal, and neighbours in print are two tolerances apart; rounded differently their tolerances

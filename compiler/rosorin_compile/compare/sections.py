@@ -75,8 +75,8 @@ def compare_sections(
     lacking = _lacking(sides[0].format) | _lacking(sides[1].format)
     # The sections of a side have the names of its source.
     old, new = (_leaves(side.robot, lacking, sides) for side in sides)
-    old = pairing.named(0, old, new)
-    new = pairing.named(1, new, old)
+    old = pairing.rename_leaves(0, old, new)
+    new = pairing.rename_leaves(1, new, old)
     topics, lines = _not_compared(sides, robots, (old, new))
     report.not_compared.extend(lines)
     for side, robot in zip((old, new), robots, strict=True):

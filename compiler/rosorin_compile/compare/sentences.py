@@ -12,7 +12,7 @@ from typing import Any
 from rosorin_compile.model import Pose, Vector
 from rosorin_compile.model.geometry import angle_between, norm
 from rosorin_compile.source.numbers import SMALL, amount, exact, few_digits
-from rosorin_compile.source.wording import counted, first_of, printable
+from rosorin_compile.source.wording import count_of, first_of, printable
 
 from .precision import NOISE
 
@@ -158,7 +158,7 @@ def coordinates(old: Pose, new: Pose, apart: Apart, least: Apart = (_LEAST, _LEA
     return ", ".join(parts)
 
 
-def placed(
+def describe_move(
     frame: str,
     parents: tuple[str, str],
     poses: tuple[Pose, Pose],
@@ -226,7 +226,7 @@ def existence(word: str, what: str, name: str, how: Iterable[str] = (), others: 
     return f"{sentence}, and with it {several(others)}" if others else sentence
 
 
-def renamed(what: str, old: str, new: str) -> str:
+def describe_rename(what: str, old: str, new: str) -> str:
     """Return that a link or a joint has another name."""
     return f"{what} {old} renamed to {new}"
 
@@ -262,5 +262,5 @@ def cells_change(link: str, old: Sequence[Sequence[float]], new: Sequence[Sequen
     parts = [f"{sizes[0]} -> {sizes[1]} cells"] if sizes[0] != sizes[1] else []
     if steps:
         by = f"by {'up to ' if len(steps) > 1 else ''}{amount(max(steps), 'm')}"
-        parts.append(f"{counted(len(steps), 'cell')} changed, {by}")
+        parts.append(f"{count_of(len(steps), 'cell')} changed, {by}")
     return f"{link} height map: {', '.join(parts)}"

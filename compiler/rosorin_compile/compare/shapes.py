@@ -17,7 +17,7 @@ from rosorin_compile.source.progress import Progress
 from .describe import shapes_change
 from .difference import SHAPE, VISUAL, YAML, Item, Report, Side
 from .pairing import Pairing
-from .precision import Precision, joined
+from .precision import Precision, join_errors
 from .sentences import colour_change, row, several
 from .solids import Solid, largest_step, match, same_colour, same_space, solid_of
 
@@ -95,7 +95,7 @@ class _Comparison:
         formats = [side.format for side in sides]
         self.words = formats[0] is formats[1]
         # A description has the words of a URDF; the formats of simulators have a colour by default.
-        self.says_no_colour = self.words or all(one is FORMATS.published() or not one.load for one in formats)
+        self.says_no_colour = self.words or all(one is FORMATS.published_format() or not one.load for one in formats)
         self.one_box = next((one for one in formats if has_one_box(one)), None)
         no_capsules = [one for one in formats if one is not YAML and lacks(one, "links.collision.capsule")]
         cylinders = next((one for one in no_capsules if not has_one_box(one)), None)
@@ -232,7 +232,9 @@ class _Comparison:
             old, new = (None if colour is None or is_own(colour) else colour for colour in (old, new))
         if old is None or new is None:
             return None if old is new or not self.says_no_colour else (old, new)
-        known = joined(*(side.precision("rgba", *rgba) for side, rgba in zip(self.bodies, (old, new), strict=True)))
+        known = join_errors(
+            *(side.precision("rgba", *rgba) for side, rgba in zip(self.bodies, (old, new), strict=True))
+        )
         return None if same_colour(old, new, known + self.tolerance) else (old, new)
 
 
@@ -240,7 +242,7 @@ def _is_simple(shapes: Sequence[Shape]) -> bool:
     """Return True if a driver's model can say what a link collides with: a box along its axes, or nothing."""
     if not shapes:
         return True
-    placed = shapes[0].moved(IDENTITY.transform())
+    placed = shapes[0].move(IDENTITY.transform())
     return len(shapes) == 1 and isinstance(placed.geometry, Box) and placed.pose == IDENTITY
 
 

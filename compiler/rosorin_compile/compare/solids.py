@@ -15,7 +15,7 @@ from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape
 from rosorin_compile.model.geometry import Rows, angle_between, minus, norm, plus, rotation_of_rpy
 from rosorin_compile.model.shape import ROWS, Rgba
 
-from .precision import POSE_NOISE, ROOT_THREE, TURNS, Placed, Precision, exact, joined
+from .precision import POSE_NOISE, ROOT_THREE, TURNS, Placed, Precision, exact, join_errors
 from .sentences import text_of
 
 # The names of the sizes of a solid: full extents and full lengths in metres, as in URDF; of a mesh a bare factor.
@@ -146,7 +146,7 @@ def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = POSE_NOISE)
     for index, solid in enumerate(old):
         if index in known:
             continue
-        x, reach = solid.centre[0], noise + joined(solid.tolerance, widest)
+        x, reach = solid.centre[0], noise + join_errors(solid.tolerance, widest)
         near = order[bisect_left(places, x - reach) : bisect_right(places, x + reach)]
         twin = next((other for other in near if other not in taken and same(solid, new[other], noise)), None)
         if twin is None:
@@ -166,11 +166,11 @@ def same(one: Solid, other: Solid, noise: float) -> bool:
     """Return True if two solids, seen from the same frame, look alike and fill the same space, as far as is known."""
     if one[:6] == other[:6]:
         return True
-    tint = noise + joined(one.colour_tolerance, other.colour_tolerance)
+    tint = noise + join_errors(one.colour_tolerance, other.colour_tolerance)
     if one.kind != other.kind or one.words != other.words or not same_colour(one.rgba, other.rgba, tint):
         return False
-    length = noise + joined(one.tolerance, other.tolerance)
-    turn = noise + joined(one.turn_tolerance, other.turn_tolerance)
+    length = noise + join_errors(one.tolerance, other.tolerance)
+    turn = noise + join_errors(one.turn_tolerance, other.turn_tolerance)
     if math.dist(one.centre, other.centre) > length:
         return False
     rows = [entry for solid in (one, other) for row in solid.rows for entry in row]
@@ -217,7 +217,7 @@ def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float = POSE
     first, second = ([box for solid in solids if (box := solid.box) is not None] for solids in (one, other))
     if not first or not second or len(first) != len(one) or len(second) != len(other):
         return False
-    near = noise + POSE_NOISE + joined(*(max(solid.tolerance for solid in solids) for solids in (one, other)))
+    near = noise + POSE_NOISE + join_errors(*(max(solid.tolerance for solid in solids) for solids in (one, other)))
     corners = [corner for box in (*first, *second) for corner in (box.lower, box.upper)]
     marks = [_marks((corner[axis] for corner in corners), near) for axis in range(3)]
     return math.prod(map(len, marks)) <= _MOST_CELLS and _filled(first, marks, near) == _filled(second, marks, near)

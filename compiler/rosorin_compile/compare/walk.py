@@ -20,7 +20,7 @@ from rosorin_compile.model.mass import along_link
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.source.xml.elements import values_of
 
-from .precision import NOISE, TURNS, Precision, exact, joined
+from .precision import NOISE, TURNS, Precision, exact, join_errors
 from .sentences import is_number
 from .solids import Solid, match, solids_of
 
@@ -130,7 +130,7 @@ class _Comparison(NamedTuple):
     def _near(self, key: str, old: Sequence[float], new: Sequence[float]) -> bool:
         """Return True if numbers that were written together are the same."""
         largest = max(map(abs, (*old, *new)), default=0.0)
-        known = joined(self.precisions[0](key, *old), self.precisions[1](key, *new)) if old != new else 0.0
+        known = join_errors(self.precisions[0](key, *old), self.precisions[1](key, *new)) if old != new else 0.0
         floor = max(1.0, largest) if key in _ABSOLUTE else largest if len(old) > 1 else 0.0
         return all(
             abs(a - b) <= known + self.tolerance * max(floor, abs(a), abs(b)) for a, b in zip(old, new, strict=True)
@@ -145,7 +145,7 @@ def same_turn(old: Vector, new: Vector, precisions: tuple[Precision, Precision],
     """Return True if two triples of angles (rad) mean the same rotation."""
     if old == new:
         return True
-    known = TURNS * joined(precisions[0]("rpy", *old), precisions[1]("rpy", *new)) + tolerance
+    known = TURNS * join_errors(precisions[0]("rpy", *old), precisions[1]("rpy", *new)) + tolerance
     rows = zip(rotation_of_rpy(old), rotation_of_rpy(new), strict=True)
     return all(abs(a - b) <= known for pair in rows for a, b in zip(*pair, strict=True))
 
@@ -156,8 +156,8 @@ def known_inertia(
     """Return how far entries of two inertias (kg*m^2) may be apart that mean the same, turned axes included."""
     largest = max(map(abs, (*old, *new)), default=0.0)
     one, other = precisions
-    numbers = joined(one("ixx", *old), other("ixx", *new))
-    turns = TURNS * joined(one("rpy", 1.0), other("rpy", 1.0))
+    numbers = join_errors(one("ixx", *old), other("ixx", *new))
+    turns = TURNS * join_errors(one("rpy", 1.0), other("rpy", 1.0))
     return TURNS * numbers + largest * (turns + tolerance)
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from rosorin_compile.language.schema import authoring_schema, schema
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.rules.case import feeding
-from rosorin_compile.source.plugins import installed
+from rosorin_compile.source.plugins import installed_plugins
 from rosorin_compile.source.project import data_folder
 
 from .format import Artifact, Format, Opened
@@ -80,7 +80,7 @@ class Formats(Mapping[str, Format]):
         readable = [one for one in self.values() if one.load is not None and (one.include or not include)]
         return tuple(dict.fromkeys(ending for one in readable for ending in one.endings))
 
-    def published(self) -> Format:
+    def published_format(self) -> Format:
         """Return the format that robot_state_publisher reads."""
         return next(one for one in self.values() if one.write and one.load and ROBOT_STATE_PUBLISHER in one.feeds)
 
@@ -103,11 +103,11 @@ def _built_in(name: str) -> Format | None:
 
 def _plugged() -> tuple[Mapping[str, Format], tuple[Diagnostic, ...]]:
     """Return the formats of plug-ins by name, and diagnostics; without plug-ins, nothing is imported."""
-    if not any(plugin.group == "formats" for plugin in installed()):
+    if not any(plugin.group == "formats" for plugin in installed_plugins()):
         return {}, ()
-    from .plugged import plugged
+    from .plugged import plugin_formats
 
-    return plugged(tuple(filter(None, map(_built_in, _MODULES))))
+    return plugin_formats(tuple(filter(None, map(_built_in, _MODULES))))
 
 
 def plugged_diagnostics() -> tuple[Diagnostic, ...]:

@@ -11,24 +11,24 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.language.arguments import with_wanted
 from rosorin_compile.language.expand.description import Expanded, expand
-from rosorin_compile.language.expression.functions import plugged as plugged_functions
+from rosorin_compile.language.expression.functions import plugin_functions as plugged_functions
 from rosorin_compile.language.lower import Lowered, lower
-from rosorin_compile.language.schema import plugged as plugged_sections
-from rosorin_compile.language.suppressions import Entry, settled, unknown, unused
+from rosorin_compile.language.schema import plugin_sections as plugged_sections
+from rosorin_compile.language.suppressions import Entry, apply, unknown_rules, unused_entries
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.rules import check as rules
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.magnitudes import collect
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, error, has_errors
-from rosorin_compile.source.files import read_text, recording, shown
+from rosorin_compile.source.files import label, read_text, recording
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import PACKAGE_XML
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import PYTHON_PACKAGE, ROS_PACKAGE, tool_folders
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.wording import counted
+from rosorin_compile.source.wording import count_of
 
 from . import FORMATS, Artifact, plugged_diagnostics
 from .format import notes as unsupported_notes
@@ -127,7 +127,7 @@ class Reading:
 
 def _counted(diagnostics: Sequence[Diagnostic]) -> str:
     counts = Counter(diagnostic.severity for diagnostic in diagnostics)
-    return ", ".join(counted(count, severity) for severity, count in counts.items()) or "no diagnostics"
+    return ", ".join(count_of(count, severity) for severity, count in counts.items()) or "no diagnostics"
 
 
 class RobotReader:
@@ -163,7 +163,7 @@ def understand(
 def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
     """Validate and lower an expanded tree, and check the rules; ``requested`` are names of outputs or of formats."""
     diagnostics = [*expanded.diagnostics, *plugged_functions()[1], *plugged_diagnostics()]
-    diagnostics += [*plugged_sections().diagnostics, *rules.plugged().diagnostics]
+    diagnostics += [*plugged_sections().diagnostics, *rules.plugin_checks().diagnostics]
     if expanded.tree is None:
         return Understood(expanded, None, arrange(diagnostics))
     tree, unknown_outputs = with_wanted(expanded.tree, requested, FORMATS)
@@ -172,7 +172,7 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
     invalid = [*unknown_outputs, *validate(tree, FORMATS, scope)]
     Progress.step("building the robot")
     lowered = None if has_errors([*diagnostics, *invalid]) else lower(tree, scope)
-    diagnostics += [*invalid, *unknown(tree, rules.acceptable())]
+    diagnostics += [*invalid, *unknown_rules(tree, rules.acceptable())]
     if lowered is None or has_errors(diagnostics):
         return Understood(expanded, None, arrange(diagnostics))
     diagnostics += lowered.diagnostics
@@ -184,7 +184,7 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
     is_wrong = has_errors(diagnostics)  # then an argument whose use is an error would be reported as unused
     merged = rules.merge_misspelt(diagnostics, tree, lowered.places) if is_wrong else diagnostics
     diagnostics = [*merged, *(() if is_wrong else expanded.unused)]
-    found = settled(tree, diagnostics, rules.acceptable())
+    found = apply(tree, diagnostics, rules.acceptable())
     diagnostics = found.diagnostics
     if scope and scope.expansion.disabled and any(one.severity != NOTE for one in diagnostics):
         from rosorin_compile.language.expand.dropped_entries import explain_missing_names
@@ -196,7 +196,7 @@ def judge(expanded: Expanded, requested: Sequence[str] = ()) -> Understood:
 def understand_foreign(path: Path, options: ReadOptions) -> Understood:
     """Load a robot in another format, with its published output only; no rule is checked."""
     imported = read_robot(path, options)
-    expanded = _with_outputs(imported, [FORMATS.published().name])
+    expanded = _with_outputs(imported, [FORMATS.published_format().name])
     lowered = None if expanded.tree is None or has_errors(imported.diagnostics) else lower(expanded.tree)
     diagnostics = arrange([*imported.diagnostics, *(lowered.diagnostics if lowered is not None else ())])
     return Understood(expanded, lowered, diagnostics, imported=imported)
@@ -212,7 +212,7 @@ def _with_outputs(imported: Imported, names: Sequence[str]) -> Expanded:
     tree = imported.tree
     if tree is not None:
         entries = {name: entry for name, entry in outputs_of(imported).entries.items() if name in names}
-        tree = tree.copied()
+        tree = tree.copy()
         tree.pop("outputs", None)
         tree.put("outputs", as_tree(entries, tree.span, ["outputs"]), tree.span, tree.span)
     return Expanded(tree, imported.diagnostics, imported.files)
@@ -248,7 +248,7 @@ def compile_robot(
         except OSError as problem:
             if problem.filename is None:
                 raise
-            message = f"cannot read {shown(os.fsdecode(problem.filename))}: {problem.strerror}"
+            message = f"cannot read {label(os.fsdecode(problem.filename))}: {problem.strerror}"
             compiled = Compiled(None, (), [error("file-unreadable", message, None, "check the permissions")], (path,))
     listed = {*map(os.path.abspath, compiled.inputs)}
     own = tuple(f"{folder}{os.sep}" for folder in tool_folders().values())
@@ -277,15 +277,17 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
         Progress.step(f"making {output.file},", number, len(outputs))
         format, place = FORMATS[output.backend], tree.locate(("outputs", output.name), key=True)
         try:
-            text, remarks = format.written(robot, output, templates)
+            text, remarks = format.compile(robot, output, templates)
         except TemplateProblem as problem:
             text, remarks = None, [problem.diagnostic]
         found += [d if d.span else replace(d, span=place.span, related=(*d.related, *place.stack())) for d in remarks]
         if text is not None:
             artifacts.append(Artifact(output.file, text, output.backend, output.name, format.is_withheld(output)))
-    found, more = settled(tree, [*found, *unsupported_notes(tree, outputs, FORMATS)], acceptable)
+    found, more = apply(tree, [*found, *unsupported_notes(tree, outputs, FORMATS)], acceptable)
     if not requested:  # otherwise an entry of accept may be about another output
-        found += unused(tree, understood.used | more, rules.acceptable(), ("",) if search is None else ("", "meshes"))
+        found += unused_entries(
+            tree, understood.used | more, rules.acceptable(), ("",) if search is None else ("", "meshes")
+        )
     all_diagnostics, inputs = arrange([*diagnostics, *found]), (*expanded.files, *templates.read())
     resolved = (*expanded.resolved, *(meshes.resolved if meshes else ()))
     return Compiled(robot, () if has_errors(found) else tuple(artifacts), all_diagnostics, inputs, resolved, meshes)
@@ -294,7 +296,7 @@ def emit(understood: Understood, path: Path, search: Search | None = None, reque
 def emit_published(understood: Understood, path: Path) -> Compiled:
     """Return the URDF of a robot that was loaded with ``understand_foreign``; of a URDF, its own text."""
     compiled = emit(understood, path)
-    if path.suffix.lower() in FORMATS.published().endings:
+    if path.suffix.lower() in FORMATS.published_format().endings:
         text = read_text(path, errors="replace")
         return replace(compiled, artifacts=tuple(replace(one, text=text) for one in compiled.artifacts))
     return compiled

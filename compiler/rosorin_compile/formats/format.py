@@ -22,7 +22,7 @@ from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source
 from rosorin_compile.source.messages import and_here
 from rosorin_compile.source.rule_registry import Rule
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.wording import counted, listed, masked
+from rosorin_compile.source.wording import count_of, mask_controls, phrase
 from rosorin_compile.source.xml.elements import canonical, tree_of
 from rosorin_compile.source.xml.markup import Document, MarkupError, read_source
 
@@ -150,7 +150,7 @@ def describe(source: Provenance) -> str:
     """Return where a value comes from as one line of printable text; empty if the description does not say."""
     head = ", ".join(part for part in (source.status.replace("_", "-"), source.measured) if part)
     text = ": ".join(part for part in (head, source.note) if part)
-    return masked(" ".join(text.split()))
+    return mask_controls(" ".join(text.split()))
 
 
 def xml_syntax(text: str) -> object:
@@ -253,7 +253,7 @@ class Format:
         """The name of its files in a list of formats."""
         return self.files or f"{self.word}{''.join(f' (<{root}>)' for root in self.roots)}"
 
-    def written(self, robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    def compile(self, robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
         """Return the artifact of an output, and diagnostics. Raises ValueError for a format that is only read."""
         if self.write is None:
             raise ValueError(f"{self.word} is not written")
@@ -338,11 +338,11 @@ def reason(format: Format, output: Output, key: str, one_way: bool = False) -> U
         return Unsupported("it is about the description", quiet=True)
     for step in steps:
         if format.name not in ADDRESSED.get(step, (format.name,)):
-            return Unsupported(f"{step} is for {listed(ADDRESSED[step])}", quiet=True)
+            return Unsupported(f"{step} is for {phrase(ADDRESSED[step])}", quiet=True)
     table = _table(format, output).items()
     found = [why for prefix, why in table if is_within(key, [prefix]) and (one_way or not (why and why.one_way))]
     if None not in found and format.covers and not is_within(key, format.covers):
-        return Unsupported(f"a {format.word} has {listed(format.covers)}", quiet=True)
+        return Unsupported(f"a {format.word} has {phrase(format.covers)}", quiet=True)
     return None if None in found or not found else found[0]
 
 
@@ -359,7 +359,7 @@ def _table(format: Format, output: Output) -> Mapping[str, Unsupported | None]:
         if format.name in formats:
             found[f"links.*.{name}"] = None
         elif "links" in format.covers:
-            found[f"links.*.{name}"] = Unsupported(f"only in {listed(formats)}")
+            found[f"links.*.{name}"] = Unsupported(f"only in {phrase(formats)}")
     return found
 
 
@@ -371,10 +371,10 @@ def notes(tree: Map, outputs: Iterable[Output], formats: Mapping[str, Format]) -
         first, *others = [_table(formats[name], output) for output in some]
         lost = [key for key, why in first.items() if why and not (why.quiet or why.one_way)]
         counts = {key: len([*_places(tree, key)]) for key in lost if all(table.get(key) for table in others)}
-        found = [f"{key.replace('.*', '')} ({counted(count, 'place')})" for key, count in counts.items() if count]
+        found = [f"{key.replace('.*', '')} ({count_of(count, 'place')})" for key, count in counts.items() if count]
         if found:
             span = tree.locate(("outputs", some[0].name), key=True).span
-            yield Diagnostic("not-in-format", NOTE, f"{formats[name].word} cannot express {listed(found)}", span)
+            yield Diagnostic("not-in-format", NOTE, f"{formats[name].word} cannot express {phrase(found)}", span)
 
 
 def _places(value: Any, pattern: str) -> Iterator[Any]:

@@ -15,8 +15,8 @@ from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.rules.publishers import MAX_MODES, combinations, holds, modes_in
 from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.numbers import fixed, number_format, vector
-from rosorin_compile.source.wording import first_of, listed
+from rosorin_compile.source.numbers import number_format, to_fixed, vector
+from rosorin_compile.source.wording import first_of, phrase
 from rosorin_compile.source.xml.elements import number_of, numbers_of
 
 from .format import NUMBER_FORMAT, PLACES, Asked, Format, describe
@@ -50,21 +50,25 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         cells = [_escape(frame.parent), _escape(frame.child), _escape(who), "moving" if frame.moving else "static"]
         cells += [topic] if frame.pose else [topic, unknown, "", ""]
         xyz, rpy = (frame.pose.xyz, frame.pose.rpy) if frame.pose else ((), ())
-        columns = ((xyz, number, 11), (rpy, number, 11), (tuple(map(math.degrees, rpy)), partial(fixed, digits=4), 9))
+        columns = (
+            (xyz, number, 11),
+            (rpy, number, 11),
+            (tuple(map(math.degrees, rpy)), partial(to_fixed, digits=4), 9),
+        )
         for values, form, width in columns if frame.pose else ():
             cells.append(" ".join(text.ljust(width) for text in vector(values, form).split()).rstrip())
         rows.append([*cells, _escape(" ".join(when.split()))])
     for pose in robot.poses:
         for name, position in pose.positions.items():
             slides = name in robot.joint and robot.joint[name].type == "prismatic"
-            degrees = "" if slides else fixed(math.degrees(position), 4)
+            degrees = "" if slides else to_fixed(math.degrees(position), 4)
             place = f"{number(position)} {'m' if slides else 'rad'}"
             poses.append([_escape(pose.name), _escape(name), place, degrees, str(pose.pulses.get(name, ""))])
     publishers = dict.fromkeys(frame.publisher for frame in frames)
     named: dict[str, Any] = {"robot": robot, "source": describe, "escape": _escape, "stand_ins": _stand_ins(robot)}
     named |= {"frames": _table(_FRAME_COLUMNS, rows), "poses": _table(_POSE_COLUMNS, poses)}
     named["nodes"] = [node for node in publishers if node.kind != UNPUBLISHED and (node.package or node.about)]
-    named["simulated"] = _wrapped(f"Only simulations have {listed(reasons)}.") if reasons else ""
+    named["simulated"] = _wrapped(f"Only simulations have {phrase(reasons)}.") if reasons else ""
     named["proof"], named["modes"] = _wrapped(publishing(robot).in_words()), _escape(", ".join(robot.modes))
     named["stamps"] = [(name, frames) for name, frames in stamps if frames]
     return templates.own("core/frames.md.jinja", named), []
@@ -207,14 +211,14 @@ class Publishing(NamedTuple):
         """Return the result as a paragraph; empty if a frame is wrong or none is published."""
         if not self.published + self.gaps or self.wrong:
             return ""
-        checked = f"Checked in all {2 ** len(self.modes):,} combinations of {listed(self.modes)}"
+        checked = f"Checked in all {2 ** len(self.modes):,} combinations of {phrase(self.modes)}"
         if len(self.modes) < 2:
             checked = f"Checked with {self.modes[0]} on and with it off" if self.modes else "Checked"
         what = f"each of {len(self.published)} frames has" if len(self.published) != 1 else "one frame has"
         text = f"{checked}: {what} one parent and exactly one publisher, and no way leads round in a circle."
-        text += f" In some of them nobody publishes {listed(self.gaps)}." if self.gaps else ""
-        text += f" Nobody ever publishes {listed(self.never)}." if self.never else ""
-        text += f" Not checked, for too many modes decide: {listed(self.unchecked)}." if self.unchecked else ""
+        text += f" In some of them nobody publishes {phrase(self.gaps)}." if self.gaps else ""
+        text += f" Nobody ever publishes {phrase(self.never)}." if self.never else ""
+        text += f" Not checked, for too many modes decide: {phrase(self.unchecked)}." if self.unchecked else ""
         return text
 
 

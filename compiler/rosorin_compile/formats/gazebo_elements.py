@@ -17,7 +17,7 @@ from rosorin_compile.model import Pose
 from rosorin_compile.model.simulation import CLASSIC, MOTOR, POSITION, VELOCITY, GazeboSensor, SdfElement
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source
 from rosorin_compile.source.numbers import NumberFormat
-from rosorin_compile.source.wording import plural, quoted
+from rosorin_compile.source.wording import plural, quote
 from rosorin_compile.source.xml.elements import canonical, tree_of
 from rosorin_compile.source.xml.markup import MarkupError, parse
 
@@ -142,7 +142,7 @@ def drive_blocks(
         gains = {"p_gain": actuator.kv or 1.0} if kind == VELOCITY else {}
         if kind == POSITION:
             gains = {"p_gain": 1.0 if actuator.kp is None else actuator.kp, "d_gain": actuator.kv + actuator.damping}
-        effort = joint.limit.known("effort") if joint.limit else None
+        effort = joint.limit.known_value("effort") if joint.limit else None
         force = actuator.force or ((-effort, effort) if effort else None)
         gains |= {"cmd_min": force[0], "cmd_max": force[1]} if force is not None and kind != MOTOR else {}
         values = {"joint_name": escape(name), **({"use_force_commands": "true"} if kind == VELOCITY else {})}
@@ -151,7 +151,7 @@ def drive_blocks(
         file, word = _PLUGINS[kind]
         start = f'  <plugin filename="{program}-{file}-system" name="{namespace}::systems::{word}">'
         blocks.append("\n".join(["<gazebo>", start, *lines, "  </plugin>", "</gazebo>"]))
-    message = f"Gazebo {gazebo} has no plug-in for {plural('actuator', len(without))} {quoted(without, 3)}"
+    message = f"Gazebo {gazebo} has no plug-in for {plural('actuator', len(without))} {quote(without, 3)}"
     help = "drive the joint by position, velocity or motor, or by ros2_control"
     return blocks, [Diagnostic(rule, WARNING, message, help=help)] if without else []
 

@@ -17,7 +17,7 @@ from rosorin_compile.source.plugins import diagnostic_of
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.units import Quantity
-from rosorin_compile.source.wording import masked
+from rosorin_compile.source.wording import mask_controls
 from rosorin_compile.source.xml.markup import COMMENT, Document, Element, Remark
 from rosorin_compile.source.yaml_mistakes import MAX_DEPTH
 
@@ -124,7 +124,7 @@ class ReadOptions:
     call: Map | None = None  # an evaluated include that calls a macro of a xacro: with ``macro``, ``with``, ``parent``
 
 
-def converted(made: object, opened: Opened) -> Imported:
+def convert_result(made: object, opened: Opened) -> Imported:
     """Convert the result of a reader: Imported, a description, or one with diagnostics. Raises TypeError for others."""
     if isinstance(made, Imported):
         if not (made.tree is None or isinstance(made.tree, Map)):
@@ -135,7 +135,7 @@ def converted(made: object, opened: Opened) -> Imported:
     tree = as_tree(description, opened.source.span(), [])
     if not isinstance(tree, Map):
         raise TypeError(f"a reader gives a description, not {type(description).__name__}")
-    source = {"status": "imported", "note": f"from {masked(opened.path.name)}"}
+    source = {"status": "imported", "note": f"from {mask_controls(opened.path.name)}"}
     for key, value in (("robot", opened.path.stem), ("source", source)):
         if key not in tree:
             tree.put(key, as_tree(value, tree.span, [key]), tree.span, tree.span)

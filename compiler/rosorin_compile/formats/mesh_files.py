@@ -23,11 +23,11 @@ from rosorin_compile.language.suppressions import EVERYTHING
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, has_errors
-from rosorin_compile.source.files import shown
+from rosorin_compile.source.files import label
 from rosorin_compile.source.messages import and_here
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import ENDINGS, ROS_PACKAGE, Resolved
-from rosorin_compile.source.rule_registry import Rule, declared
+from rosorin_compile.source.rule_registry import Rule, find_declared
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import first_of
 
@@ -84,7 +84,7 @@ class Searched(NamedTuple):
 
     @property
     def acceptable(self) -> Mapping[str, Rule]:
-        return {"mesh-not-found": declared("mesh-not-found")}
+        return {"mesh-not-found": find_declared("mesh-not-found")}
 
     def add_to(self, robot: Robot) -> Robot:
         opened = {one.named.name: one.places[0] for one in self.found if one.places and one.places[0] in self.files}
@@ -104,14 +104,14 @@ class Places(NamedTuple):
         """Return the files of all meshes, or textures, that are found, by their names."""
         return _Search(self, outputs, tree).run(named_files(tree, kind)).by_name
 
-    def named(self, tree: Map, relative: bool = True) -> Searched:
+    def search(self, tree: Map, relative: bool = True) -> Searched:
         """Search the meshes and textures of a foreign robot, as its file names them; ``relative`` names on request."""
         named = [*named_files(tree, MESH), *named_files(tree, TEXTURE)]
         found = _Search(self, (), None).run([one for one in named if relative or not is_relative(one.name)])
         diagnostics = [d if d.severity == ERROR else replace(d, severity=WARNING) for d in found.diagnostics]
         return found._replace(diagnostics=diagnostics)
 
-    def awaited(self, tree: Map, found: Container[str]) -> Iterator[Path]:
+    def missing_paths(self, tree: Map, found: Container[str]) -> Iterator[Path]:
         """Yield the paths of meshes that were not ``found``, for a program that waits for them."""
         for one in named_files(tree, MESH):
             if one.name not in found and "://" not in one.name:
@@ -292,7 +292,7 @@ class _Search:
         if irregular is None:
             self._report_missing(one, scheme, rest)
         else:
-            message = f"{one.kind} {one.name} is no regular file: {shown(irregular)}"
+            message = f"{one.kind} {one.name} is no regular file: {label(irregular)}"
             self.diagnostics.append(Diagnostic("mesh-not-a-file", ERROR, message, one.spans[0], (), "name a file"))
         return None
 
@@ -308,7 +308,7 @@ class _Search:
             what = f"not found: there is no package {name} here" if name else "in no package"
             what, severity = (f"not in the package {name}", WARNING) if exists else (what, severity)
             above = () if self.has_outputs or exists else (self.main.absolute(), *_folders_above(one))
-            likely = next((shown(folder) for folder in above if path and files.is_file(folder / path)), "FOLDER")
+            likely = next((label(folder) for folder in above if path and files.is_file(folder / path)), "FOLDER")
             help = f"--package {name or 'NAME'}={likely} says where it is; readers of the URDF look for it themselves"
             what += self.left_out
         elif scheme or one.name.startswith("/"):
@@ -365,7 +365,7 @@ class _Search:
                 span = next(span for span in one.spans if Path(span.source.path).parent == folder)
                 made = ", ".join(output.file for output in self.opening or self.naming)
                 what = f"would be two files next to {made}" if self.opening else f"is two files, and one name in {made}"
-                message = f"{one.kind} {one.name} {what}: {shown(other)} here, {shown(file)} elsewhere"
+                message = f"{one.kind} {one.name} {what}: {label(other)} here, {label(file)} elsewhere"
                 self._ambiguous(message, span, one)
                 return
 

@@ -15,18 +15,18 @@ from rosorin_compile.language.schema import schema
 from rosorin_compile.language.validator import check_schema
 from rosorin_compile.source.diagnostics import Diagnostic, has_errors
 from rosorin_compile.source.files import exists
-from rosorin_compile.source.plugins import Plugin, PluginFailed, aside, diagnostic_of, failed, load
+from rosorin_compile.source.plugins import Plugin, PluginFailed, aside, diagnostic_of, failed_plugin, load
 from rosorin_compile.source.project import ENDINGS, data_folder
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Rule, find
 from rosorin_compile.source.xml.markup import MarkupError
 
 from .format import Asked, Format, Refusal
-from .imported import Imported, converted
+from .imported import Imported, convert_result
 from .templating import TemplateProblem
 
 
 @cache
-def plugged(built_in: tuple[Format, ...]) -> tuple[dict[str, Format], tuple[Diagnostic, ...]]:
+def plugin_formats(built_in: tuple[Format, ...]) -> tuple[dict[str, Format], tuple[Diagnostic, ...]]:
     """Return the formats of plug-ins, without names and files of those that are built in, and diagnostics."""
     readable = [one for one in built_in if one.load is not None]
     files = {mark for one in readable for mark in (*one.endings, *(f"<{root}>" for root in one.roots))}
@@ -80,7 +80,7 @@ def _guarded(plugin: Plugin, format: Format) -> Format:
             with aside():
                 return _converted(format, name, function(*arguments), arguments)
         except (Exception, SystemExit) as problem:
-            diagnostic = failed(plugin, problem)
+            diagnostic = failed_plugin(plugin, problem)
             if isinstance(problem, TemplateProblem if name == "write" else MarkupError if name == "load" else ()):
                 raise  # the template or the file is damaged, not the plug-in
             if name in ("write", "check"):
@@ -98,7 +98,7 @@ def _guarded(plugin: Plugin, format: Format) -> Format:
 
 def _converted(format: Format, name: str, result: Any, arguments: tuple[Any, ...]) -> Any:
     if name == "load":
-        return converted(result, *arguments)
+        return convert_result(result, *arguments)
     if name == "check":
         return [diagnostic_of(one) for one in result or ()]
     if name == "write":

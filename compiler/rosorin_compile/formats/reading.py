@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosorin_compile.language.lower import lower
-from rosorin_compile.language.suppressions import settled
+from rosorin_compile.language.suppressions import apply
 from rosorin_compile.language.validate import validate
 from rosorin_compile.rules.check import acceptable, check
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Source, Span, error, has_errors
-from rosorin_compile.source.messages import gathered, worded
+from rosorin_compile.source.messages import add_suggestions, gather
 from rosorin_compile.source.plugins import PluginFailed
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import ENDINGS, stdin_of
@@ -26,7 +26,7 @@ from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read
 
 from . import FORMATS, Format, Opened, plugged_diagnostics
 from .format import Placed
-from .imported import Imported, Outputs, ReadOptions, as_tree, converted
+from .imported import Imported, Outputs, ReadOptions, as_tree, convert_result
 
 if TYPE_CHECKING:
     from rosorin_compile.model import Robot
@@ -51,14 +51,14 @@ def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | Non
     try:
         format, opened, notes = _open(path, options or ReadOptions(), asked)
         more = ()
-        read = converted(format.load(opened) if format.load is not None else {}, opened)
+        read = convert_result(format.load(opened) if format.load is not None else {}, opened)
     except (MarkupError, PluginFailed) as problem:
         more = () if isinstance(problem, PluginFailed) else more
         return Imported(None, [*notes, problem.diagnostic, *more], files=(path,))
     if not read.checked and read.tree is not None and opened.options.checked:
         tree, diagnostics = accept(read.tree, opened.options.lenient)
         read = read._replace(tree=tree, diagnostics=[*read.diagnostics, *diagnostics], checked=True)
-    read = read._replace(diagnostics=worded([*notes, *read.diagnostics]), format=format.becomes or format.name)
+    read = read._replace(diagnostics=add_suggestions([*notes, *read.diagnostics]), format=format.becomes or format.name)
     return read._replace(takes_arguments=format.takes_arguments and not read.unexpanded)
 
 
@@ -81,7 +81,7 @@ def _open(path: Path, options: ReadOptions, asked: Span | None) -> tuple[Format,
     format = min(matching, key=lambda one: not FORMATS.is_own(one.name), default=None)  # plug-ins come last
     if format is None:
         raise MarkupError(_wrong_root(document))
-    if stdin_of(path) is not None and format is not FORMATS.published():
+    if stdin_of(path) is not None and format is not FORMATS.published_format():
         message = f"this is {format.listed}, which is read with the files next to it, and not from standard input"
         expanded = f"; or expand it before the pipe: {format.name} FILE | rosorin-compile ..."
         help = f"name the file{expanded if format.takes_arguments else ''}"
@@ -104,13 +104,13 @@ def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imp
     diagnostics = [*_mending(source, document), *found]
     made: Map | None = None
     if not has_errors(diagnostics):
-        made, root = tree.copied(), document.root.span
+        made, root = tree.copy(), document.root.span
         note = made.get("source") and made["source"].get("note")
         if note is not None:
-            made["source"] = made["source"].copied()
+            made["source"] = made["source"].copy()
             made["source"]["note"] = f"{note} and {Path(document.source.path).name}"
         for key, entries in sections.items():
-            more = as_tree(entries, root, [key]).copied()
+            more = as_tree(entries, root, [key]).copy()
             for name, entry in (made.get(key) or {}).items():  # entries that the tree has stay
                 more.put(name, entry, made[key].key_spans[name], made[key].value_spans[name])
             made.put(key, more, root, root)
@@ -150,7 +150,7 @@ def _parsed(path: Path, options: ReadOptions, asked: Span | None = None) -> tupl
         if problem.diagnostic.rule != markup.RULE:
             raise
         try:
-            document = parse(markup.mended(source))
+            document = parse(markup.repair(source))
         except MarkupError:
             raise problem from None
         if options.lenient or any(one.engine_reads for one in _readable() if document.root.tag in one.roots):
@@ -212,21 +212,21 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
         for rule in sorted({rule for rule, _ in names}):
             of = [Placed(name, span) for (violated, name), span in names.items() if violated == rule]
             entries.append(Placed({"rule": rule, "of": of, "reason": _REASON}, of[0].span))
-        tree = tree.copied()
+        tree = tree.copy()
         tree.put("accept", as_tree(entries, tree.span, ["accept"]), tree.span, tree.span)
         problems = violations(tree)
-    found = [one for one in settled(tree, problems, rules).diagnostics if one.severity == ERROR or one.rule in rules]
-    for index, one in enumerate(map(Diagnostic.worded, [*found])):  # all others are about descriptions
+    found = [one for one in apply(tree, problems, rules).diagnostics if one.severity == ERROR or one.rule in rules]
+    for index, one in enumerate(map(Diagnostic.with_help, [*found])):  # all others are about descriptions
         is_of_lenient = one.severity == ERROR and one.rule in rules and rules[one.rule].imported == "lenient"
         if is_of_lenient and one.of and not lenient:
             found[index] = replace(one, help="; ".join(filter(None, (one.help, "--lenient takes it as it is"))))
-    return (None if has_errors(found) else tree), gathered(found, [WARNING])
+    return (None if has_errors(found) else tree), gather(found, [WARNING])
 
 
 def violations(tree: Map) -> list[Diagnostic]:
     """Return the diagnostics of lowering and the rules, for a robot with its published output only."""
     if "outputs" not in tree:
-        format, tree = FORMATS.published(), tree.copied()
+        format, tree = FORMATS.published_format(), tree.copy()
         outputs = {format.name: {"file": f"robot{format.endings[0]}"}}
         tree.put("outputs", as_tree(outputs, tree.span, ["outputs"]), tree.span, tree.span)
     lowered = lower(tree)

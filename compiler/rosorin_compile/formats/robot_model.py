@@ -17,7 +17,7 @@ from rosorin_compile.model.joint import SEVERAL_COORDINATES
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Source, Span, Suggestion, error
 from rosorin_compile.source.load import json_of
-from rosorin_compile.source.wording import masked
+from rosorin_compile.source.wording import mask_controls
 
 from .format import PLACES, Format, Opened
 
@@ -175,7 +175,7 @@ def _load(opened: Opened) -> Imported:
         message = f"not a driver's model: {subject(misfit.path) if misfit.path else 'the file'}: {words_of(misfit)}"
         wrong.append(error("wrong-format", message, start, "the file is to fit schemas/robot_model.schema.json"))
     if not wrong:  # The format has no word for the limits of effort and velocity that the rules require.
-        note = f"from {masked(path.name)}: {model['source']}".removesuffix(": ")
+        note = f"from {mask_controls(path.name)}: {model['source']}".removesuffix(": ")
         tree, wrong = accept(as_tree(_description(model, note, path.stem), start), lenient=True)
     return Imported(tree, wrong, files=(path,))
 

@@ -27,7 +27,7 @@ from rosorin_compile.rules.publishers import combinations, holds, modes_in
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, error
 from rosorin_compile.source.load import json_of, python_of
-from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal, fixed
+from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal, to_fixed
 from rosorin_compile.source.xml.elements import number_of
 
 from . import format
@@ -118,7 +118,7 @@ def static_transforms(robot: Robot, outputs: Iterable[Output] = ()) -> StaticTra
         numbers = zip((*_XYZ, *_RPY), (*joint.origin.xyz, *joint.origin.rpy), strict=True)
         for flag, value in numbers:
             digits = METRE_DIGITS if flag in _XYZ else RADIAN_DIGITS
-            arguments += [flag, decimal(value) if is_exact else fixed(value, digits)]
+            arguments += [flag, decimal(value) if is_exact else to_fixed(value, digits)]
         arguments += [_PARENT, joint.parent, _CHILD, joint.child]
         name, ends = published.publisher.name, (published.parent, published.child)
         one = StaticTransform(name, *ends, tuple(arguments), published.source, when)

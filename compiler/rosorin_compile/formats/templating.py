@@ -29,7 +29,7 @@ from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files, system
 from rosorin_compile.source.cache import cache_folder
 from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, error
-from rosorin_compile.source.numbers import exact, fixed, short, six, vector
+from rosorin_compile.source.numbers import exact, short, six, to_fixed, vector
 from rosorin_compile.source.project import data_folder, homes
 
 from .format import Format, describe
@@ -137,7 +137,7 @@ class Templates:
         if rule and (loaded is None or self.folder is None):
             raise TemplateProblem(rule, f"{name}: {rendered.message}")
         if rule and loaded is not None and self.folder is not None:
-            source = Source(files.shown(self.folder / name), loaded[0])
+            source = Source(files.label(self.folder / name), loaded[0])
             text = source.line(line)
             span = Span(source, line, len(text) - len(text.lstrip()) + 1, max(1, len(text.strip())))
             raise TemplateProblem(rule, rendered.message, span)
@@ -267,7 +267,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     if not name:
         help = "add template: FILE, a Jinja template"
         return "", [error("template-not-named", f'output "{output.name}" names no template', None, help)]
-    values = {"robot": robot, "output": output, "number": short, "exact": exact, "six": six, "fixed": fixed}
+    values = {"robot": robot, "output": output, "number": short, "exact": exact, "six": six, "fixed": to_fixed}
     values |= {"degrees": math.degrees, "radians": math.radians, "source": describe, "vector": vector, "kind": _kind}
     return templates.render(name, values), []
 

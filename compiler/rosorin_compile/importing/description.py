@@ -23,7 +23,7 @@ from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map, Path, Seq
 
-from .layout import Expression, Verbatim, angle_of, escaped, layout, number, placed, within_part
+from .layout import Expression, Verbatim, angle_of, escape, layout, number, place_comments, within_part
 
 # The files besides the first one, in their order, with what their first lines say; others follow.
 _ABOUT = {
@@ -55,11 +55,11 @@ def write(imported: Imported, wanted: Outputs, schema: str = "", split: bool | N
     whether it is several files; without it a long one is. The result is the same for the same tree, whatever the
     machine.
     """
-    document, root = _Document(imported.whole, imported.packages).made(wanted), Description.ROOT_FILE
+    document, root = _Document(imported.whole, imported.packages).build(wanted), Description.ROOT_FILE
     head = [f"yaml-language-server: $schema={schema}"] if schema else []
 
     def text(file: str, document: dict[str, Any], head: Sequence[str]) -> str:
-        remarks = placed(imported.comments, document, head, file == root)
+        remarks = place_comments(imported.comments, document, head, file == root)
         if file == root and wanted.lines:
             remarks = remarks._replace(inside={**remarks.inside, ("outputs",): wanted.lines})
         return layout(document, remarks)
@@ -95,7 +95,7 @@ class _Document:
     def __init__(self, tree: Map, packages: Mapping[str, FilePath] = {}) -> None:
         self.tree, self.packages = tree, packages
 
-    def made(self, wanted: Outputs) -> dict[str, Any]:
+    def build(self, wanted: Outputs) -> dict[str, Any]:
         """Return the document of the whole description."""
         items = ((key, value) for key, value in self.tree.items() if value)
         body = {key: self.value(value, (key,), self.tree.value_spans.get(key)) for key, value in items}
@@ -133,7 +133,7 @@ def _in_packages(text: str, packages: Mapping[str, FilePath]) -> str:
     """Return a text in which files are named by their package, not by their folder on this machine."""
     if not any(f"{folder}{os.sep}" in text for folder in packages.values()):
         return text if isinstance(text, Expression) else str(text)
-    made = text if isinstance(text, Expression) else escaped(text)
+    made = text if isinstance(text, Expression) else escape(text)
     for name, folder in packages.items():
         made = made.replace(f"{folder}{os.sep}", f"${{find('{name}', 'package://{name}')}}/")
     return Expression(made)

@@ -28,9 +28,9 @@ from rosorin_compile.source.wording import suggest
 from .description import tree_of, write
 from .into import Package, inside, package_at, put_into
 from .reimport import ENDING, Record, Request, import_again, is_record, record_of, recorded, remove
-from .report import accepted, kept, renamed, repeated, sizes
+from .report import rename_files, report_accepted, report_kept, report_parts, sizes
 from .round_trip import RoundTrip, check_round_trip, schema_beside
-from .words import Worded, told_words, worded
+from .words import Worded, told_words, with_sections
 from .xacro.translate import Target, translate
 
 _MJCF = "mjcf"
@@ -199,15 +199,15 @@ class _Import:
         if self.package is None and record is None:
             _check_folder(folder, options.force)
         keeps = imported.takes_arguments and not options.flat
-        named = renamed(tree, self.source, folder, options.meshes, self.reading.packages, keeps)
+        named = rename_files(tree, self.source, folder, options.meshes, self.reading.packages, keeps)
         self.diagnostics += arrange(named.diagnostics)
         read = imported._replace(tree=named.tree)
-        in_words = Worded(read) if options.verbatim else worded(read)
+        in_words = Worded(read) if options.verbatim else with_sections(read)
         trip = self._prove(in_words, folder)
         if trip is None or has_errors(self.diagnostics):
             return self._end(result)
         imported, files = in_words.imported, trip.files
-        lines = [*repeated(tree_of(trip.shown), trip.reordered), *told_words(in_words)]
+        lines = [*report_parts(tree_of(trip.shown), trip.reordered), *told_words(in_words)]
         translated: Sequence[str] = ()
         if keeps and self.source is not Description.ON_STDIN:
             target = Target(folder, schema_beside(folder), options.name, named.meshes, self.package is not None)
@@ -335,7 +335,7 @@ def _as_split(trip: RoundTrip, record: Record, folder: Path) -> Mapping[str, str
 
 def _with(tree: Map, key: str, value: object) -> Map:
     """Return a mapping with another value of a key."""
-    made = tree.copied()
+    made = tree.copy()
     made.put(key, value, tree.span, tree.span)
     return made
 
@@ -359,12 +359,12 @@ def _report(folder: Path, imported: Imported, trip: RoundTrip, left: Sequence[st
     tree = tree_of(imported)
     report = [
         f"{folder}: {sizes(tree)} in {', '.join(trip.files)}",
-        f"the compiled {FORMATS.published().word} is the same robot",
+        f"the compiled {FORMATS.published_format().word} is the same robot",
     ]
     if trip.proof.said or trip.proof.unknown:
         report.append(trip.proof.said or f"not held against the source in its engine: {trip.proof.unknown}")
     report += [f"no {name} among its outputs: {reason}" for name, reason in trip.outputs.left_out.items()]
-    report += [*lines, *kept(tree), *accepted(tree)]
+    report += [*lines, *report_kept(tree), *report_accepted(tree)]
     report += [f"its {FORMATS[name].word} is {remark}" for name, remark in trip.outputs.remarks.items()]
     if imported.left_out:
         count = len(imported.left_out)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from rosorin_compile.output import open_package_folder
 from rosorin_compile.output.ros_packages import files_below, is_launch_file, missing, package_of
-from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, listed
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, phrase
 from rosorin_compile.source.files import is_file, is_folder, read_bytes, read_text, resolve
 from rosorin_compile.source.project import Description
 
@@ -151,7 +151,7 @@ def put_into(
         to_do += [f"expand the description by {command} instead of the source in:", *(f"  {line}" for line in lines)]
     after = [] if lines else [f"no launch file names {Path(source).name}; to expand the description: {command}"]
     compares = "was edited and may compare something else" if test in kept else "compares both"
-    after.append(f"{listed([source])} stays; {test} {compares}: colcon test, or pytest")
+    after.append(f"{phrase([source])} stays; {test} {compares}: colcon test, or pytest")
     is_new = merged is None and any(file.startswith(_OURS) for file in written)
     return Put(written, report, to_do, after, merged.diagnostics if merged else (), is_new)
 
@@ -175,7 +175,7 @@ def _merged(package: Package, description: str, files: Mapping[str, str], reques
         absent = {file: text for file, text in files.items() if not os.path.lexists(folder / file)}
         return Merged({}, {**absent, **record_of(files, request.words)}, [], [], [])
     message = (
-        f"{description} differs from the import ({listed(others)}), and has no "
+        f"{description} differs from the import ({phrase(others)}), and has no "
         f"{Description.ROOT_FILE}{ENDING}, so that changes cannot be merged"
     )
     help = f"give this import another --name, or import the earlier source with -o, and copy its {ENDING} files"

@@ -59,7 +59,7 @@ class Remarks(NamedTuple):
 _NONE = Remarks()
 
 
-def escaped(text: str) -> str:
+def escape(text: str) -> str:
     """Escape a text, in which ``${`` would begin an expression, and ``$(`` is refused outside of elements of XML.
 
     >>> escaped("${HOME}/meshes"), escaped("$(arg folder)/meshes")
@@ -103,7 +103,7 @@ def _scalar(value: Any, in_flow: bool) -> str:
         return str(value)
     if not isinstance(value, str):
         raise TypeError(f"a number is written as Verbatim, not as {type(value).__name__}")
-    return Scalar(value if isinstance(value, Expression) else escaped(value)).written(in_flow)
+    return Scalar(value if isinstance(value, Expression) else escape(value)).as_text(in_flow)
 
 
 def _key(name: str, in_flow: bool) -> str:
@@ -111,7 +111,7 @@ def _key(name: str, in_flow: bool) -> str:
         return str(name)
     if name in _WORDS:
         return f"'${{\"{name}\"}}'"
-    return Scalar(name if isinstance(name, Expression) else escaped(name)).written(in_flow)
+    return Scalar(name if isinstance(name, Expression) else escape(name)).as_text(in_flow)
 
 
 def within_part(path: Path) -> Path:
@@ -132,7 +132,7 @@ class _Layout:
         parts = (part for line in lines for part in _wrapped(line, WIDTH - len(pad) - 2))
         return [f"{pad}# {part}".rstrip() for part in parts]
 
-    def commented(self, entry: list[str], pad: str, path: Path) -> tuple[list[str], list[str]]:
+    def with_comments(self, entry: list[str], pad: str, path: Path) -> tuple[list[str], list[str]]:
         """Return the comments above an entry, and the entry with those inside."""
         above = self.comment(self.remarks.before.get(path, ()), pad)
         return above, [*entry, *self.comment(self.remarks.inside.get(path, ()), f"{pad}  ")]
@@ -146,7 +146,7 @@ class _Layout:
             name = _key(key, False)
             entry = self.value(f"{pad}{name if len(name) <= MAX_KEY else ''}:", item, indent, here)
             entry = entry if len(name) <= MAX_KEY else [f"{pad}? {name}", *entry]
-            above, entry = self.commented(entry, pad, here)
+            above, entry = self.with_comments(entry, pad, here)
             if lines and len(path) < _SPACED and (previous > 1 or len(entry) > 1):
                 lines.append("")
             previous = len(entry)
@@ -191,7 +191,7 @@ class _Layout:
         pad, lines = " " * indent, []
         for index, item in enumerate(value):
             here = (*path, index)
-            above, made = self.commented(self.value(f"{pad}-", item, indent, here), pad, here)
+            above, made = self.with_comments(self.value(f"{pad}-", item, indent, here), pad, here)
             lines += above
             if made[0] == f"{pad}-":  # the first line below a dash is written on its line, after comments
                 below = made[1:]
@@ -207,7 +207,7 @@ def _text(head: str, value: Any, indent: int) -> list[str]:
     one = f"{head} {_scalar(value, False)}"
     if not isinstance(value, str) or isinstance(value, Verbatim):
         return [one]
-    text = value if isinstance(value, Expression) else escaped(value)
+    text = value if isinstance(value, Expression) else escape(value)
     pad = " " * (indent + 2)
     lines = text.removesuffix("\n").split("\n")
     is_block = "\n" in text and lines[0][:1] not in ("", " ", "\t") and lines[-1].strip()
@@ -349,7 +349,9 @@ _MARK = re.compile(r"\A#+(?: |\Z)")
 _OF_ROBOT = ("robot", "source")
 
 
-def placed(comments: Iterable[Comment], document: Mapping[str, Any], head: Sequence[str], root: bool) -> Remarks:
+def place_comments(
+    comments: Iterable[Comment], document: Mapping[str, Any], head: Sequence[str], root: bool
+) -> Remarks:
     """Return the comments of one file. ``head`` are lines that begin it.
 
     A comment belongs to the file that has its section. What belongs to no section, or to the name of the robot, is in
@@ -358,7 +360,7 @@ def placed(comments: Iterable[Comment], document: Mapping[str, Any], head: Seque
     before: dict[Path, list[str]] = {(): list(head)}
     inside: dict[Path, list[str]] = {}
     for comment in comments:
-        lines = cleaned(comment.text)
+        lines = clean_comment(comment.text)
         if not comment.path or comment.path[0] in _OF_ROBOT:
             if root:
                 (inside if comment.where == END else before).setdefault((), []).extend(lines)
@@ -375,7 +377,7 @@ def placed(comments: Iterable[Comment], document: Mapping[str, Any], head: Seque
     return Remarks(before, inside)
 
 
-def cleaned(text: str) -> list[str]:
+def clean_comment(text: str) -> list[str]:
     """Return the lines of a comment, moved left together, without empty lines around them.
 
     >>> cleaned(" the arm "), cleaned("# the arm")

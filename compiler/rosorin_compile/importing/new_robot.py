@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.formats import schema_text
-from rosorin_compile.output import locked, staging_folder
+from rosorin_compile.output import lock, staging_folder
 from rosorin_compile.request import FilePath
 from rosorin_compile.source.diagnostics import RequestError, UnknownName
 from rosorin_compile.source.load import plain_scalar
@@ -105,7 +105,7 @@ def init(name: str, template: str = "base", project: FilePath = ".") -> NewRobot
     target = folder / name
     texts = texts_of(template, name)
     folder.mkdir(parents=True, exist_ok=True)
-    with locked(folder, tidy=True), staging_folder(folder) as stage:
+    with lock(folder, tidy=True), staging_folder(folder) as stage:
         (stage / name).mkdir()
         for file, text in texts.items():
             (stage / name / file).write_text(text, "utf-8", newline="\n")

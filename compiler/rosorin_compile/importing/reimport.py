@@ -7,6 +7,7 @@ goes with it into version control. It is the common base when ``git merge-file``
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shlex
@@ -24,9 +25,9 @@ from rosorin_compile.source.diagnostics import (
     RequestError,
     Source,
     Span,
-    counted,
+    count_of,
     error,
-    listed,
+    phrase,
     printable,
 )
 from rosorin_compile.source.files import is_file, read_bytes
@@ -75,10 +76,14 @@ class Merged(NamedTuple):
 
 def record_of(files: Mapping[str, str], words: Iterable[str]) -> dict[str, str]:
     """Return the record of the files of a description, text by name."""
+    command = list(words)
+    line = shlex.join(command)
+    if not line.isprintable():  # a line end, or a byte that is not UTF-8
+        line = json.dumps(command)
     made = {f"{name}{ENDING}": text for name, text in files.items()}
     root = f"{Description.ROOT_FILE}{ENDING}"
     if root in made:
-        made[root] = f"{_PROGRAM}{shlex.join(words)}\n{made[root]}"
+        made[root] = f"{_PROGRAM}{line}\n{made[root]}"
     return made
 
 
@@ -91,7 +96,8 @@ def read_record(folder: Path) -> Record | None:
     """Return the record of the description in a folder, or None if it is missing or damaged. Raises OSError."""
     try:
         first, _, root = _text(folder / f"{Description.ROOT_FILE}{ENDING}").partition("\n")
-        words = shlex.split(first.removeprefix(_PROGRAM)) if first.startswith(_PROGRAM) else []
+        line = first.removeprefix(_PROGRAM) if first.startswith(_PROGRAM) else ""
+        words = json.loads(line) if line.startswith('["') else shlex.split(line)
         paths = filter(is_file, sorted(folder.glob(f"**/*{ENDING}")))
         files = {path.relative_to(folder).as_posix().removesuffix(ENDING): _text(path) for path in paths}
     except (ValueError, FileNotFoundError, NotADirectoryError):
@@ -118,7 +124,7 @@ def recorded(folder: Path, words: Sequence[str]) -> Record | None:
         raise RequestError(f"{message}; name a folder with -o, or another robot with --name")
     missing = [option for option in record.words[1:] if option.startswith("--") and option not in words]
     if missing:
-        message = f"{folder} was imported with {listed(missing)}: rosorin-compile import {shlex.join(record.words)}"
+        message = f"{folder} was imported with {phrase(missing)}: rosorin-compile import {shlex.join(record.words)}"
         raise RequestError(f"{message}; give the same options, or name a folder with -o")
     return record
 
@@ -210,7 +216,7 @@ def _left(message: str, help: str) -> Diagnostic:
 
 def _conflict(path: Path, text: str, start: int, source: str) -> Diagnostic:
     """Return the error about the conflicts in a merged file, the first of which begins at ``start``."""
-    count = counted(len(_MARK.findall(text)), "conflict")
+    count = count_of(len(_MARK.findall(text)), "conflict")
     message = f"the newer {source} changes lines of {path.name} that were edited here: {count}"
     message += "; both versions are in the file"
     span = Span(Source(str(path), text), text.count("\n", 0, start) + 1, 1, 7)

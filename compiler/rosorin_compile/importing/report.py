@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.language.expand.included_robots import map_files, move_files, relative_files
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, counted, first_of
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, count_of, first_of
 from rosorin_compile.source.files import is_file, resolve
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
@@ -40,7 +40,7 @@ class Renamed(NamedTuple):
     meshes: str | None = None
 
 
-def renamed(
+def rename_files(
     tree: Map, source: Path, folder: Path, meshes: str | None, packages: Mapping[str, Path], keeps: bool = False
 ) -> Renamed:
     """Rename meshes and textures so that the description finds the same files as the source.
@@ -56,7 +56,7 @@ def renamed(
 
     """
     place = tree.value_spans.get("robot", tree.span)
-    searched = Places(source, source.parent, packages, os.environ).named(tree, relative=meshes is None)
+    searched = Places(source, source.parent, packages, os.environ).search(tree, relative=meshes is None)
     files, messages, here = searched.by_name, list(searched.diagnostics), Path(os.path.abspath(folder))
     base, relative = Path(os.path.abspath(source.parent)), relative_files(tree)
     has_files = any(is_file(base / name) for name in relative)
@@ -149,8 +149,8 @@ def _with_places(tree: Map, folder: str, packages: Mapping[str, str]) -> Map:
     """Return the tree of a robot whose source says where its meshes are."""
     if not (folder or packages):
         return tree
-    made, span = tree.copied(), tree.span
-    source, named = tree["source"].copied(), Map(span)
+    made, span = tree.copy(), tree.span
+    source, named = tree["source"].copy(), Map(span)
     for package, at in packages.items():
         named.put(package, at, span, span)
     for key, value in (("folder", folder), ("packages", named)):
@@ -174,20 +174,20 @@ def _elsewhere(how: str, names: Sequence[str], span: Span) -> Diagnostic:
 def sizes(tree: Map) -> str:
     """Return how many links and joints a robot has."""
     links, joints = len(tree.get("links") or ()), len(tree.get("joints") or ())
-    return f"{counted(links, 'link')}, {counted(joints, 'joint')}"
+    return f"{count_of(links, 'link')}, {count_of(joints, 'joint')}"
 
 
-def repeated(tree: Map, reordered: bool) -> list[str]:
+def report_parts(tree: Map, reordered: bool) -> list[str]:
     """Return the lines about parts, and about the order of joints, which readers of joint positions depend on."""
     bodies = [tree, *(tree.get("parts") or {}).values()]
     uses = Counter(use["part"] for body in bodies for use in (body.get("use") or {}).values())
     if not uses:
         return []
-    lines = ["parts: " + ", ".join(f"{part} ({counted(count, 'use')})" for part, count in uses.items())]
+    lines = ["parts: " + ", ".join(f"{part} ({count_of(count, 'use')})" for part, count in uses.items())]
     return [*lines, "the joints come in another order than in the source; --no-parts keeps it"] if reordered else lines
 
 
-def kept(tree: Map) -> list[str]:
+def report_kept(tree: Map) -> list[str]:
     """Return the line about elements that are kept unchanged, if there are any."""
     tags = Counter(match[1] for text in _elements(tree) if (match := _TAG.match(text)))
     if not tags:
@@ -195,7 +195,7 @@ def kept(tree: Map) -> list[str]:
     return ["kept as they are: " + ", ".join(f"{tag} ({count})" if count > 1 else tag for tag, count in tags.items())]
 
 
-def accepted(tree: Map) -> list[str]:
+def report_accepted(tree: Map) -> list[str]:
     """Return the lines about rules that the robot breaks, and that the description accepts."""
     found: dict[str, list[str]] = {}
     for entry in tree.get("accept") or ():

@@ -27,10 +27,10 @@ from rosorin_compile.source.diagnostics import (
     Related,
     Source,
     and_more,
-    counted,
+    count_of,
     error,
     has_errors,
-    listed,
+    phrase,
 )
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.project import Description
@@ -144,7 +144,7 @@ def _proof(imported: Imported, shown: Imported, outputs: Outputs, folder: Path, 
     if format is None or format.prove is None or format.name not in outputs.entries:
         return Proof()
     Progress.step("proving the import in its engine")
-    description = Description.at(folder / Description.ROOT_FILE)
+    description = Description.from_path(folder / Description.ROOT_FILE)
     placed = replace(description, outputs=description.outputs.absolute())
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
         for file, text in write(seen_from(shown, folder), outputs).items():
@@ -168,8 +168,8 @@ def _untold(proof: Proof) -> Diagnostic:
     """Return the error about differences that no message of the import names."""
     count = len(proof.texts)
     what = "comes out" if count == 1 else "come out"
-    message = f"{counted(count, 'thing')} {what} otherwise than in the source, and nothing above says so"
-    message += f": {listed(list(proof.wrong))}"
+    message = f"{count_of(count, 'thing')} {what} otherwise than in the source, and nothing above says so"
+    message += f": {phrase(list(proof.wrong))}"
     help = "please report it with the file; --lenient writes it all the same"
     return Diagnostic("import-untold", ERROR, message, None, _some(proof.texts), help)
 
@@ -223,7 +223,7 @@ def element_changes(source: Robot, made: Robot) -> list[str]:
 
     Both have elements for Gazebo for friction and springs; the description has some for sensors and hardware, too.
     """
-    format = FORMATS.published()
+    format = FORMATS.published_format()
     output = next((one for one in made.outputs if one.backend == format.name), None)
     before, after = list(source.urdf_elements), list(made.urdf_elements)
     if output is not None and format.brings is not None:

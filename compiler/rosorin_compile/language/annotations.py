@@ -83,13 +83,13 @@ class Node(NamedTuple):
     items: Node | None = None
     of: frozenset[str] = frozenset()
 
-    def at(self, key: str) -> Node | None:
+    def value_of(self, key: str) -> Node | None:
         """Return what the schema says of the value of a key of a mapping; ``None`` if it says nothing."""
         return self.properties.get(key, self.others)
 
-    def below(self, step: str | int) -> Node | None:
+    def step_to(self, step: str | int) -> Node | None:
         """Return what the schema says of what is at a step of a path: a key of a mapping, an index of a list."""
-        return self.items if isinstance(step, int) else self.at(step)
+        return self.items if isinstance(step, int) else self.value_of(step)
 
     def left_out(self, entry: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
         """Yield the keys that are left out and whose name follows from others, each with its kind and that name."""

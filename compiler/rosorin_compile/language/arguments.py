@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, Span, Suggestion, error, has_errors
-from rosorin_compile.source.files import is_folder, shown
+from rosorin_compile.source.files import is_folder, label
 from rosorin_compile.source.load import MAX_NODES, LoadError, load_mapping
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.tree import Instance, Map, Seq, Text
@@ -58,7 +58,7 @@ class Argument(NamedTuple):
     set_at: Span | None = None
 
 
-def declared(
+def declared_arguments(
     path: Path, arguments: Mapping[str, Any], packages: Mapping[str, Path] | None = None
 ) -> tuple[list[Argument], list[Diagnostic]]:
     """Return the arguments of the description whose first file is ``path``, and problems with their values."""
@@ -118,10 +118,10 @@ def combinations(varied: Sequence[Choice]) -> Iterator[Combination]:
 
 def read(paths: Iterable[Path], texts: Mapping[str, str]) -> Map:
     """Return the arguments of at least one YAML file; later files override earlier ones, ``texts`` override files."""
-    first, *others = (load_mapping(path, shown(path)) for path in paths)
+    first, *others = (load_mapping(path, label(path)) for path in paths)
     merged = Map(first.span)
     for values in (first, *others):
-        for name in values.calculated():
+        for name in values.expression_keys():
             message = f'the argument "{name}" is an expression; a file of arguments holds values'
             raise LoadError(error("bad-argument", message, values.value_spans[name], "write its result"))
         for name, value in values.items():
@@ -259,12 +259,12 @@ def with_wanted(tree: Map, wanted: Sequence[str], formats: Mapping[str, Format])
             message = f'{robot} has no output "{name}", and there is no format of that name'
             errors.append(error(UNKNOWN, message, None, Suggestion(name, [*listed, *written], details=has)))
         return tree, errors
-    section = listed.copied()
+    section = listed.copy()
     for name in new:
         entry = Map(span, Instance(_ADDED, span, tree.via))
         entry.put("file", _file(formats[name], robot, section), span, span)
         section.put(name, entry, span, span)
-    made = tree.copied()
+    made = tree.copy()
     place = (tree.key_spans["outputs"], tree.value_spans["outputs"]) if "outputs" in tree else (span, span)
     made.put("outputs", section, *place)
     return made, []

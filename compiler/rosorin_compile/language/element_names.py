@@ -90,7 +90,7 @@ def _is_name(text: str) -> bool:
     return bool(re.fullmatch(r"[\w./-]+", text)) and not re.fullmatch(number, text, re.IGNORECASE)
 
 
-def renamed(text: str, rename: Callable[[str], str], references: Finder = references) -> str:
+def rename_references(text: str, rename: Callable[[str], str], references: Finder = references) -> str:
     """Return elements in which each name that ``references`` yields is replaced by ``rename`` of it."""
     before, after = "<robot>", "</robot>"
     try:
@@ -159,7 +159,7 @@ def kind_of(found: Found, top: bool) -> str:
     return tag if tag == "instance" else ""
 
 
-def given(found: Found, top: bool) -> Iterator[Reference]:
+def defined_names(found: Found, top: bool) -> Iterator[Reference]:
     """Yield the name that an element defines; with a file and no name it is that of the file, as in MuJoCo."""
     kind = kind_of(found, top)
     attribute = "class" if kind == CLASS else "name"
@@ -171,7 +171,7 @@ def given(found: Found, top: bool) -> Iterator[Reference]:
         yield Reference(stem, kind, "", f"the file of <{found.tags[-1]}>")
 
 
-def used(found: Found, top: bool) -> Iterator[Reference]:
+def used_names(found: Found, top: bool) -> Iterator[Reference]:
     """Yield the names in an element that refer to others."""
     tag, attributes = found.tags[-1], found.attributes
     if top and found.tags[0] in _OF_SETTINGS:
@@ -217,7 +217,7 @@ def with_names(text: str, top: bool, rename: Callable[[str], str]) -> str:
 
     def all_names(tags: tuple[str, ...], attributes: Mapping[str, str], _: str) -> Iterator[Reference]:
         found = Found(tags, dict(attributes), "", 0)
-        yield from (one for one in given(found, top) if one.attribute)
-        yield from used(found, top)
+        yield from (one for one in defined_names(found, top) if one.attribute)
+        yield from used_names(found, top)
 
-    return renamed(text, rename, all_names)
+    return rename_references(text, rename, all_names)

@@ -12,7 +12,7 @@ from rosorin_compile.model import Joint, Link, Pose, Publisher, Robot, Vector
 from rosorin_compile.model import Transform as Rigid
 from rosorin_compile.model.joint import NODE, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED
 from rosorin_compile.source.diagnostics import UnknownName
-from rosorin_compile.source.tree import Path, at
+from rosorin_compile.source.tree import Path, value_at
 
 from .expand.description import Expanded
 from .lower import Lowered
@@ -46,7 +46,7 @@ class Transform(NamedTuple):
     quaternion_xyzw: tuple[float, ...]
 
     @classmethod
-    def of(cls, rigid: Rigid) -> Transform:
+    def from_rigid(cls, rigid: Rigid) -> Transform:
         """Return the values of a rigid transform, without negative zeros."""
         w, x, y, z = rigid.quaternion()
         values = (rigid.xyz, rigid.rpy(), tuple(map(math.degrees, rigid.rpy())), (x, y, z, w))
@@ -151,7 +151,7 @@ def explain(
     for name in (name for name in unknown if name not in entries):
         if any(_is_called(number, name) for number in numbers):
             words.append(name)
-        elif (meaning := origins.named(name)) is not None:
+        elif (meaning := origins.meaning_of(name)) is not None:
             uses = (use for use in expanded.symbols.references(("value",)) if (use.name, use.owner) == (name, ""))
             spans = dict.fromkeys(use.place.span for use in uses if use.place)
             values.append(NamedValue(name, meaning, tuple(map(origins.where, spans))))
@@ -194,7 +194,7 @@ class _Frames:
     def uses(self, frame: str) -> list[str]:
         """Return the uses of parts that a frame comes from, the outermost first: arm, arm_hand."""
         place = self.places.get(("link", frame))
-        stack = self.origins.at(place)[1] if place is not None else ()
+        stack = self.origins.place_of(place)[1] if place is not None else ()
         names = [use[1] for step in reversed(stack) if (use := _USE.match(step.message))]
         return ["_".join(names[: count + 1]) for count in range(len(names))]
 
@@ -209,7 +209,7 @@ class _Frames:
         """Return everything about a frame."""
         robot, chain = self.robot, self._chain(name)
         joint, link = robot.joint_to.get(name), robot.link.get(name)
-        where, stack = (None, ()) if link is None else self.origins.at(self.places["link", name])
+        where, stack = (None, ()) if link is None else self.origins.place_of(self.places["link", name])
         children = [joint.child for joint in robot.joints_from.get(name, ())]
         children += [edge.child for edge in robot.edges if edge.parent == name]
         return Explanation(
@@ -267,7 +267,7 @@ class _Frames:
             if step is None or poses:
                 return Placed(pose, root, None)
             found = found.then(step.transform())
-        return Placed(pose, root, Transform.of(found))
+        return Placed(pose, root, Transform.from_rigid(found))
 
     def _edge_of_joint(self, joint: Joint) -> Edge:
         path = self.places["joint", joint.name]
@@ -279,18 +279,18 @@ class _Frames:
         topic = "" if joint.publisher.kind == UNPUBLISHED else "/tf" if joint.moves_on_tf else "/tf_static"
         publisher = "published in turns" if joint.name in self.robot.turns else _in_words(joint.publisher)
         ends = (joint.parent, joint.child, joint.name, joint.type)
-        transform = Transform.of(joint.transform())
-        return Edge(*ends, publisher, topic, "", transform, tuple(numbers), *self.origins.at(path))
+        transform = Transform.from_rigid(joint.transform())
+        return Edge(*ends, publisher, topic, "", transform, tuple(numbers), *self.origins.place_of(path))
 
     def _edges_to(self, frame: str) -> tuple[Edge, ...]:
         found = []
         for index, edge in enumerate(self.robot.edges):
             if edge.child == frame:
                 path: Path = self.places["joint", edge.joint] if edge.joint else ("edges", index)
-                transform = None if edge.pose is None else Transform.of(edge.pose.transform())
+                transform = None if edge.pose is None else Transform.from_rigid(edge.pose.transform())
                 numbers = () if edge.pose is None else tuple(self._pose(path, edge.pose))
                 ends = (edge.parent, frame, "", "", _in_words(edge.publisher), "/tf" if edge.moving else "/tf_static")
-                found.append(Edge(*ends, edge.when, transform, numbers, *self.origins.at(path)))
+                found.append(Edge(*ends, edge.when, transform, numbers, *self.origins.place_of(path)))
         return tuple(found)
 
     def _pose(self, path: Path, pose: Pose) -> Iterator[Number]:
@@ -300,7 +300,7 @@ class _Frames:
     def _vector(self, path: Path, values: Vector, unit: str, note: str = "not written") -> Iterator[Number]:
         names = _AXES.get(path[-1]) or [f"{path[-1]} {axis}" for axis in "xyz"]
         for index, value in enumerate(values):
-            origin = self.origins.of((*path, index))
+            origin = self.origins.origin_of((*path, index))
             yield Number(names[index], value, unit, origin, "" if origin else note)
 
     def numbers(self, path: Path, joint: Joint | None = None) -> Iterator[Number]:
@@ -316,9 +316,9 @@ class _Frames:
                     yield from below((*here, key), item)
             elif isinstance(value, (int, float)) and not isinstance(value, bool):
                 unit = joint_unit(here, slides, leads if leader is not None else None) or ""
-                yield Number(_name_of(here[len(path) - 1 :]), float(value), unit, self.origins.of(here))
+                yield Number(_name_of(here[len(path) - 1 :]), float(value), unit, self.origins.origin_of(here))
 
-        return below(path, at(self.origins.tree, path))
+        return below(path, value_at(self.origins.tree, path))
 
     def _entries_naming(self, kind: str, name: str, section: str) -> list[Path]:
         references = SymbolTable(self.origins.tree).references((kind,), section)
@@ -361,7 +361,7 @@ class _Frames:
         for purpose, shapes in (("collision", link.collision), ("visual", link.visual)):
             for index in range(len(shapes)):
                 here: Path = (*path, purpose, index)
-                yield Shape(purpose, tuple(_inner(self.numbers(here))), self.origins.at(here)[0])
+                yield Shape(purpose, tuple(_inner(self.numbers(here))), self.origins.place_of(here)[0])
 
 
 def _name_of(steps: Path) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from rosorin_compile.source.numbers import exact, fixed
+from rosorin_compile.source.numbers import exact, to_fixed
 
 from .explain import Answer, Edge, Explanation, NamedValue, Number
 from .origins import Meaning, Step, Where
@@ -81,7 +81,7 @@ def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
     """Yield a line per number, then its origin; what several numbers share follows the last of them."""
     rows = []
     for number in _merge_zeros(numbers):
-        degrees = f" ({fixed(math.degrees(number.value), 6)} deg)" if number.unit == "rad" and number.value else ""
+        degrees = f" ({to_fixed(math.degrees(number.value), 6)} deg)" if number.unit == "rad" and number.value else ""
         rows.append((number, f"{exact(number.value)} {number.unit}".rstrip() + degrees))
     width = max((len(number.name) for number, _ in rows), default=0)
     value_width = max((len(value) for _, value in rows), default=0)
@@ -116,7 +116,7 @@ def _merge_zeros(numbers: Sequence[Number]) -> Iterator[Number]:
 
 
 def _row(values: Sequence[float]) -> str:
-    return "  ".join(fixed(value, _DIGITS) for value in values)
+    return "  ".join(to_fixed(value, _DIGITS) for value in values)
 
 
 def _meanings(names: Sequence[Meaning], indent: int) -> Iterator[str]:

@@ -16,20 +16,20 @@ from typing import Any, NamedTuple
 from rosorin_compile.model import Robot
 from rosorin_compile.model.sections import ENTRIES, ITEMS, ONE, Section, Sections, own_sections
 from rosorin_compile.source.diagnostics import Diagnostic, UnknownName
-from rosorin_compile.source.plugins import Plugin, aside, failed
-from rosorin_compile.source.rule_registry import declared
+from rosorin_compile.source.plugins import Plugin, aside, failed_plugin
+from rosorin_compile.source.rule_registry import find_declared
 from rosorin_compile.source.tree import Map, Path
 
 from .expand.scope import Scope
 from .lowering import Lowering
 from .records import named_records, plain, record_of
-from .schema import fragment_at, plugged, resolve, schema
-from .suppressions import accepted
+from .schema import fragment_at, plugin_sections, resolve, schema
+from .suppressions import is_accepted
 from .symbols import Symbol, SymbolTable
 
 Report = Callable[[Diagnostic, str], None]
 Place = Callable[[str, str, Path], None]
-_ACCEPTABLE = {"shape-size": declared("shape-size")}
+_ACCEPTABLE = {"shape-size": find_declared("shape-size")}
 
 
 class Lowered(NamedTuple):
@@ -61,7 +61,7 @@ def lower(tree: Map, scope: Scope | None = None) -> Lowered:
     robot = Robot(**{name: value for name, value in values.items() if value is not None})
     if sections.values:
         robot = with_sections(robot, tree, report, lowering.place)
-    refused = [problem for problem in lowering.diagnostics if not accepted(tree, problem, _ACCEPTABLE)]
+    refused = [problem for problem in lowering.diagnostics if not is_accepted(tree, problem, _ACCEPTABLE)]
     return Lowered(None if refused else robot, lowering.places, lowering.diagnostics)
 
 
@@ -73,7 +73,7 @@ def _lower_sections(tree: Mapping[str, Any], lowering: Lowering, report: Report)
     own = [section for section in own_sections() if tree.get(section.name) is not None]
     values = {section.name: _value(section, tree, lowering) for section in own}
     contents, added = {}, {}
-    for plugin, section in plugged().sections:
+    for plugin, section in plugin_sections().sections:
         if tree.get(section.name) is not None:
             contents[section.name] = _contents(section, tree)
             with _guarded(plugin, section.name, report):
@@ -115,7 +115,7 @@ def _guarded(plugin: Plugin, section: str, report: Report) -> Iterator[None]:
         with aside():
             yield
     except (Exception, SystemExit) as fault:
-        report(failed(plugin, fault), section)
+        report(failed_plugin(plugin, fault), section)
 
 
 def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robot:
@@ -125,7 +125,7 @@ def with_sections(robot: Robot, tree: Map, report: Report, place: Place) -> Robo
     else adds nothing, which the rules report. ``place`` takes the kind, name and path of what is added.
     """
     made, symbols = robot, SymbolTable(tree)
-    waiting = [(plugin, one) for plugin, one in plugged().sections if one.adds and one in robot.sections]
+    waiting = [(plugin, one) for plugin, one in plugin_sections().sections if one.adds and one in robot.sections]
     while ready := [(item, order) for item in waiting if (order := _in_order(made, symbols, item[1].name)) is not None]:
         (plugin, section), order = ready[0]
         waiting.remove((plugin, section))
@@ -142,7 +142,7 @@ def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | N
     """Return the entries of a section, each after those that define what it refers to."""
     defined = {(symbol.kind, symbol.name): symbol.path[1] for symbol in symbols.definitions(section) if symbol.path[1:]}
     needs: dict[Any, set[Any]] = {}
-    for reference in unresolved(robot, symbols, section):
+    for reference in unresolved_references(robot, symbols, section):
         if (reference.kind, reference.name) not in defined:
             return None
         if len(reference.path) > 1:
@@ -155,7 +155,7 @@ def _in_order(robot: Robot, symbols: SymbolTable, section: str) -> list[Any] | N
         return None
 
 
-def unresolved(robot: Robot, symbols: SymbolTable, section: str) -> list[Symbol]:
+def unresolved_references(robot: Robot, symbols: SymbolTable, section: str) -> list[Symbol]:
     """Return the references of a section to links and joints that do not exist."""
     existing = {"link": robot.link, "joint": robot.joint}
     return [one for one in symbols.references(existing, section) if one.name not in existing[one.kind]]

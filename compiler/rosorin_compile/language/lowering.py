@@ -19,7 +19,7 @@ from rosorin_compile.source.tree import Map, Path
 
 from .expand.provenance import problem_at
 from .expand.scope import Scope
-from .suppressions import accepted, names_at
+from .suppressions import is_accepted, names_at
 
 T = TypeVar("T")
 
@@ -77,7 +77,7 @@ class Lowering:
     def accepts(self, problem: LoweringError) -> bool:
         """Return True, and report the problem, if the description accepts it."""
         diagnostic = replace(error(problem.rule, "", None), of=names_at(self.tree, problem.path))
-        if not accepted(self.tree, diagnostic, self.acceptable):
+        if not is_accepted(self.tree, diagnostic, self.acceptable):
             return False
         self(problem.rule, problem.message, problem.path, problem.help)
         return True

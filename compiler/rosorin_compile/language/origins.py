@@ -17,7 +17,7 @@ from rosorin_compile.source.units import NUMBER, Quantity, describe
 from .expand.expansion import Failed
 from .expand.provenance import scope_of
 from .expand.scope import Scope
-from .expression import ExpressionError, evaluate, parsed, pieces
+from .expression import ExpressionError, evaluate, parse_expression, pieces
 from .symbols import MOUNT
 
 MAX_LEVELS = 6
@@ -149,7 +149,7 @@ class Origins:
         self.tree, self.root, self.arguments = tree, root, arguments
         self.written = Written()
 
-    def of(self, path: Path) -> Origin | None:
+    def origin_of(self, path: Path) -> Origin | None:
         """Return where the value at a path of the tree was written, or None for a default."""
         node: Any = self.tree
         spans: list[Span] = []
@@ -172,11 +172,11 @@ class Origins:
         """Return a position with the text written there."""
         return Where(span.source.path, span.line, span.column, self.written.text(span))
 
-    def at(self, path: Path) -> tuple[Where, tuple[Step, ...]]:
+    def place_of(self, path: Path) -> tuple[Where, tuple[Step, ...]]:
         """Return where the entry at a path begins, and the includes, parts and loops that lead to it."""
         return self.where(self.tree.locate(path, key=True).span), self._stack(self.tree.locate(path))
 
-    def named(self, name: str) -> Meaning | None:
+    def meaning_of(self, name: str) -> Meaning | None:
         """Return the meaning of an argument or a named value of the description, or None if there is none."""
         place = self.root.places.get(name)
         return None if place is None else self._meaning(name, place, self.root, self.root, 0)
@@ -274,7 +274,7 @@ def _names_used(value: Any) -> Iterator[tuple[ast.expr, str]]:
     for piece in pieces(value) if isinstance(value, str) else ():
         if piece.is_expression:
             with suppress(ExpressionError, SyntaxError, ValueError):
-                tree = parsed(piece.text).body
+                tree = parse_expression(piece.text).body
                 bound = {
                     one.id for one in ast.walk(tree) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)
                 }

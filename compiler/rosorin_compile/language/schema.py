@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.model.sections import ENTRIES, ITEMS, Section
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, UnknownName
-from rosorin_compile.source.plugins import Plugin, broken, load
+from rosorin_compile.source.plugins import Plugin, broken_plugin, load
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, find
 from rosorin_compile.source.units import UNITS, parse_unit
@@ -41,7 +41,7 @@ class Plugged(NamedTuple):
 
 
 @cache
-def plugged() -> Plugged:
+def plugin_sections() -> Plugged:
     """Return the sections of plug-ins that name only kinds of things that some section defines."""
 
     def is_taken(name: str) -> bool:
@@ -56,7 +56,9 @@ def plugged() -> Plugged:
     for plugin, section in loaded:
         unknown = sorted(kinds_of(section.schema, NAMES) - known)
         for kind in unknown:
-            problems.append(broken(plugin, f"has a schema with an unknown name: {UnknownName('kind', kind, known)}"))
+            problems.append(
+                broken_plugin(plugin, f"has a schema with an unknown name: {UnknownName('kind', kind, known)}")
+            )
         if not unknown:
             sections.append((plugin, section))
             OF_PLUGINS.update((rule.id, rule) for check in section.all_checks() for rule in check.rules)
@@ -65,7 +67,7 @@ def plugged() -> Plugged:
 
 def plugged_sections() -> Mapping[str, Section[Any]]:
     """Return the sections of plug-ins by name."""
-    return {section.name: section for _, section in plugged().sections}
+    return {section.name: section for _, section in plugin_sections().sections}
 
 
 def piece(section: Section[Any]) -> dict[str, Any]:
@@ -148,7 +150,7 @@ def sections() -> Mapping[str, Node]:
 
 
 @cache
-def merged(*how: str, in_parts: bool = False) -> tuple[str, ...]:
+def merged_sections(*how: str, in_parts: bool = False) -> tuple[str, ...]:
     """Return the sections that are joined in one of some ways; with ``in_parts`` those that may stand in a part."""
     return tuple(key for key, node in sections().items() if node.merge in how and (node.in_parts or not in_parts))
 
@@ -188,7 +190,7 @@ def is_one_entry(section: str) -> bool:
 
 def holds_many(section: str) -> bool:
     """Return True if a section is one entry with entries by name in it, which several parts and files may add to."""
-    return section in merged(WITHIN)
+    return section in merged_sections(WITHIN)
 
 
 def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from rosorin_compile.source.tree import Map, Path, Seq, Text, prefix_at
 from rosorin_compile.source.units import UNITS, Dimension, Quantity, parse_unit
 from rosorin_compile.source.wording import suggest
 
-from .expression import ExpressionError, compiled
+from .expression import ExpressionError, compile_expression
 from .schema import keys_of_xml, of_parts, resolve, schema
 from .symbols import MOUNT
 
@@ -189,7 +189,7 @@ def _of_reference(text: str) -> str:
         return ""
     is_sum = re.search(r"[-+*/(]", formula) and re.search(r"\d|pi|\w\s*[-+*/]\s*\w", formula)
     try:
-        is_expression = formula in ("pi", "tau") or bool(is_sum and compiled(formula))
+        is_expression = formula in ("pi", "tau") or bool(is_sum and compile_expression(formula))
     except ExpressionError:
         return ""
     return f'a calculation is an expression: "${{{formula}}}"' if is_expression else ""

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Help, Suggestion, diagnostic, error
 from rosorin_compile.source.rule_registry import OF_PLUGINS, PHYSICS, SIMULATION, Rule, find
 from rosorin_compile.source.tree import Map, Path, Seq, has
-from rosorin_compile.source.wording import MAX_LISTED, and_more, quoted
+from rosorin_compile.source.wording import MAX_LISTED, and_more, quote
 
 from .annotations import Node, texts
 from .schema import sections
@@ -42,7 +42,7 @@ def names_at(tree: Map, path: Path) -> tuple[str, ...]:
     for step in path:
         if not is_final and node.keys is not None and node.keys.names:
             found = (str(step),)
-        below = node.below(step)
+        below = node.step_to(step)
         if below is None:
             return found
         node, value = below, value[step] if has(value, step) else None
@@ -56,12 +56,12 @@ def names_at(tree: Map, path: Path) -> tuple[str, ...]:
     return (value,) if not is_final and node.names and isinstance(value, str) else found
 
 
-def accepted(tree: Map, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> bool:
+def is_accepted(tree: Map, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> bool:
     """Return True if a description accepts a diagnostic."""
     return bool(_covering(_entries(tree), diagnostic, acceptable))
 
 
-def unknown(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
+def unknown_rules(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
     """Return the errors about rule ids in ``accept``; the tree may be of any shape."""
     diagnostics = []
     entries = tree.get("accept")
@@ -80,7 +80,7 @@ def unknown(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
     return diagnostics
 
 
-def settled(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str, Rule]) -> Settled:
+def apply(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str, Rule]) -> Settled:
     """Remove accepted warnings and notes, and merge accepted errors to one note a rule."""
     entries = _entries(tree)
     left: list[Diagnostic] = []
@@ -94,7 +94,7 @@ def settled(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[st
             groups.setdefault(found.rule, []).append(found)
         elif not covering and is_acceptable_error and (found.rule, EVERYTHING) in entries and found.of:
             way = f"an error is accepted by name: of: [{found.of[0]}]"
-            worded = found.worded()
+            worded = found.with_help()
             left.append(replace(worded, help="; ".join(filter(None, (worded.help, way)))))
         elif not covering:
             left.append(found)
@@ -123,7 +123,7 @@ def _covering(entries: _Entries, diagnostic: Diagnostic, acceptable: Mapping[str
     return [entry for name in names for entry in entries.get((rule, name), ())]
 
 
-def unused(
+def unused_entries(
     tree: Map, used: Set[Entry], acceptable: Mapping[str, Rule], asked: Collection[str] = ("",)
 ) -> list[Diagnostic]:
     """Return a warning for each entry of ``accept`` that covers nothing.
@@ -141,7 +141,7 @@ def unused(
         help: Help = "remove the entry"
         if "of" in entry:
             place = tree.locate(("accept", index, "of", list(entry["of"]).index(idle[0])))
-            message = f"{rule} is accepted of {quoted(idle, MAX_LISTED)}, but has nothing to report about "
+            message = f"{rule} is accepted of {quote(idle, MAX_LISTED)}, but has nothing to report about "
             message += "it" if len(idle) == 1 else "them"
             kind = acceptable[rule].accept if rule in acceptable else "part"
             names = SymbolTable(tree).among(THINGS)

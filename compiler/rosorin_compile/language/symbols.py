@@ -18,7 +18,7 @@ from rosorin_compile.source.tree import Map, Path, Place, Seq
 from rosorin_compile.source.xml.elements import found_in
 
 from .annotations import ALSO, GIVES, INSIDE, SPELT, Node
-from .element_names import BODY, EQUALITY, GEOM, SITE, given, named_in, used
+from .element_names import BODY, EQUALITY, GEOM, SITE, defined_names, named_in, used_names
 from .expression import all_names, pieces
 from .schema import sections
 
@@ -66,7 +66,7 @@ def _walk(node: Node, value: Any, path: Path, wanted: Collection[str], rules: bo
             for key, kind, name in node.left_out(value):
                 yield Node(gives=kind), name, (*path, key), False
         for key, item in value.items():
-            below = node.at(key)
+            below = node.value_of(key)
             if below is not None and (not wanted or not below.of.isdisjoint(wanted)):
                 yield from _walk(below, item, (*path, key), wanted, rules)
     elif isinstance(value, list) and node.items is not None and (not wanted or not node.items.of.isdisjoint(wanted)):
@@ -232,7 +232,7 @@ class SymbolTable:
                 inside = True
                 mounted = mounted or _uses_mount(node.inside, value)
                 elements = found_in(value) if node.inside in ("mjcf", "mjcf_body") and isinstance(value, str) else ()
-                for one in (one for element in elements for one in given(element, node.inside == "mjcf")):
+                for one in (one for element in elements for one in defined_names(element, node.inside == "mjcf")):
                     for kind in (KINDS.get(one.kind, one.kind), _ELEMENT) if one.attribute else ():
                         found.setdefault(kind, set()).add(one.name)
         for section, node in sections().items():
@@ -288,7 +288,7 @@ def _uses_mount(inside: str, text: Any) -> bool:
         return any(found.name == MOUNT and found.sure for found in named_in(text))
     if inside not in ("mjcf", "mjcf_body"):
         return False
-    uses = (one for found in found_in(text) for one in used(found, inside == "mjcf"))
+    uses = (one for found in found_in(text) for one in used_names(found, inside == "mjcf"))
     return any(one.name == MOUNT and one.kind in (BODY, SITE) for one in uses)
 
 

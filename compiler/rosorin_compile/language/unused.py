@@ -9,8 +9,8 @@ from pathlib import Path
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Span
 from rosorin_compile.source.project import ENDINGS
-from rosorin_compile.source.tree import Map, at
-from rosorin_compile.source.wording import difference, in_words, look, unseen
+from rosorin_compile.source.tree import Map, value_at
+from rosorin_compile.source.wording import difference, hidden_letter, in_words, look
 
 from .expand.scope import Scope
 from .symbols import WORD, Symbol, SymbolTable
@@ -38,7 +38,7 @@ def check_letters(symbols: SymbolTable, scope: Scope) -> None:
         if one.place is None:
             continue
         ignore_case = one.kind in ("part", "sensor type")  # in a formula r and R are two names
-        if letter := unseen(one.name):
+        if letter := hidden_letter(one.name):
             message = f'{one.kind} "{one.name}" has an invisible letter: {in_words(letter)}'
             scope.report("invisible-letter", message, one.place, "type the name again, without this letter")
             continue
@@ -51,7 +51,7 @@ def check_letters(symbols: SymbolTable, scope: Scope) -> None:
             scope.expansion.diagnostics.append(warning)
 
 
-def unused(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]:
+def unused_names(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]:
     """Return a warning for each name that is defined and never used; ``read`` are the files of the description."""
     tree, uses = symbols.tree, list(symbols.references(tuple(_UNUSED)))
     used = {(one.kind, one.name, one.owner) for one in uses if (one.kind, *one.path[:2]) != ("part", "parts", one.name)}
@@ -67,7 +67,7 @@ def unused(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]:
         kind = "value" if one.kind in _EXPRESSIONS else one.kind
         if kind not in _UNUSED or kind in hidden or "$" in one.name or (kind, one.name, one.owner) in used:
             continue
-        place, entry = one.place or tree.locate(one.path, key=True), at(tree, one.path)
+        place, entry = one.place or tree.locate(one.path, key=True), value_at(tree, one.path)
         if one.kind == "publisher" and (isinstance(entry, str) or (entry or {}).get("stamps")):
             continue
         what, way = _UNUSED.get(one.kind, _UNUSED["value"])

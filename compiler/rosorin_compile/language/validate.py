@@ -9,9 +9,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.tree import Map, Seq, at
+from rosorin_compile.source.tree import Map, Seq, value_at
 from rosorin_compile.source.units import Dimension, Quantity, describe, parse_unit
-from rosorin_compile.source.wording import counted, in_words, suggest, swaps, unseen
+from rosorin_compile.source.wording import count_of, hidden_letter, in_words, suggest, swaps
 
 from . import suggestions
 from .expand.provenance import problem_at
@@ -133,7 +133,7 @@ def _is_free(steps: Steps) -> bool:
         if node is None:
             break
         reckoned = reckoned if node.reckoned is None else node.reckoned
-        node = node.below(step)
+        node = node.step_to(step)
     return not (reckoned if node is None or node.reckoned is None else node.reckoned)
 
 
@@ -157,21 +157,21 @@ class _Report:
         self.part, self.defined = part_at(misfit.schema_path[:-1], schema)
         self.kind = (self.defined or str(self.path[0])) if self.path else "top"
         self.meaning = _sentence(str(self.part.get("description", "")))
-        self.value = at(tree, tuple(self.path))
+        self.value = value_at(tree, tuple(self.path))
 
     def diagnostics(self) -> list[Diagnostic]:
         wanted, where, value = self.misfit.wanted, self.where, self.value
         if self.keyword in ("minItems", "maxItems"):
             count = f"at {'least' if self.keyword == 'minItems' else 'most'} {wanted}"
             count = wanted if self.part.get("minItems") == self.part.get("maxItems") else count
-            message = f"{where} has {counted(len(value), 'item')}, not {count}"
+            message = f"{where} has {count_of(len(value), 'item')}, not {count}"
             return self._make(
                 "wrong-length", message, lambda: suggestions.items_meant(value, self.part) or self.meaning
             )
         if self.keyword == "minLength" and not value:
             return self._make("empty-text", f"{where} is empty", "write a text, or leave the key out")
         if words := _LIMITS.get(self.keyword):
-            limit = counted(wanted, "letter") if self.keyword.endswith("Length") else wanted
+            limit = count_of(wanted, "letter") if self.keyword.endswith("Length") else wanted
             message = words.format(where=where, value=value, limit=limit)
             return self._make("wrong-value", message, "" if self.keyword in ("minimum", "maximum") else self.meaning)
         if self.keyword == "propertyNames":
@@ -206,7 +206,7 @@ class _Report:
         known = self.part.get("properties", {})
         if not self.path:
             known = {**known, **dict.fromkeys(_EXPANDED)}
-        unexpected = dict.fromkeys(self.misfit.unexpected())
+        unexpected = dict.fromkeys(self.misfit.unexpected_keys())
         tails, found = suggestions.text_tails(self.value, unexpected), list[Diagnostic]()
         for key in (key for key in unexpected if key not in tails):
             help = partial(suggestions.key_meant, key, self.value, known, self.kind, self.path)
@@ -237,7 +237,7 @@ class _Report:
         units = [unit] if isinstance(unit, str) else unit
         wanted = " or ".join(_TYPES[name] for name in types if name != "null")
         wanted += f" ({' or '.join(filter(None, units))})" if units else ""
-        parent = at(self.tree, tuple(self.path[:-1]))
+        parent = value_at(self.tree, tuple(self.path[:-1]))
         is_only = isinstance(parent, Seq) and len(parent) == 1 and "number" in types
         if is_only and isinstance(self.value, str) and len(suggestions.numbers_in(self.value)) > 1:
             return []  # the length of the list is reported
@@ -299,7 +299,7 @@ def not_allowed(
 
 
 def _odd_letter(name: str) -> str:
-    odd = unseen(name) or next((letter for letter in name if letter.isspace() and letter not in " \n\t"), "")
+    odd = hidden_letter(name) or next((letter for letter in name if letter.isspace() and letter not in " \n\t"), "")
     return f"it contains {in_words(odd)}: type the name again" if odd else ""
 
 

@@ -34,7 +34,7 @@ class Misfit(NamedTuple):
     schema_path: Steps
     key: str = ""
 
-    def unexpected(self) -> list[str]:
+    def unexpected_keys(self) -> list[str]:
         """Return the keys that ``additionalProperties`` does not allow."""
         return [key for key in self.value if key not in self.part.get("properties", {})]
 
@@ -47,7 +47,7 @@ def validator_of(schema: Mapping[str, Any]) -> Any:
     """Return the validator of a schema."""
     from jsonschema import Draft7Validator  # takes 45 ms, which an unchanged run does without
 
-    return Draft7Validator(inlined(schema))
+    return Draft7Validator(inline_references(schema))
 
 
 @cache
@@ -56,7 +56,7 @@ def validator(name: str) -> Any:
     return validator_of(own_schema(name))
 
 
-def inlined(whole: Mapping[str, Any]) -> dict[str, Any]:
+def inline_references(whole: Mapping[str, Any]) -> dict[str, Any]:
     """Return a schema with each reference replaced by its target; our schemas are not recursive."""
     done: dict[str, Any] = {}
 
@@ -128,7 +128,7 @@ def words_of(misfit: Misfit) -> str:
     if misfit.keyword in _NAMING:
         return f"{_json(misfit.key)} is a required property"
     if misfit.keyword == "additionalProperties":
-        return f"unknown properties: {', '.join(misfit.unexpected())}"
+        return f"unknown properties: {', '.join(misfit.unexpected_keys())}"
     return f"{_json(misfit.value)} does not match {misfit.keyword} {_json(misfit.wanted)}"
 
 
@@ -148,7 +148,7 @@ def check_schema(part: Mapping[str, Any], whole: Mapping[str, Any]) -> None:
     draft |= {"if": {"required": ["$ref"]}, "then": {"propertyNames": {"pattern": _BESIDE_REFERENCE}}}
     for misfit in misfits_of(Draft7Validator(draft, format_checker=FormatChecker(["regex"])), dict(part)):
         if misfit.keyword == "additionalProperties":
-            unknown = next(word for word in misfit.unexpected() if not word.startswith("x-"))
+            unknown = next(word for word in misfit.unexpected_keys() if not word.startswith("x-"))
             raise UnknownName("keyword", unknown, draft["properties"], "JSON Schema draft 7")
         raise ValueError(words_of(misfit))
-    inlined(whole)
+    inline_references(whole)

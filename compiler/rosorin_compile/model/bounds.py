@@ -105,7 +105,7 @@ def _corners(geometry: Geometry) -> tuple[Vector, Vector]:
     return (-radius, -radius, -half), (radius, radius, half)
 
 
-def along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
+def reach_along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
     """Return how far (m) a shape that is not a mesh, of a link at ``place``, reaches along a unit vector."""
     geometry, there = shape.geometry, place.then(shape.pose.transform())
     (a, b, c), (d, e, f), (g, h, i) = there.rows
@@ -150,7 +150,7 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
             ends = math.hypot(x + dx, y + dy), math.hypot(x - dx, y - dy)
             farthest = max(farthest, max(ends) + geometry.radius)
             continue
-        reach = along(shape, place)
+        reach = reach_along(shape, place)
         for turn in (math.atan2(y, x), *turns):
             across, up = math.cos(turn), math.sin(turn)
             direction = (across * u[0] + up * v[0], across * u[1] + up * v[1], across * u[2] + up * v[2])

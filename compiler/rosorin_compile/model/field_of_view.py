@@ -25,7 +25,7 @@ _AXES = ("gyro", "accelerometer", "magnetometer", "force", "torque")
 _GAZEBO_AXES = ("imu", "magnetometer", "force_torque")
 
 
-def placed(pose: Pose) -> Data:
+def page_pose(pose: Pose) -> Data:
     """Return a pose as a page has it: metres, and radians about the fixed axes x, y, z."""
     return {"xyz": numbers(pose.xyz), "rpy": numbers(pose.rpy)}
 
@@ -43,7 +43,7 @@ def seen_by(sensor: Sensor) -> list[Data]:
     views = [view for one in sensor.simulated if (view := _of_mujoco(one))]
     views = views or [view for one in sensor.gazebo if not one.at_joint and (view := _of_gazebo(one))]
     if not views and any(one.type in _GAZEBO_AXES for one in sensor.gazebo):
-        views = [{"kind": "axes", "frame": sensor.frame, **placed(IDENTITY)}]
+        views = [{"kind": "axes", "frame": sensor.frame, **page_pose(IDENTITY)}]
     merged: list[Data] = []
     for view in views:
         same = next((one for one in merged if {**one, "layers": 0} == {**view, "layers": 0}), None)
@@ -56,7 +56,7 @@ def seen_by(sensor: Sensor) -> list[Data]:
 
 def _of_mujoco(one: Simulated) -> Data | None:
     pose, attributes = one.pose or IDENTITY, one.attributes
-    place = {"frame": one.link, **placed(pose)}
+    place = {"frame": one.link, **page_pose(pose)}
     kind = one.element if one.kind in (BODY_ELEMENT, SENSOR_ELEMENT) else ""
     fovy, resolution, size, cutoff = (attributes.get(key) for key in ("fovy", "resolution", "size", "cutoff"))
     if kind == "camera" and isinstance(fovy, float | int) and isinstance(resolution, tuple):
@@ -80,7 +80,7 @@ def _of_mujoco(one: Simulated) -> Data | None:
 def _frustum(frame: str, pose: Pose, turn: Pose, horizontal: float, vertical: float) -> Data:
     image = pose_of(pose.transform().then(turn.transform()))
     roll, pitch, yaw = (round(angle, _DIGITS) for angle in image.rpy)
-    place = placed(Pose(pose.xyz, (roll, pitch, yaw)))
+    place = page_pose(Pose(pose.xyz, (roll, pitch, yaw)))
     return {"kind": "frustum", "frame": frame, **place, "hfov": horizontal, "vfov": vertical}
 
 
@@ -96,7 +96,7 @@ def _of_gazebo(one: GazeboSensor) -> Data | None:
     layers = min(layers, _LAYERS)
     step = (last - first) / (count - 1) if count > 1 else 0.0
     rise = (highest - lowest) / (layers - 1) if layers > 1 else 0.0
-    fan: Data = {"kind": "fan", "frame": one.link, **placed(one.pose)}
+    fan: Data = {"kind": "fan", "frame": one.link, **page_pose(one.pose)}
     fan["layers"] = [lowest + rise * layer for layer in range(int(layers) or 1)]
     fan |= {"first": first, "step": step, "count": int(count) or 1}
     reach = _number(one, "range", "max")

@@ -75,7 +75,7 @@ class Limit:
     velocity: float | None = None
     stand_ins: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
-    def known(self, key: str) -> float | None:
+    def known_value(self, key: str) -> float | None:
         """Return a limit by its name, or None if it is not given or a stand-in."""
         value: float | None = None if key in self.stand_ins else getattr(self, key)
         return value
@@ -214,8 +214,8 @@ class Joint:
         """Return the limits for an interface of ros2_control: position, velocity or effort; a stand-in is none."""
         limit = self.limit
         if limit is not None and interface == "position" and self.type != "continuous":
-            return limit.known("lower"), limit.known("upper")
-        size = limit.known(interface) if limit is not None and interface in ("velocity", "effort") else None
+            return limit.known_value("lower"), limit.known_value("upper")
+        size = limit.known_value(interface) if limit is not None and interface in ("velocity", "effort") else None
         return (None, None) if size is None else (-size, size)
 
     @property

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields
 from functools import cache, cached_property
 from typing import Any, ClassVar
 
-from rosorin_compile.source.numbers import NumberFormat, exact, rounded, short
+from rosorin_compile.source.numbers import NumberFormat, exact, round_to_shortest, short
 
 from .bounds import bounds_of
 from .geometry import Pose, Vector, eigenvalues
@@ -60,7 +60,7 @@ class Inertial:
         xy, xz, yz = self.ixy, self.ixz, self.iyz
         return eigenvalues(((self.ixx, xy, xz), (xy, self.iyy, yz), (xz, yz, self.izz)))
 
-    def printed(self, number: NumberFormat, along: Sequence[float] | None = None) -> list[str]:
+    def printed_inertia(self, number: NumberFormat, along: Sequence[float] | None = None) -> list[str]:
         """Return the inertia in print, as xx yy zz xy xz yz; ``along`` is the same inertia along other axes.
 
         Moments are numbers, products entries of the tensor. All digits are kept where others would be another body.
@@ -70,13 +70,13 @@ class Inertial:
             return list(map(number, six))
         moments, products = six[:3], six[3:]
         least, middle, most = self.principal_moments
-        near = [rounded(moment) for moment in moments]
+        near = [round_to_shortest(moment) for moment in moments]
         (low, medium, high), (near_low, near_medium, near_high) = sorted(moments), sorted(near)
         is_delicate = any(products) and (least < _THIN * most or least + middle - most < _FLAT * most)
         if is_delicate or (low + medium >= high and near_low + near_medium < near_high):
             return list(map(exact, six))
         largest = max(map(abs, moments))
-        return [*map(exact, near), *(exact(rounded(product, largest)) for product in products)]
+        return [*map(exact, near), *(exact(round_to_shortest(product, largest)) for product in products)]
 
 
 @dataclass(frozen=True, repr=False)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Help, SourceError, Span, error
 from rosorin_compile.source.system import pip_install
-from rosorin_compile.source.wording import counted
+from rosorin_compile.source.wording import count_of
 
 from .geometry import Pose
 from .link import Inertial
@@ -45,7 +45,7 @@ class ExtractProblem(SourceError):
     """A mesh cannot be used; carries the diagnostic that says why, and what to do."""
 
     @classmethod
-    def of(cls, rule: str, message: str, help: Help = "", span: Span | None = None) -> ExtractProblem:
+    def new(cls, rule: str, message: str, help: Help = "", span: Span | None = None) -> ExtractProblem:
         return cls(error(rule, message, span, help))
 
 
@@ -88,7 +88,7 @@ class TriangleMesh:
         return case.problem("mesh-unreadable", message, path, help, severity=WARNING)
 
     @staticmethod
-    def needed() -> None:
+    def require_packages() -> None:
         """Raise ExtractProblem unless the packages that read meshes are installed."""
         try:
             import numpy  # noqa: F401
@@ -98,7 +98,7 @@ class TriangleMesh:
             raise _missing(f"reading meshes needs the package {problem.name}") from None
 
     @staticmethod
-    def placed(triangles: Floats, rows: Sequence[Sequence[float]], xyz: Sequence[float]) -> Floats:
+    def place(triangles: Floats, rows: Sequence[Sequence[float]], xyz: Sequence[float]) -> Floats:
         """Return triangles (n, 3, 3) turned by the rotation matrix ``rows`` and moved by ``xyz`` (metres)."""
         import numpy as np
 
@@ -113,7 +113,7 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
     the file is height. ``coloured``: with the colours of its materials; a material with an image is white.
     Raises NotThere if there is no such file, else ExtractProblem.
     """
-    TriangleMesh.needed()
+    TriangleMesh.require_packages()
     import numpy as np
 
     kind = path.suffix.lower().removeprefix(".")
@@ -128,7 +128,7 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bo
         raise _unreadable(f"{path} has corners that are not finite numbers")
     parsed = [piece for piece in _parse(path, kind, data, coloured) if len(piece[0])]
     if not parsed:
-        raise ExtractProblem.of("mesh-empty", f"{path} has no triangle", "name a mesh that has a surface")
+        raise ExtractProblem.new("mesh-empty", f"{path} has no triangle", "name a mesh that has a surface")
     triangles = np.concatenate([piece for piece, _ in parsed])
     unit = _UNIT.search(text)
     factors = np.asarray(scale, dtype=np.float64) * (float(unit[1]) if unit else 1.0)
@@ -170,26 +170,26 @@ def mesh_inertial(path: Path, scale: Sequence[float]) -> Inertial:
 
 
 def _unreadable(message: str, help: str = "export it again") -> ExtractProblem:
-    return ExtractProblem.of("mesh-unreadable", message, help)
+    return ExtractProblem.new("mesh-unreadable", message, help)
 
 
 def _missing(message: str) -> ExtractProblem:
     help = f"{pip_install('import')} brings what reads meshes"
-    return ExtractProblem.of("extra-missing", f"{message}, which is not installed", help)
+    return ExtractProblem.new("extra-missing", f"{message}, which is not installed", help)
 
 
 def _read(path: Path) -> bytes:
     try:
         data = files.read_bytes(path, MAX_BYTES + 1)
     except (FileNotFoundError, NotADirectoryError):
-        raise NotThere.of("mesh-unreadable", f'there is no file "{path}"', "check the name") from None
+        raise NotThere.new("mesh-unreadable", f'there is no file "{path}"', "check the name") from None
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
         raise _unreadable(f"cannot read {path}: {reason}", "check the name and the permissions") from None
     if len(data) > MAX_BYTES:
         raise _unreadable(f"{path} is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
     if not data:
-        raise ExtractProblem.of("mesh-empty", f"{path} is an empty file", "export it again")
+        raise ExtractProblem.new("mesh-empty", f"{path} is an empty file", "export it again")
     return data
 
 
@@ -234,8 +234,8 @@ def _pieces(path: Path, loaded: Any) -> Iterator[tuple[Floats, Colour | None]]:
             continue
         corners, faces = np.asarray(mesh.vertices, np.float64).reshape(-1, 3), np.asarray(mesh.faces).reshape(-1, 3)
         if broken := int(((faces < 0) | (faces >= len(corners))).any(axis=1).sum()):
-            raise _unreadable(f"{path} has {counted(broken, 'triangle')} with a corner that the file does not have")
-        triangles = TriangleMesh.placed(corners[faces], matrix[:3, :3].tolist(), matrix[:3, 3].tolist())
+            raise _unreadable(f"{path} has {count_of(broken, 'triangle')} with a corner that the file does not have")
+        triangles = TriangleMesh.place(corners[faces], matrix[:3, :3].tolist(), matrix[:3, 3].tolist())
         yield triangles[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else triangles, _colour(mesh)
 
 

@@ -169,12 +169,12 @@ class Robot:
     mesh_contents: Mapping[str, tuple[bytes, str]] = field(default_factory=dict, compare=False)
 
     def __repr__(self) -> str:
-        from rosorin_compile.source.wording import counted
+        from rosorin_compile.source.wording import count_of
 
         moving = sum(not joint.is_fixed for joint in self.joints)
-        links, joints = counted(len(self.links), "link"), counted(len(self.joints), "joint")
+        links, joints = count_of(len(self.links), "link"), count_of(len(self.joints), "joint")
         joints += f" ({moving} that move{'s' if moving == 1 else ''})"
-        return f"<Robot {self.name}: {links}, {joints}, {counted(len(self.sensors), 'sensor')}>"
+        return f"<Robot {self.name}: {links}, {joints}, {count_of(len(self.sensors), 'sensor')}>"
 
     def _repr_html_(self) -> str:
         from .frame_tree import html
@@ -276,7 +276,7 @@ class Robot:
 
     @cached_property
     def _down(self) -> tuple[Link, ...]:
-        return tuple(self.link[name] for name in self.below(self.root))
+        return tuple(self.link[name] for name in self.subtree(self.root))
 
     @of_robot
     def joints_down(self) -> tuple[Joint, ...]:
@@ -290,7 +290,7 @@ class Robot:
             link = joints[-1].parent
         return tuple(reversed(joints))
 
-    def below(self, link: str) -> tuple[str, ...]:
+    def subtree(self, link: str) -> tuple[str, ...]:
         """Return a link and all links below it, children in the order of their joints; ends on any graph."""
         found: dict[str, None] = {}
         waiting = [link]

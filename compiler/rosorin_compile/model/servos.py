@@ -102,7 +102,7 @@ def travel(group: ServoGroup) -> tuple[float, float]:
     return min(first, last), max(first, last)
 
 
-def within(group: ServoGroup, limit: Limit | None) -> tuple[int, int] | None:
+def pulses_within(group: ServoGroup, limit: Limit | None) -> tuple[int, int] | None:
     """Return the smallest and the largest pulse within the limits of a joint, or None if there is none."""
     low, high = group.pulse_range
     for bound, is_upper in ((limit.lower, False), (limit.upper, True)) if limit is not None else ():

@@ -217,7 +217,7 @@ class Shape:
     @cached_property  # links may share shapes
     def in_link(self) -> Shape:
         """The shape as ``moved`` by nothing: a box turned by quarter turns becomes one along the axes of its link."""
-        return self.moved(Transform())
+        return self.move(Transform())
 
     def drawn(self) -> tuple[Shape, ...]:
         """Return what is drawn of the shape: a height map with one bottom is lifted, with several it is its boxes."""
@@ -236,7 +236,7 @@ class Shape:
             return Pose(self.pose.transform().apply(self.geometry.centre), self.pose.rpy)
         return self.pose
 
-    def moved(self, transform: Transform) -> Shape:
+    def move(self, transform: Transform) -> Shape:
         """Return the same shape seen from a parent frame; ``transform`` is parent -> frame of this shape.
 
         A box that ends up along the axes of the parent, whatever quarter turns brought it there, is written as an

@@ -149,7 +149,7 @@ def _binary_stl(data: bytes, mark: str) -> bytes:
 def _obj(path: Path, mark: str, existing: bytes) -> bytes:
     """Convert a mesh to OBJ with trimesh; without trimesh return the existing copy if it was made of the same bytes."""
     try:
-        TriangleMesh.needed()
+        TriangleMesh.require_packages()
         import numpy as np
 
         triangles = load_mesh(path).triangles

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from functools import reduce
 
 from rosorin_compile.model import Joint
-from rosorin_compile.model.bounds import Bounds, along
+from rosorin_compile.model.bounds import Bounds, reach_along
 from rosorin_compile.model.geometry import IDENTITY, Pose
 from rosorin_compile.model.mesh_vertices import Clouds, no_clouds
 from rosorin_compile.model.robot import JointPose, Robot
@@ -90,7 +90,7 @@ def reach(
                     (x, y, z), (u, v, w) = (map(limit, zip(*placed, strict=True)) for limit in (min, max))
                     boxes.append(Bounds((x, y, z), (u, v, w)))
                 continue
-            far = along(shape, there)
+            far = reach_along(shape, there)
             lower, upper = (
                 (sign * far((sign, 0.0, 0.0)), sign * far((0.0, sign, 0.0)), sign * far((0.0, 0.0, sign)))
                 for sign in (-1.0, 1.0)

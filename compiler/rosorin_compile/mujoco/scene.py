@@ -22,7 +22,7 @@ from rosorin_compile.formats.format import Format, xml_syntax
 from rosorin_compile.model import Mesh, Output, Robot
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import Diagnostic, error, listed
+from rosorin_compile.source.diagnostics import Diagnostic, error, phrase
 from rosorin_compile.source.numbers import six, vector
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 def _mjcf_of(robot: Robot, output: Output) -> tuple[Output, tuple[str, str, str]]:
     """Return the output of MJCF that is in a scene, and the key, the message and the fix if it does not define one."""
     known = {one.name: one for one in robot.outputs if one.backend == MJCF}
-    name, names = output.options.get("of"), listed(known)
+    name, names = output.options.get("of"), phrase(known)
     of = known.get(name) if name is not None else next(iter(known.values()), None)
     if of is None and name is None:
         message, help = f'the robot has no MJCF for the scene "{output.name}"', "add an output: mjcf: {file: ...}"

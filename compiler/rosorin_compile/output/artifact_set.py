@@ -20,7 +20,7 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.wording import printable
 
 from .single_file import OutputError, is_generated, kept_name
-from .staging import STAGING_NAME, entries_below, link_or_copy, locked, put_in_place, staging_folder, sync, write_files
+from .staging import STAGING_NAME, entries_below, link_or_copy, lock, put_in_place, staging_folder, sync, write_files
 
 MAX_FOREIGN = 200  # files that are not artifacts, above which this does not look like an output folder
 Decision = Literal["replace", "keep", "refuse"]  # keep: under another name
@@ -56,7 +56,7 @@ def write_artifacts(folder: Path, files: Mapping[str, str | bytes], prune: bool 
             is_generated(path.read_bytes()) for path in (folder / name for name in files) if path.is_file()
         )
     except OSError as problem:
-        raise OutputError.of(problem, folder, "read") from None
+        raise OutputError.from_os_error(problem, folder, "read") from None
     is_recorded = any(is_remembered(folder / name) for name in files)
 
     def judge(name: str, old: bytes, new: bytes) -> Decision:
@@ -66,7 +66,7 @@ def write_artifacts(folder: Path, files: Mapping[str, str | bytes], prune: bool 
 
     result = write_set(folder, files, prune, judge)
     for name, data in files.items():
-        if not is_generated(encoded(name, data)):
+        if not is_generated(encode(name, data)):
             remember(folder / name)
     return result
 
@@ -86,14 +86,14 @@ def write_set(
     OutputError.
     """
     check_names(files)
-    contents = {name: encoded(name, files[name]) for name in sorted(files)}
+    contents = {name: encode(name, files[name]) for name in sorted(files)}
     try:
         real = _resolved(folder)
         real.parent.mkdir(parents=True, exist_ok=True)
-        with locked(real.parent, tidy=durable):
+        with lock(real.parent, tidy=durable):
             return _update(folder, real, contents, prune, judge, durable)
     except OSError as problem:
-        raise OutputError.of(problem, folder, "write") from None
+        raise OutputError.from_os_error(problem, folder, "write") from None
 
 
 def read_set(folder: Path) -> dict[str, bytes]:
@@ -103,12 +103,12 @@ def read_set(folder: Path) -> dict[str, bytes]:
     """
     try:
         real = _resolved(folder)
-        with suppress(FileNotFoundError), locked(real.parent, shared=True):
+        with suppress(FileNotFoundError), lock(real.parent, shared=True):
             paths = [(n, entry.path) for n, entry in entries_below(real) if entry.is_file(follow_symlinks=False)]
             return {printable(name): Path(path).read_bytes() for name, path in sorted(paths)}
         return {}
     except OSError as problem:
-        raise OutputError.of(problem, folder, "read") from None
+        raise OutputError.from_os_error(problem, folder, "read") from None
 
 
 def _resolved(folder: Path) -> Path:
@@ -145,7 +145,7 @@ def _parents(name: str) -> list[str]:
     return [parent.as_posix() for parent in Path(name).parents][-2::-1]
 
 
-def encoded(name: str, text: str | bytes) -> bytes:
+def encode(name: str, text: str | bytes) -> bytes:
     """Return the bytes of an artifact. Raises OutputError for characters that UTF-8 cannot encode."""
     try:
         return text if isinstance(text, bytes) else text.encode("utf-8")
@@ -196,7 +196,7 @@ def _entries(folder: Path, own: Collection[str]) -> dict[str, bool]:
 
     Raises OutputError if it does not look like an output folder, and OSError where another file system is mounted.
     """
-    with suppress(OSError), locked(folder, tidy=True):
+    with suppress(OSError), lock(folder, tidy=True):
         pass  # what was left by processes that wrote a single file into the folder
     present, foreign, device = {}, 0, folder.stat().st_dev
     for name, entry in entries_below(folder):

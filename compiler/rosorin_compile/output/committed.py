@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.compare.artifacts import Pair, pair_of, with_new_names
 from rosorin_compile.compare.changes import Change, find_changes
-from rosorin_compile.compare.precision import POSE_NOISE, printed
+from rosorin_compile.compare.precision import POSE_NOISE, printed_precision
 from rosorin_compile.compare.walk import Address, Leaves, compare_leaves, leaves
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.model import Mesh, Robot
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, error
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.wording import counted, listed, printable
+from rosorin_compile.source.wording import count_of, phrase, printable
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compiled import Compiled
@@ -159,7 +159,7 @@ def lines(comparison: Comparison, full: bool = False) -> list[str]:
     """
     lines, texts = [change.line() for change in comparison.changes], comparison.texts
     if not full and len(lines) > _MAX_CHANGES:
-        lines[_MAX_CHANGES:] = [f"... {counted(len(lines) - _MAX_CHANGES, 'more difference')} (--full shows them)"]
+        lines[_MAX_CHANGES:] = [f"... {count_of(len(lines) - _MAX_CHANGES, 'more difference')} (--full shows them)"]
     lines += [f"{printable(text.file)}: {text.remark}" for text in texts if text.remark]
     for text in texts:
         if text.lines and (full or text.shown):
@@ -221,7 +221,7 @@ def compare_committed(
         what = "another file than the mesh is" if name in committed else "missing"
         changed.append((name, f"{what}; rosorin-compile all writes it"))
     found = _edited(present, committed) if comparison.changes else ()
-    return Committed(comparison, committed, tuple(changed), judged(present, folder, load), folder, found)
+    return Committed(comparison, committed, tuple(changed), load_all(present, folder, load), folder, found)
 
 
 def _edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tuple[Artifact, ...]:
@@ -236,7 +236,9 @@ def _edited(artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> tu
     for artifact in (one for one in readable if texts[one.output] != one.text):
         sides = [(text, _leaves(artifact, text)) for text in (texts[artifact.output], artifact.text)]
         (old_text, old), (new_text, new) = sides
-        changed = [one.address for one in compare_leaves(old, new, (printed(old_text), printed(new_text)))]
+        changed = [
+            one.address for one in compare_leaves(old, new, (printed_precision(old_text), printed_precision(new_text)))
+        ]
         for text, other in current:
             shared = [a for a in changed if all(a.quantity in leaves.get(a[:2], {}) for leaves in (old, other))]
             before, after = (_differing(shared, side, (text, other)) for side in sides)
@@ -255,7 +257,7 @@ def _differing(addresses: Sequence[Address], one: tuple[str, Leaves], other: tup
             if quantity in there.get((kind, name), {}):
                 part.setdefault((kind, name), {})[quantity] = there[kind, name][quantity]
         parts.append(part)
-    digits = printed(one[0]), printed(other[0])
+    digits = printed_precision(one[0]), printed_precision(other[0])
     return {leaf.address for leaf in compare_leaves(parts[0], parts[1], digits, POSE_NOISE)}
 
 
@@ -267,7 +269,7 @@ def _leaves(artifact: Artifact, text: str) -> Leaves:
         return {}
 
 
-def judged(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case | None]) -> list[Diagnostic]:
+def load_all(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case | None]) -> list[Diagnostic]:
     """Load artifacts in a folder with their engines; return why one is not loaded, and which engines are missing.
 
     An engine that is too old is a warning, one that is not installed a note.
@@ -297,6 +299,6 @@ def judged(artifacts: Sequence[Artifact], folder: Path, load: Callable[[], Case 
             output = case.tree.locate(("outputs", artifact.output), key=True)
             diagnostics += at_meshes or [error("engine-refuses", message, output.span, "correct what it names")]
     for name, files in missing.items():
-        message = f"{name} not installed: {listed(files)} {'was' if len(files) == 1 else 'were'} not loaded"
+        message = f"{name} not installed: {phrase(files)} {'was' if len(files) == 1 else 'were'} not loaded"
         diagnostics.append(Diagnostic("engine-missing", NOTE, message))
     return diagnostics

@@ -17,7 +17,7 @@ from rosorin_compile.source.load import json_of
 
 from .artifact_set import is_inside, obstacle
 from .single_file import OutputError, digest
-from .staging import locked, put_in_place, replace_files, staging_folder, sync, write_files, write_synced
+from .staging import lock, put_in_place, replace_files, staging_folder, sync, write_files, write_synced
 
 MANIFEST = ".rosorin-compile-written.json"
 
@@ -102,9 +102,9 @@ def open_package_folder(folder: Path, dry_run: bool = False) -> Iterator[Package
                 raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path))
             if not dry_run:
                 path.parent.mkdir(parents=True, exist_ok=True)
-                with suppress(OSError), locked(path.parent, tidy=True):
+                with suppress(OSError), lock(path.parent, tidy=True):
                     pass  # what is left of a process that was killed when it had just made the folder
-                stack.enter_context(locked(path if path.is_dir() else path.parent, tidy=True))
+                stack.enter_context(lock(path if path.is_dir() else path.parent, tidy=True))
             package = PackageFolder(path)
         except OSError as problem:
             raise _failed(problem, folder) from None

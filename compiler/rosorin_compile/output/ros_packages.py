@@ -111,7 +111,7 @@ def _setup_installs(text: str, file: str) -> bool:
     return any(file.count("/") == one.count("/") and fnmatch.fnmatchcase(file, one) for one in patterns)
 
 
-def undeclared(package: Path, launch: Sequence[str]) -> list[str]:
+def undeclared_packages(package: Path, launch: Sequence[str]) -> list[str]:
     """Return the packages whose nodes the ``launch`` texts start, and which package.xml does not name."""
     text = _text(package / "package.xml")
     declared = set(re.findall(r"<(?:exec_|run_)?depend[^<>]*>\s*([^<\s]+)\s*<", text))

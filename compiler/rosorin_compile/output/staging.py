@@ -31,7 +31,7 @@ def entries_below(folder: str | Path, prefix: str = "") -> Iterator[tuple[str, o
 
 
 @contextmanager
-def locked(folder: Path, shared: bool = False, tidy: bool = False) -> Iterator[None]:
+def lock(folder: Path, shared: bool = False, tidy: bool = False) -> Iterator[None]:
     """Hold the lock on a folder, if there is one; with ``tidy``, remove what killed processes left. Raises OSError."""
     with ExitStack() as stack:
         with suppress(PermissionError) if shared or not system.HAS_FOLDER_HANDLES else nullcontext():

@@ -23,7 +23,7 @@ class WatchedFiles:
         self.versions: dict[str, Version] = {}
         self.is_outdated = False
 
-    def changed(self) -> bool:
+    def has_changed(self) -> bool:
         """Return True if a file was written, removed or created since it was read or looked for."""
         return self.is_outdated or any(version(path) != before for path, before in self.versions.items())
 

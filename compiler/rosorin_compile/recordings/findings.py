@@ -9,7 +9,7 @@ from dataclasses import replace
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Help, Related, diagnostic
 from rosorin_compile.source.numbers import amount
-from rosorin_compile.source.rule_registry import declared
+from rosorin_compile.source.rule_registry import find_declared
 
 # The help of a rule is that of its findings unless they have a better one.
 
@@ -26,12 +26,12 @@ def problem(
 
     Help and severity are those of the rule unless others are given.
     """
-    related, known = tuple(Related(line, None) for line in evidence), declared(rule)
+    related, known = tuple(Related(line, None) for line in evidence), find_declared(rule)
     usual = known.help[:1].lower() + known.help[1:].rstrip(".").replace("`", "")
     return replace(diagnostic(rule, severity or known.severity, message, None, help or usual, related), of=(subject,))
 
 
-def ordered(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
+def sort_findings(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Return each finding once, the most serious first, otherwise in the order in which they were found."""
     unique: dict[tuple[object, ...], Diagnostic] = {}
     for finding in findings:

@@ -13,10 +13,10 @@ from rosorin_compile.output.committed import compare
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion
 from rosorin_compile.source.numbers import amount
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.wording import and_more, counted, first_of, listed, nearest, quoted
+from rosorin_compile.source.wording import and_more, count_of, first_of, nearest, phrase, quote
 
-from .findings import YEAR, difference, ordered, pose_text, problem, rate_text, seconds, share, value_rule
-from .judge_edges import dropped, edges, late, leaps_text, missing, other_modes, prefixed, stale
+from .findings import YEAR, difference, pose_text, problem, rate_text, seconds, share, sort_findings, value_rule
+from .judge_edges import check_prefix, dropped_transforms, edges, late, leaps_text, missing, other_modes, stale
 from .recording import Answer, FrameUse, Recording
 from .results import Lookup
 from .series import AHEAD, SIMULATED, Pace
@@ -52,11 +52,11 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
     """Compare a recording with its description and the compiled artifacts."""
     Progress.step("judging the recording")
     findings = list(recording.troubles)
-    prefix = prefixed(recording)
+    prefix = check_prefix(recording)
     if prefix is not None:  # nothing else is known about frames with other names
         findings += [prefix, *_clocks(recording), *_joints(recording)]
-        return ordered([*findings, *_robot_description(recording, artifacts)])
-    findings += dropped(recording)
+        return sort_findings([*findings, *_robot_description(recording, artifacts)])
+    findings += dropped_transforms(recording)
     tree = recording.series or recording.answers or recording.refused
     stamped = recording.uses and not recording.timed
     if tree or stamped or recording.joints.pace.count or recording.descriptions:
@@ -65,7 +65,7 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
         findings += [*_robot_description(recording, artifacts), *_sensors(recording), *_answers(recording)]
     if not any(finding.severity == ERROR for finding in findings):
         findings += _nothing_compared(recording, bool(tree))
-    return ordered(findings)
+    return sort_findings(findings)
 
 
 def _nothing_compared(recording: Recording, has_tree: bool) -> Iterator[Diagnostic]:
@@ -80,7 +80,7 @@ def _nothing_compared(recording: Recording, has_tree: bool) -> Iterator[Diagnost
             help = f"--namespace {namespaced.removesuffix('/tf')} reads {namespaced}"
         yield problem("recording-foreign", subject, f"the recording has no transforms{shown}", help)
     elif not any(series.has_parent for series in recording.series.values()) and not recording.answers:
-        count = counted(len(recording.series), "edge")
+        count = count_of(len(recording.series), "edge")
         message = f"none of the {count} of the recording is described: nothing could be compared"
         help = "look whether this is the recording of this robot, and its description"
         yield problem("not-compared", subject, message, help, severity=ERROR)
@@ -96,7 +96,7 @@ def _joints(recording: Recording) -> Iterator[Diagnostic]:
         return
     names = recording.description.joint_names
     if unknown := [name for name in states.reported if name not in robot.joint]:
-        message = f"{_STATES} names joints that are not described: {quoted(unknown, _SHOWN)}"
+        message = f"{_STATES} names joints that are not described: {quote(unknown, _SHOWN)}"
         help: Help = Suggestion(unknown[0], names) if len(unknown) == 1 else ""
         yield problem("joint-state-unknown", _STATES, message, help)
     if absent := [joint.name for joint in robot.joints if joint.name in names - states.reported.keys()]:
@@ -147,7 +147,7 @@ def _robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> I
         comparison = compare(recording.description.robot, [compiled], {compiled.file: ran})
         if comparison.changes:
             evidence = [f"ran -> compiled: {change.line()}" for change in comparison.changes[:_SHOWN]]
-            more, many = len(comparison.changes) - _SHOWN, counted(len(comparison.changes), "difference")
+            more, many = len(comparison.changes) - _SHOWN, count_of(len(comparison.changes), "difference")
             evidence += [f"...{and_more(more)}"] if more > 0 else []
             message = f"{_ROBOT} is not the compiled {compiled.file}: {many} of meaning"
             yield problem("other-robot-description", _ROBOT, message, evidence=evidence)
@@ -340,7 +340,7 @@ def _unknown(recording: Recording, use: FrameUse) -> Diagnostic | None:
     if not use.frame:
         message, matters = f"{use.topic} is stamped with no frame", not use.type or use.type.startswith("sensor_msgs/")
         return problem("frame-unknown", use.topic, message, severity=WARNING) if matters else None
-    many = counted(use.pace.count, "message")
+    many = count_of(use.pace.count, "message")
     message = f'{use.topic} is stamped "{use.frame}" ({many}), a frame that is neither described nor published'
     help: Help = ""
     if use.frame in recording.description.robot.link:
@@ -374,9 +374,9 @@ def _not_as_declared(recording: Recording) -> Iterator[Diagnostic]:
     for topics, sensors in suspects.items():
         uses = [use for use in recording.uses if use.topic in topics]
         frames = list(dict.fromkeys(use.frame for use in uses))
-        declared = listed((f"{quoted(one.stamps)} ({one.name})" for one in sensors), most=4)
-        many = counted(sum(use.pace.count for use in uses), "message")
-        message = f"{listed(topics, most=4)} {'is' if len(topics) == 1 else 'are'} stamped {quoted(frames)} ({many}), "
+        declared = phrase((f"{quote(one.stamps)} ({one.name})" for one in sensors), most=4)
+        many = count_of(sum(use.pace.count for use in uses), "message")
+        message = f"{phrase(topics, most=4)} {'is' if len(topics) == 1 else 'are'} stamped {quote(frames)} ({many}), "
         message += f"and no message with what is declared: {declared}"
         help = f"set frame_id in the driver, or declare what it stamps: stamps: [{', '.join(frames)}]"
         severity = ERROR if recording.description.frames >= set(frames) else WARNING

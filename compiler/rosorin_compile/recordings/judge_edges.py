@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER
 from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, nearest
-from rosorin_compile.source.wording import and_more, counted, first_of, listed
+from rosorin_compile.source.wording import and_more, count_of, first_of, phrase
 
 from .expected import Expected
 from .findings import YEAR, difference, pose_text, problem, rate_text, seconds, share, value_rule
@@ -59,10 +59,10 @@ def edges(recording: Recording) -> Iterator[Diagnostic]:
         yield problem("edge-not-described", strange[0].name, message, evidence=[series.name for series in strange])
 
 
-def dropped(recording: Recording) -> Iterator[Diagnostic]:
+def dropped_transforms(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the transforms that tf2 drops because of the names of their frames."""
     for (static, parent, child), count in recording.dropped.items():
-        many = f"{counted(count, 'transform')} on {'/tf_static' if static else '/tf'}"
+        many = f"{count_of(count, 'transform')} on {'/tf_static' if static else '/tf'}"
         why = f'"{child}" is published under itself' if parent == child and child else "a frame has no name"
         advice = next((edge.advice for edge in recording.description.by_child.get(child, ())), "")
         yield problem("edge-dropped", f"{parent} -> {child}", f'"{parent}" -> "{child}" ({many}): {why}', advice)
@@ -73,7 +73,7 @@ def _frame(recording: Recording, child: str, group: Sequence[Series]) -> Iterato
     expected = recording.description.by_child[child]
     parents, described = list(dict.fromkeys(one.parent for one in group)), [edge.parent for edge in expected]
     if len(parents) > 1:
-        names = listed(f"{name}{'' if name in described else ' (not described)'}" for name in parents)
+        names = phrase(f"{name}{'' if name in described else ' (not described)'}" for name in parents)
         message = f'the frame "{child}" was published under {len(parents)} parents: {names}'
         help = f"a frame has one parent, {described[0]}: stop the node that publishes the other"
         yield problem("edge-two-parents", f"{described[0]} -> {child}", message, help, map(_evidence, group))
@@ -114,7 +114,7 @@ def _not_published(recording: Recording, series: Series) -> Diagnostic | None:
 
 def _evidence(series: Series) -> str:
     rate = f" at {rate_text(series.pace.rate)}" if series.pace.rate > 0 else ""
-    return f"{series.name}: {counted(series.pace.count, 'time')} on {series.topic}{rate}"
+    return f"{series.name}: {count_of(series.pace.count, 'time')} on {series.topic}{rate}"
 
 
 def _values(recording: Recording, series: Series) -> Iterator[Diagnostic]:
@@ -184,7 +184,7 @@ def other_modes(recording: Recording) -> Iterator[Diagnostic]:
         yield problem("edge-of-other-mode", edge.name, f"{message}when {way.text}", help)
 
 
-def prefixed(recording: Recording) -> Diagnostic | None:
+def check_prefix(recording: Recording) -> Diagnostic | None:
     """Return the finding for frames that all have another prefix than the description and --prefix, or None."""
     frames, description = recording.tree_frames, recording.description
     known, requested = description.frames | set(description.robot.link), description.options.prefix

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.source.diagnostics import Diagnostic
-from rosorin_compile.source.wording import and_more, counted, masked, printable
+from rosorin_compile.source.wording import and_more, count_of, mask_controls, printable
 
 from .findings import rate_text, seconds
 
@@ -162,13 +162,13 @@ def table(result: Verified) -> list[str]:
 def summary(result: Verified, name: str, strict: bool) -> str:
     """Return the last line: the size of the recording, and the outcome."""
     edges = len({edge.child for edge in result.edges if edge.topic})
-    parts = [counted(result.messages, "message")] if result.messages else []
+    parts = [count_of(result.messages, "message")] if result.messages else []
     parts += [f"{result.seconds:.1f} s"] if result.seconds else []
-    parts += [counted(edges, "edge")] if edges else []
-    parts += [f"{counted(len(result.answers), 'answer')} of tf2_echo"] if result.answers else []
+    parts += [count_of(edges, "edge")] if edges else []
+    parts += [f"{count_of(len(result.answers), 'answer')} of tf2_echo"] if result.answers else []
     size = f" ({', '.join(parts)})" if parts else ""
     counts = Counter(finding.severity for finding in result.findings)
-    problems = ", ".join(counted(counts[word], word) for word in ("error", "warning", "note") if counts[word])
+    problems = ", ".join(count_of(counts[word], word) for word in ("error", "warning", "note") if counts[word])
     errors = {finding.rule for finding in result.findings if finding.severity == "error"}
     if errors and errors <= _TOO_LITTLE:
         return f"{name}: could not be compared: {problems}{size}"
@@ -197,14 +197,16 @@ def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
 def as_junit(result: Verified, strict: bool = False) -> str:
     """Return a result as JUnit XML: a test case for each edge, topic and joint that fails if it has an error."""
     names = [edge.name for edge in result.edges] + [answer.name for answer in result.answers]
-    cases: dict[str, list[Finding]] = {masked(name): [] for name in [*names, *(use.topic for use in result.sensors)]}
+    cases: dict[str, list[Finding]] = {
+        mask_controls(name): [] for name in [*names, *(use.topic for use in result.sensors)]
+    }
     for finding in result.findings:
-        cases.setdefault(masked(finding.subject), []).append(finding)
+        cases.setdefault(mask_controls(finding.subject), []).append(finding)
     failing = ("error", "warning") if strict else ("error",)
     failed = sum(any(finding.severity in failing for finding in findings) for findings in cases.values())
-    values = {"robot": result.robot, "cases": cases, "failing": failing, "failed": failed, "masked": masked}
+    values = {"robot": result.robot, "cases": cases, "failing": failing, "failed": failed, "masked": mask_controls}
     return Templates.own("recordings/junit.xml.jinja", values | {"text": _junit_text})
 
 
 def _junit_text(finding: Finding) -> str:
-    return masked("\n".join([finding.message, *finding.evidence, finding.help]), keep="\n")
+    return mask_controls("\n".join([finding.message, *finding.evidence, finding.help]), keep="\n")

@@ -21,7 +21,7 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import check_modes
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Related, RequestError, UnknownName, error, has_errors
-from rosorin_compile.source.wording import masked
+from rosorin_compile.source.wording import mask_controls
 
 from .bags import SUFFIXES, Unreadable
 from .bags import read as read_bags
@@ -174,7 +174,7 @@ def _finding(found: Diagnostic) -> Finding:
     place = next((related.span for related in found.related if related.span is not None), None)
     evidence = [related.message for related in found.related if related.span is None]
     file, line = (place.source.path, place.line) if place else (None, None)
-    return Finding(found.rule, found.severity, found.of[0], found.message, found.worded().help, evidence, file, line)
+    return Finding(found.rule, found.severity, found.of[0], found.message, found.with_help().help, evidence, file, line)
 
 
 def _copy(record: type[_Record], *sources: object, **values: Any) -> _Record:
@@ -234,14 +234,14 @@ def as_svg(recording: Recording) -> str:
         note = f"{rate_text(pace.rate)}, {seconds(pace.gap.seconds)}"
         rows.append(
             {
-                "label": masked(label if len(label) <= _LETTERS else f"{label[: _LETTERS - 3]}..."),
+                "label": mask_controls(label if len(label) <= _LETTERS else f"{label[: _LETTERS - 3]}..."),
                 "bars": [(at / slices, counts[at] / counts.max()) for at in np.flatnonzero(counts).tolist()],
                 "gaps": list(_gaps(counts, pace, width)) if moves else [],
                 "note": note if moves and pace.count > 1 else f"{pace.count} in all",
             }
         )
     title = f"{recording.description.robot.name}: {recording.messages:,} messages in {span / SECOND:.1f} s"
-    values = {"title": masked(title), "rows": rows, "step": 1 / slices, "seconds": span / SECOND}
+    values = {"title": mask_controls(title), "rows": rows, "step": 1 / slices, "seconds": span / SECOND}
     return Templates.own("recordings/rates.svg.jinja", values)
 
 

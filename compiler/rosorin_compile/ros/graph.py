@@ -13,12 +13,12 @@ from typing import Annotated, Any
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot, Sensor
 from rosorin_compile.request import FilePath, Packages, Request, Values
-from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, error, listed
+from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, error, phrase
 
 from . import nav2, robot_localization
-from .controllers.filled import COMMAND, drivers, filled
+from .controllers.filled import COMMAND, drivers, fill
 from .navigation import frames_of, stated_topic
-from .parameters.files import asked
+from .parameters.files import distro_of
 from .ports import (
     IMU,
     IN,
@@ -142,7 +142,7 @@ def graph_of(robot: Robot, starts: Sequence[str], topics: Mapping[str, str] | No
     if CONTROL in starts and control is not None:
         _add_controllers(made, robot, control, namespace, NAV2 in starts and NAV2 in first)
     parameters = _parameters(robot, first, starts)
-    distribution = asked(first[NAV2]) if NAV2 in first else ""
+    distribution = distro_of(first[NAV2]) if NAV2 in first else ""
     for port in ports(distribution) if NAV2 in starts and NAV2 in first else ():
         silent = _is_silent(parameters.get(port.node, {}))
         if port.node not in made.nodes and port.group in ("nav2", "localization", "slam") and not silent:
@@ -173,12 +173,12 @@ def _parameters(robot: Robot, first: Mapping[str, Output], starts: Sequence[str]
 
 def _add_controllers(made: Graph, robot: Robot, output: Output, namespace: str, navigates: bool) -> None:
     driving = {driver.name: driver for driver in drivers(robot)}
-    made.add("controller_manager", ports(asked(output), node="controller_manager"), {}, namespace)
-    for one in filled(robot, asked(output)):
+    made.add("controller_manager", ports(distro_of(output), node="controller_manager"), {}, namespace)
+    for one in fill(robot, distro_of(output)):
         name = one.controller.name
         if one.controller.inactive:
             continue
-        those = controller_ports(one.type, asked(output))
+        those = controller_ports(one.type, distro_of(output))
         remaps = [(port.topic, "/tf") for port in those if port.role == TF and port.topic != "/tf"]
         if navigates and name in driving:
             remaps.append((driving[name].command, COMMAND))
@@ -186,7 +186,7 @@ def _add_controllers(made: Graph, robot: Robot, output: Output, namespace: str, 
 
 
 def _add_drivers(made: Graph, robot: Robot, topics: Mapping[str, str]) -> None:
-    broadcast = {one.values.get(_SENSOR_PARAMETER) for one in filled(robot, "")} if CONTROL in made.starts else set()
+    broadcast = {one.values.get(_SENSOR_PARAMETER) for one in fill(robot, "")} if CONTROL in made.starts else set()
     for sensor, topic, message in topics_of_sensors(robot, topics):
         if sensor.name not in broadcast:
             node = f"driver of {sensor.name}"
@@ -241,7 +241,7 @@ def open_ends(robot: Robot, made: Graph) -> Iterator[Diagnostic]:
 def _open(robot: Robot, made: Graph, end: End, others: Sequence[End]) -> Iterator[Diagnostic]:
     """Yield an error if the robot or the package can close an end, a note if a driver has to, or nothing."""
     readers = [one for one in made.read if (one.topic, one.type) == (end.topic, end.type)]
-    who, role = listed(dict.fromkeys(one.node for one in readers)), end.port.role
+    who, role = phrase(dict.fromkeys(one.node for one in readers)), end.port.role
     what = f"{who} {'reads' if who == end.node else 'read'} {short_type(end.type)} on {end.topic}"
     symptom = next((one.port.missing for one in readers if "the robot" in one.port.missing), end.port.missing)
     same_type = [one for one in made.published if one.type == end.type and one.node != end.node]
@@ -257,7 +257,7 @@ def _open(robot: Robot, made: Graph, end: End, others: Sequence[End]) -> Iterato
         elif len(same_type) == 1:
             why, help = f"the scan is on {same_type[0].topic}", "name the topic in nav2: sources"
         elif same_type:
-            help = f"start a node that joins {listed(one.topic for one in same_type)}"
+            help = f"start a node that joins {phrase(one.topic for one in same_type)}"
         elif end.type not in map(message_of_sensor, (one.type for one in seeing)):
             help = f"start a node that makes it of what {seeing[0].name} sees"
         else:

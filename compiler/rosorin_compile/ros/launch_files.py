@@ -32,7 +32,7 @@ from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Source, Span
 from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.load import LoadError, parse_yaml, python_of
-from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, fixed
+from rosorin_compile.source.numbers import METRE_DIGITS, RADIAN_DIGITS, to_fixed
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import MarkupError, parse
 
@@ -387,7 +387,7 @@ def _differences(joint: Joint, static: StaticTransform) -> Iterator[str]:
         yield f"parent {static.parent} -> {joint.parent}"
     for flag, here, there in zip(_XYZ, static.transform.xyz, described.xyz, strict=True):
         if abs(here - there) > METRES:
-            yield f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, METRE_DIGITS)}"
+            yield f"{flag} {static.texts.get(flag, '0')} -> {to_fixed(there, METRE_DIGITS)}"
     off = static.transform.angle_to(described)
     if off <= RADIANS:
         return
@@ -395,11 +395,11 @@ def _differences(joint: Joint, static: StaticTransform) -> Iterator[str]:
     if static.texts.keys() & {*_QUATERNION}:
         w, x, y, z = described.quaternion()
         values = zip(_QUATERNION, (x, y, z, w), strict=True)
-        yield f"{degrees}, described: {' '.join(f'{flag} {fixed(value, 9)}' for flag, value in values)}"
+        yield f"{degrees}, described: {' '.join(f'{flag} {to_fixed(value, 9)}' for flag, value in values)}"
         return
     for flag, there in zip(_RPY, joint.origin.rpy, strict=True):
         if abs(float(static.texts.get(flag, "0")) - there) > RADIANS:
-            yield f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, RADIAN_DIGITS)}"
+            yield f"{flag} {static.texts.get(flag, '0')} -> {to_fixed(there, RADIAN_DIGITS)}"
     yield degrees
 
 

@@ -13,7 +13,7 @@ from rosorin_compile.model import Output, Publisher, Robot
 from rosorin_compile.model.joint import NODE, UNPUBLISHED
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import holds, modes_in
-from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Help, Suggestion, listed, quoted
+from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Help, Suggestion, phrase, quote
 from rosorin_compile.source.tree import Path, exists
 
 from .parameters.tables import kinds
@@ -57,7 +57,7 @@ class Frames(NamedTuple):
     moved: str
     leads: tuple[Lead, ...]
 
-    def owned(self, publisher: Publisher) -> list[Lead]:
+    def transforms_of(self, publisher: Publisher) -> list[Lead]:
         """Return the transforms of a publisher, each pair of frames once."""
         mine = {(lead.parent, lead.child): lead for lead in self.leads if lead.publisher.name == publisher.name}
         return list(mine.values())
@@ -83,7 +83,7 @@ def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Found]]
     below = {lead.child for lead in leads}
     pairs = [pair for pair in pairs if pair[0] in below] or pairs
     if len(pairs) > 1:
-        message = f"there is more than one odometry: {listed(f'{parent} -> {child}' for parent, child in pairs)}"
+        message = f"there is more than one odometry: {phrase(f'{parent} -> {child}' for parent, child in pairs)}"
         return None, [Found("navigation-frames", message, (), "say which: odom_frame: NAME", key=True)]
     (odom, moved), (map_, wrong) = pairs[0], _map(leads, pairs[0][0], output.options.get("map_frame"))
     return (None if wrong else Frames(map_, odom, moved, tuple(leads))), wrong
@@ -95,7 +95,7 @@ def _map(leads: Sequence[Lead], odom: str, asked: str | None) -> tuple[str, list
         message = f'no edge leads from "{asked}" to "{odom}"'
         return "", [Found("navigation-frames", message, ("map_frame",), Suggestion(asked, maps))]
     if asked is None and len(maps) > 1:
-        message = f'edges lead to "{odom}" from {quoted(maps)}'
+        message = f'edges lead to "{odom}" from {quote(maps)}'
         return "", [Found("navigation-frames", message, (), "say which is the map: map_frame: NAME", key=True)]
     return asked or next(iter(maps), ""), []
 

@@ -13,11 +13,11 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.model.drive import driving_of
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Suggestion, error, listed, quoted
+from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Suggestion, error, phrase, quote
 
 from .controllers.filled import drivers
 from .navigation import FILTER, Found, Frames, Lead, diagnose, frames_of, kind_of, stated_topic
-from .parameters.files import Node, Parameters, asked, parameter_file, parameters_of, text
+from .parameters.files import Node, Parameters, distro_of, parameter_file, parameters_of, text
 from .ports import facts
 
 # What a filter estimates, in the order of its fifteen booleans (robot_localization: filter_common.hpp).
@@ -39,7 +39,7 @@ def _filter_of(robot: Robot, output: Output, frames: Frames) -> tuple[str, Lead 
     filters = {one.name: one for one in robot.publishers if kind_of(one) == FILTER}
     named = output.options.get("node")
     if named is None and len(filters) > 1:
-        message = f"the robot has several filters, {quoted(filters)}"
+        message = f"the robot has several filters, {quote(filters)}"
         return "", None, [Found("filter-unclear", message, (), "an output for each: node: NAME", key=True)]
     if named is not None and named not in filters and (filters or named in [one.name for one in robot.publishers]):
         suggestion = Suggestion(named, filters, none="its publisher says package: robot_localization")
@@ -49,14 +49,14 @@ def _filter_of(robot: Robot, output: Output, frames: Frames) -> tuple[str, Lead 
             [Found("filter-unclear", f'"{named}" is no filter of robot_localization', ("node",), suggestion)],
         )
     name = named or next(iter(filters), _USUAL)
-    owned = frames.owned(filters[name]) if name in filters else []
+    owned = frames.transforms_of(filters[name]) if name in filters else []
     if not owned:
         message = f'no edge is of "{name}": it is written with publish_tf: false'
         return name, None, [Found("filter-owns-nothing", message, severity=NOTE, key=True)]
     possible = ((frames.odom, frames.moved), (frames.map, frames.odom))
     wrong = [lead for lead in owned if (lead.parent, lead.child) not in possible] or owned[1:]
     if wrong:
-        message = f'"{name}" is to publish {listed(map(str, owned))}: a filter publishes either '
+        message = f'"{name}" is to publish {phrase(map(str, owned))}: a filter publishes either '
         message += f"{frames.odom} -> {frames.moved} or {frames.map or 'map'} -> {frames.odom}"
         return name, None, [Found("navigation-owner", message, wrong[0].path, absolute=True)]
     return name, owned[0], []
@@ -96,7 +96,7 @@ def _inputs(robot: Robot, output: Output, frames: Frames) -> Iterator[Found]:
             yield Found(rule, message, (*path, "controller"), Suggestion(controller, driving))
         for index, state in enumerate(uses or ()):
             if state not in about["states"]:
-                message = f'"{name}" has no {state}: its messages have {listed(about["states"])}'
+                message = f'"{name}" has no {state}: its messages have {phrase(about["states"])}'
                 yield Found(rule, message, (*path, "uses", index), "remove it")
         if uses is not None and not uses:
             yield Found(rule, f'nothing of "{name}" is used', (*path, "uses"), "name what is, or remove the input")
@@ -185,7 +185,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     if node is None:
         return "", [error(one.rule, one.message, None, one.help) for one in wrong if one.severity == ERROR]
     head = [
-        f"robot_localization of {asked(output).capitalize()}: {node.name} publishes {lead or 'no transform'}.",
+        f"robot_localization of {distro_of(output).capitalize()}: {node.name} publishes {lead or 'no transform'}.",
         "No covariance is in it: load it after your own.",
     ]
     return text(robot, output, templates, head, [node]), []

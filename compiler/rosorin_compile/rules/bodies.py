@@ -9,7 +9,7 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Link, Mesh
 from rosorin_compile.model.bounds import Bounds, bounds_of
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 from rosorin_compile.source.rule_registry import JOINTS, NUMBERS, rule
-from rosorin_compile.source.tree import Path, at, exists
+from rosorin_compile.source.tree import Path, exists, value_at
 from rosorin_compile.source.units import has_unit
 
 from .case import Case, number
@@ -75,7 +75,7 @@ def plausible(case: Case) -> Iterator[Diagnostic]:
     """Masses against the space of the shapes, inertias against both, and centres of mass."""
     for link in case.robot.links:
         path, mass = case.link(link.name, "inertial"), link.inertial.mass if link.inertial else 0.0
-        density = at(case.tree, (*path, "density")) if mass > 0 else None
+        density = value_at(case.tree, (*path, "density")) if mass > 0 else None
         if density and not has_unit(density) and 0 < density < FOAM:
             message = f'the density of link "{link.name}" is {number(density)} kg/m^3, and water has 1000'
             help = f'write "{number(density)} g/cm^3" if that is meant, with kg/m^3 if not'

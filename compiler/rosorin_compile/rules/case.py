@@ -15,8 +15,8 @@ from rosorin_compile.language.suppressions import names_at
 from rosorin_compile.language.symbols import Symbol, SymbolTable
 from rosorin_compile.model import Joint, Link, Output, Robot, Shape
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Span, Suggestion, diagnostic
-from rosorin_compile.source.rule_registry import declared
-from rosorin_compile.source.tree import Map, Path, at, exists, follow
+from rosorin_compile.source.rule_registry import find_declared
+from rosorin_compile.source.tree import Map, Path, exists, follow, value_at
 
 if TYPE_CHECKING:
     from rosorin_compile.formats import Format
@@ -124,7 +124,7 @@ class Case:
         ``within`` is for a problem within a mapping: at its key, or where it was written. Severity and help are those
         of the rule unless others are passed.
         """
-        known = declared(rule)
+        known = find_declared(rule)
         place, uses = mistake_place(self.scope, self.tree, path, rule, key, within)
         seconds = [one if isinstance(one, Related) else self.related(*one) for one in related]
         found = (*seconds, *uses, *place.stack())
@@ -133,7 +133,7 @@ class Case:
 
     def related(self, message: str, path: Path, key: bool = False) -> Related:
         """Return a second place: a value, or the key of one with ``key`` and of a mapping."""
-        return Related(message, self._place(path, key or isinstance(at(self.tree, path), Map)))
+        return Related(message, self._place(path, key or isinstance(value_at(self.tree, path), Map)))
 
     def unknown(self, rule: str, message: str, uses: Sequence[Symbol], help: Help) -> Iterator[Diagnostic]:
         """Yield a problem at the first use of a name, with the other places; again for each use at the same place.
@@ -201,5 +201,5 @@ def report(
     severity: str = "",
 ) -> Diagnostic:
     """Return a diagnostic without a path in a description; severity and help default to those of the rule."""
-    known = declared(rule)
+    known = find_declared(rule)
     return diagnostic(rule, severity or known.severity, message, span, help or known.hint, related)

@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.language.expand.provenance import USED
 from rosorin_compile.language.expand.scope import Scope
-from rosorin_compile.language.lower import unresolved
-from rosorin_compile.language.schema import plugged as plugged_sections
-from rosorin_compile.language.suppressions import accepted, unused
-from rosorin_compile.language.suppressions import settled as without_accepted
+from rosorin_compile.language.lower import unresolved_references
+from rosorin_compile.language.schema import plugin_sections as plugged_sections
+from rosorin_compile.language.suppressions import apply as without_accepted
+from rosorin_compile.language.suppressions import is_accepted, unused_entries
 from rosorin_compile.model import Robot
 from rosorin_compile.model.sections import own_sections
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Related, Span
-from rosorin_compile.source.messages import UNNAMED, Offer, merge_by_name, offer, placed, written
-from rosorin_compile.source.plugins import Plugin, aside, broken, diagnostic_of, failed, load
+from rosorin_compile.source.messages import UNNAMED, Offer, merge_by_name, move_to_name, offer, place_of_word
+from rosorin_compile.source.plugins import Plugin, aside, broken_plugin, diagnostic_of, failed_plugin, load
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, Rule, checks_of, declared, find
+from rosorin_compile.source.rule_registry import OF_PLUGINS, Check, Rule, checks_of, find, find_declared
 from rosorin_compile.source.tree import Map, Place, Seq, exists, nearer
 from rosorin_compile.source.tree import Path as TreePath
 
@@ -69,7 +69,7 @@ class Plugged(NamedTuple):
 
 
 @cache
-def plugged() -> Plugged:
+def plugin_checks() -> Plugged:
     """Return the checks of plug-ins."""
     loaded, diagnostics = load("rules", Check, Check.ids, lambda id: bool(find([id])))
     OF_PLUGINS.update((rule.id, rule) for _, check in loaded for rule in check.rules)
@@ -80,8 +80,8 @@ def plugged() -> Plugged:
 def acceptable() -> Mapping[str, Rule]:
     """Return the rules that a description may accept, by id; all else cannot be built, or would be built wrongly."""
     of_sections = [check for _, section in plugged_sections().sections for check in section.all_checks()]
-    all_checks = (*checks(), *of_sections, *(check for _, check in plugged().checks))
-    rules = (declared("shape-size"), *(rule for check in all_checks for rule in check.rules))
+    all_checks = (*checks(), *of_sections, *(check for _, check in plugin_checks().checks))
+    rules = (find_declared("shape-size"), *(rule for check in all_checks for rule in check.rules))
     return {rule.id: rule for rule in sorted(rules, key=lambda rule: rule.id) if rule.accept}
 
 
@@ -103,9 +103,9 @@ def check(
     for number, examine in enumerate(checks()):
         Progress.step("checking", number, len(checks()))
         found += examine(case)
-    added = list(plugged().checks)
+    added = list(plugin_checks().checks)
     for plugin, section in plugged_sections().sections:
-        if section in robot.sections and not unresolved(robot, case.symbols, section.name):
+        if section in robot.sections and not unresolved_references(robot, case.symbols, section.name):
             added += [(plugin, examine) for examine in section.all_checks()]
     for plugin, examine in added:
         found += _of_plugin(plugin, examine, case)
@@ -120,11 +120,11 @@ def _of_plugin(plugin: Plugin, check: Check, case: Case) -> Iterator[Diagnostic]
             for diagnostic in check(case):
                 if not isinstance(diagnostic, Diagnostic) or diagnostic.rule not in ids:
                     what = f"yields {str(diagnostic)[:80]}, no Diagnostic of its rules ({', '.join(ids)})"
-                    yield broken(plugin, what)
+                    yield broken_plugin(plugin, what)
                     return
                 yield diagnostic_of(diagnostic)
     except (Exception, SystemExit) as problem:
-        yield failed(plugin, problem)
+        yield failed_plugin(plugin, problem)
 
 
 def _merge_uses(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
@@ -132,7 +132,7 @@ def _merge_uses(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic
     found: dict[object, Diagnostic] = {}
     for diagnostic in diagnostics:
         uses = [related for related in diagnostic.related if related.message == USED]
-        is_alone = not uses or accepted(tree, diagnostic, acceptable())
+        is_alone = not uses or is_accepted(tree, diagnostic, acceptable())
         key: object = (len(found), diagnostic) if is_alone else (diagnostic.rule, diagnostic.span)
         first = found.setdefault(key, diagnostic)
         if first is not diagnostic:
@@ -145,7 +145,7 @@ def _merge_uses(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic
 def _without_consequences(tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Drop warnings and notes that follow from numbers with an error; an accepted diagnostic hides nothing."""
     causes = [one for one in diagnostics if one.severity == ERROR or one.rule == "length-looks-like-millimetres"]
-    causes = [one for one in causes if not accepted(tree, one, acceptable())]
+    causes = [one for one in causes if not is_accepted(tree, one, acceptable())]
     refused = {one.span for one in causes if one.severity == ERROR}
     places = refused.union(*map(_spans, causes))
 
@@ -163,13 +163,13 @@ def _spans(diagnostic: Diagnostic) -> set[Span | None]:
     return {diagnostic.span, *(related.span for related in diagnostic.related)} - {None}
 
 
-def settled(case: Case, found: Iterable[Diagnostic], asked: str) -> list[Diagnostic]:
+def apply_acceptances(case: Case, found: Iterable[Diagnostic], asked: str) -> list[Diagnostic]:
     """Return the diagnostics that are not accepted, and a warning for each unused entry of ``accept``.
 
     ``asked`` is the kind of rules that the run checks (``Rule.asked``).
     """
     left = without_accepted(case.tree, found, acceptable())
-    return [*left.diagnostics, *unused(case.tree, left.used, acceptable(), (asked,))]
+    return [*left.diagnostics, *unused_entries(case.tree, left.used, acceptable(), (asked,))]
 
 
 def merge_misspelt(
@@ -189,7 +189,7 @@ def merge_misspelt(
     _collect_uses(tree, tree.via, (), uses)
     moved = []
     for diagnostic, found in zip(diagnostics, offers, strict=True):
-        moved.append(placed(diagnostic, found))
+        moved.append(move_to_name(diagnostic, found))
         path = next(_definitions(tree, places, found.meant), None) if found else None
         if found and path:
             is_key = path[-1] == found.meant
@@ -204,7 +204,7 @@ def merge_misspelt(
 
 def _home(place: Place, found: Offer) -> Span:
     """Return where the letters of a name were written that differ from those of the unknown one."""
-    return written([place.span, *(one.span for one in place.stack())], found.meant, found.name) or place.span
+    return place_of_word([place.span, *(one.span for one in place.stack())], found.meant, found.name) or place.span
 
 
 def _definitions(tree: Map, places: Mapping[tuple[str, str], TreePath], name: str) -> Iterator[TreePath]:

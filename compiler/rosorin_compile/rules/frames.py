@@ -135,11 +135,11 @@ def _rigid_neighbours(robot: Robot, frame: str) -> dict[str, Transform]:
 
 def _housing(robot: Robot, frame: str) -> set[str]:
     """Return the links that carry a sensor and nothing else, and those attached to its own; of a root that alone."""
-    found = {frame, *(robot.below(frame) if frame in robot.joint_to else ())}
+    found = {frame, *(robot.subtree(frame) if frame in robot.joint_to else ())}
     top = robot.joint_to.get(frame)
     while top is not None and top.is_fixed and top.parent in robot.joint_to:
         for joint in robot.joints_from[top.parent]:
-            links = [robot.link[name] for name in robot.below(joint.child)] if joint is not top else []
+            links = [robot.link[name] for name in robot.subtree(joint.child)] if joint is not top else []
             if not joint.is_fixed or any(link.visual or link.collision for link in links):
                 return found
         found.add(top.parent)

@@ -14,9 +14,9 @@ from rosorin_compile.model.joint import Dynamics, Limit
 from rosorin_compile.model.simulation import Actuator
 from rosorin_compile.source.diagnostics import Diagnostic, Suggestion, nearest
 from rosorin_compile.source.rule_registry import JOINTS, SIMULATED, Check, rule
-from rosorin_compile.source.tree import Path, at, exists
+from rosorin_compile.source.tree import Path, exists, value_at
 from rosorin_compile.source.units import Quantity, describe, parse_unit
-from rosorin_compile.source.wording import first_of, listed, quoted
+from rosorin_compile.source.wording import first_of, phrase, quote
 
 from .case import Case, number
 
@@ -90,10 +90,10 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
         if len(joints) < 2 or child not in {*case.robot.link, *WORLD_FRAMES}:  # an unknown link is reported by itself
             continue
         left, ends = _orphans(case), [case.end(joint, "child") for joint in joints]
-        message = f'link "{child}" is the child of {len(joints)} joints, {quoted(one.name for one in joints)}'
-        help = f"correct one child: no joint reaches {quoted(left)}" if left else ""
+        message = f'link "{child}" is the child of {len(joints)} joints, {quote(one.name for one in joints)}'
+        help = f"correct one child: no joint reaches {quote(left)}" if left else ""
         if any(end[0] == "sensors" for end in ends):
-            message, help = f'frame "{child}" is defined by {listed(map(owner_of_frame, ends))}', _OWN_FRAME
+            message, help = f'frame "{child}" is defined by {phrase(map(owner_of_frame, ends))}', _OWN_FRAME
         related = [(f'attached here by joint "{joint.name}"', case.end(joint, "child")) for joint in joints[:-1]]
         yield case.problem("two-parents", message, ends[-1], help, related=related)
 
@@ -168,9 +168,9 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
     if not carrying:
         carrying, alone = alone, []
     if len(carrying) > 1:
-        main = max(carrying, key=lambda name: (len(robot.below(name)), name.startswith("base")))
+        main = max(carrying, key=lambda name: (len(robot.subtree(name)), name.startswith("base")))
         others = [name for name in carrying if name != main]
-        message = f"the robot has {len(carrying)} roots, {quoted([main, *others], MAX_NAMED)}: one link is the root"
+        message = f"the robot has {len(carrying)} roots, {quote([main, *others], MAX_NAMED)}: one link is the root"
         related = [case.related("also a root", case.link(name), key=True) for name in (main, *others[1:MAX_NAMED])]
         help = f'add a joint with "child: {others[0]}"'
         yield case.problem("several-roots", message, case.link(others[0]), help, related=related, key=True)
@@ -217,8 +217,8 @@ def limits(case: Case) -> Iterator[Diagnostic]:
         missing = [key for key in keys if getattr(limit, key) is None]
         if missing:
             id = "limit-missing" if {"lower", "upper"} & set(missing) else "limit-incomplete"
-            message = f"the limit of {called} lacks {listed(missing)}, which readers of URDF require"
-            yield case.problem(id, message, path, f"add {listed(missing)}", within=True)
+            message = f"the limit of {called} lacks {phrase(missing)}, which readers of URDF require"
+            yield case.problem(id, message, path, f"add {phrase(missing)}", within=True)
         lower, upper = limit.lower, limit.upper
         if joint.type == "continuous":
             key = "lower" if lower is not None else "upper"
@@ -242,11 +242,11 @@ def units(case: Case) -> Iterator[Diagnostic]:
     for joint in (joint for joint in case.robot.joints if joint.moves):
         for part in ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller"):
             path = case.joint(joint, part)
-            paths += [(joint, (*path, key)) for key in at(case.tree, path) or ()]
+            paths += [(joint, (*path, key)) for key in value_at(case.tree, path) or ()]
         posed = [pose.name for pose in case.robot.poses if joint.name in pose.positions]
         paths += [(joint, ("poses", pose, "positions", joint.name)) for pose in posed]
     for joint, path in paths:
-        value = at(case.tree, path)
+        value = value_at(case.tree, path)
         leader = case.robot.joint.get(joint.mimic.joint) if joint.mimic is not None else None
         expected = joint_unit(path, joint.type == "prismatic", leader.type == "prismatic" if leader else None)
         parsed = parse_unit(expected) if expected is not None else None
@@ -268,7 +268,7 @@ def without_effect(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("ignored-key", message, (*path, key), key=True)
     for link in case.robot.links:
         path = case.link(link.name, "inertial", "of")
-        shapes = at(case.tree, path)
+        shapes = value_at(case.tree, path)
         for index, shape in enumerate(shapes if isinstance(shapes, list) else ()):
             for key in [key for key in ("contact", "mjcf", "urdf_elements") if key in shape]:
                 message = f'a shape of the inertial of link "{link.name}" only has a mass: its {key} has no effect'

@@ -12,7 +12,7 @@ from rosorin_compile.language.expression.syntax import NUMERIC
 from rosorin_compile.language.schema import subject, unit_at
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span
 from rosorin_compile.source.rule_registry import JOINTS, NUMBERS, OUTPUTS, Check, rule
-from rosorin_compile.source.tree import Map, Path, Seq, at, written
+from rosorin_compile.source.tree import Map, Path, Seq, value_at, written_place
 from rosorin_compile.source.units import ANGLE, Quantity, has_unit
 from rosorin_compile.source.wording import first_of
 
@@ -144,7 +144,7 @@ def turns(case: Case) -> Iterator[Diagnostic]:
     for pose, path in poses:
         for index, angle in enumerate(pose.rpy):
             place = (*path, "rpy", index)
-            if HALF_TURN < abs(angle) <= FULL_TURN and not angle * 2 % 1 and not has_unit(at(case.tree, place)):
+            if HALF_TURN < abs(angle) <= FULL_TURN and not angle * 2 % 1 and not has_unit(value_at(case.tree, place)):
                 what = f"{subject(list(place))} is {number(angle)} rad, more than half a turn"
                 units = ("deg", "rad")
                 yield _looks_like(case, "angle-looks-like-degrees", what, place, angle, units, severity=WARNING)
@@ -173,11 +173,11 @@ def radians_in_degrees(case: Case) -> Iterator[Diagnostic]:
 def speeds(case: Case) -> Iterator[Diagnostic]:
     """A warning: a bare velocity limit of a revolute joint is many turns a second, and a round number of degrees."""
     for joint in case.robot.joints:  # a continuous joint may well be fast
-        velocity = joint.limit.known("velocity") if joint.limit is not None else None
+        velocity = joint.limit.known_value("velocity") if joint.limit is not None else None
         path = case.joint(joint, "limit", "velocity")
         if joint.type != "revolute" or not velocity or not FAST <= velocity <= FASTEST or velocity % STEP:
             continue
-        if not has_unit(at(case.tree, path)):
+        if not has_unit(value_at(case.tree, path)):
             message = f'the velocity limit of joint "{joint.name}" is {number(velocity)} rad/s{case.stands_in(path)},'
             message += f" {number(round(velocity / (2 * math.pi), 1))} turns a second"
             yield _looks_like(case, "velocity-looks-like-degrees", message, path, velocity, ("deg/s", "rad/s"))
@@ -190,7 +190,7 @@ def characters(case: Case) -> Iterator[Diagnostic]:
     for key, entries in ((False, case.remarkable["texts"]), (True, case.remarkable["keys"])):
         for path, text in entries:
             # A source at the top of a file belongs to all its entries: one place, one message.
-            span = written(case.tree, path)[0].span
+            span = written_place(case.tree, path)[0].span
             match = NOT_XML.search(text)
             if match and (key or span not in reported):
                 where = "a name in " + subject(list(path[:-1])) if key else subject(list(path))

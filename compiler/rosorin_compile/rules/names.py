@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 from rosorin_compile.language.schema import sections
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Span
-from rosorin_compile.source.messages import Offer, placed
+from rosorin_compile.source.messages import Offer, move_to_name
 from rosorin_compile.source.rule_registry import ARGUMENTS, FRAMES, rule
 from rosorin_compile.source.tree import Path
-from rosorin_compile.source.wording import difference, foreign, in_words, look, suggest, swaps, unseen
+from rosorin_compile.source.wording import difference, foreign, hidden_letter, in_words, look, suggest, swaps
 
 from .case import Case
 from .magnitudes import NOT_XML
@@ -78,7 +78,7 @@ def letters(case: Case) -> Iterator[Diagnostic]:
         kind = "link" if one.kind == "frame" else one.kind
         # The case of letters distinguishes materials and outputs, as the colours of a bought robot.
         other = first.setdefault((kind, look(one.name, kind not in ("material", "output"))), one)
-        letter, strange, related = unseen(one.name), foreign(one.name), []
+        letter, strange, related = hidden_letter(one.name), foreign(one.name), []
         id, severity, message = "names-look-alike", WARNING, f'{one.kind} "{one.name}" '
         if letter:
             if NOT_XML.search(one.name):  # no file can carry it, which is reported
@@ -87,7 +87,7 @@ def letters(case: Case) -> Iterator[Diagnostic]:
             is_mild = case.robot.source.status == "imported" and one.kind in ("material", "robot")
             id, severity = "invisible-letter", WARNING if is_mild else ERROR
             message += f"has an invisible letter: {in_words(letter)}"
-        elif other.name != one.name and not unseen(other.name):
+        elif other.name != one.name and not hidden_letter(other.name):
             related = [case.related("the other one", other.path, key=other.key)]
             message += f'differs from {other.kind} "{other.name}" only in {difference(one.name, other.name)}'
         elif strange and other.name == one.name:
@@ -116,7 +116,7 @@ def swapped_letters(case: Case) -> Iterator[Diagnostic]:
             fixed = one.name.replace(*slip)
             message = f'{one.kind} "{one.name}" has "{slip[0]}", which looks like "{slip[1]}" with two letters swapped'
             found = case.problem("letters-swapped", message, one.path, suggest(fixed), key=one.key)
-            found = placed(found, Offer(one.name, fixed))
+            found = move_to_name(found, Offer(one.name, fixed))
             if found.span not in reported:  # a use of a part makes several names
                 reported.add(found.span)
                 yield found

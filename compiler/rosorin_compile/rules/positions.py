@@ -70,7 +70,7 @@ def _bounded(node: Node | None, value: Any, path: Path, joint: str) -> Iterator[
         yield node.within, path, joint, value
     names = node.keys is not None and "joint" in (node.keys.gives, node.keys.names)
     for key, inner in value.items() if isinstance(value, dict) else ():
-        yield from _bounded(node.at(key), inner, (*path, key), key if names else joint)
+        yield from _bounded(node.value_of(key), inner, (*path, key), key if names else joint)
 
 
 def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Iterator[Diagnostic]:

@@ -14,8 +14,8 @@ from rosorin_compile.model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLIS
 from rosorin_compile.model.joint import UNPUBLISHED
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, UnknownName
 from rosorin_compile.source.rule_registry import FRAMES, JOINTS, Check, rule
-from rosorin_compile.source.tree import Path, Seq, Text, at, exists
-from rosorin_compile.source.wording import counted, first_of, listed, quoted
+from rosorin_compile.source.tree import Path, Seq, Text, exists, value_at
+from rosorin_compile.source.wording import count_of, first_of, phrase, quote
 
 from .case import Case, first_fed
 
@@ -61,7 +61,7 @@ def _condition(case: Case, index: int, edge: Edge) -> Diagnostic | None:
         if found.span is None or found.span.length < len(edge.when):
             return found
         # The expression is read without the blanks around it; quotes are part of the value's place in the file.
-        start = len(edge.when) - len(edge.when.lstrip()) + problem.column + isinstance(at(case.tree, path), Text)
+        start = len(edge.when) - len(edge.when.lstrip()) + problem.column + isinstance(value_at(case.tree, path), Text)
         span = found.span._replace(column=found.span.column + start, length=max(1, len(unknown)))
         return replace(found, span=span)
     if any(results) and all(isinstance(result, bool) for result in results):
@@ -180,7 +180,7 @@ def _place(case: Case, step: Step) -> Path:
 def _turn_of_urdf(case: Case, joint: Joint) -> Path | None:
     """Return the path of robot_state_publisher in a list of publishers, or None if there is no such list."""
     path = case.publisher(joint)
-    turns = at(case.tree, path) if path[-1] == "publisher" else None
+    turns = value_at(case.tree, path) if path[-1] == "publisher" else None
     owners = [turn["by"] for turn in turns] if isinstance(turns, Seq) else []
     is_turn = ROBOT_STATE_PUBLISHER in owners
     return (*path, owners.index(ROBOT_STATE_PUBLISHER), "by") if is_turn else None
@@ -223,8 +223,8 @@ def one_publisher(case: Case) -> Iterator[Diagnostic]:
 def _two(case: Case, child: str, active: list[Step], combination: Combination) -> Diagnostic:
     owners = dict.fromkeys(claim.owner for claim in active)
     parents = list(dict.fromkeys(claim.parent for claim in active))
-    message = f'{listed(owners)} {"publishes twice" if len(owners) == 1 else "publish"} the transform into "{child}"'
-    message += f", below {quoted(parents)}" if len(parents) > 1 else ""
+    message = f'{phrase(owners)} {"publishes twice" if len(owners) == 1 else "publish"} the transform into "{child}"'
+    message += f", below {quote(parents)}" if len(parents) > 1 else ""
     related = [(f"also published here, by {claim.owner}", _place(case, claim)) for claim in active[:-1]]
     help, path = "", _place(case, active[-1])
     if any(claim.publisher.kind == ROBOT_STATE_PUBLISHER for claim in active):
@@ -238,7 +238,7 @@ def urdf_always(case: Case) -> Iterator[Diagnostic]:
     claims = _claims(case) if case.robot.edges else {}
     for joint in case.robot.published_by(ROBOT_STATE_PUBLISHER):
         place = _turn_of_urdf(case, joint)
-        when = at(case.tree, (*place[:-1], "when")) if place else None
+        when = value_at(case.tree, (*place[:-1], "when")) if place else None
         # With another one the frame has two publishers, which is reported.
         if place and when and len(claims.get(joint.child, ())) < 2:
             message = f'robot_state_publisher publishes joint "{joint.name}" in every mode, not only when {when}'
@@ -275,7 +275,7 @@ def started(case: Case) -> Iterator[Diagnostic]:
         is_explicit = any(exists(case.tree, case.joint(joint, "publisher")) for joint in joints)
         if not is_there and (is_explicit or (launched and joints)):
             names = first_of([joint.name for joint in joints], 3)
-            message = f"{kind} is to publish {counted(len(joints), 'joint')} ({names}), but no output is the {what}"
+            message = f"{kind} is to publish {count_of(len(joints), 'joint')} ({names}), but no output is the {what}"
             format = next(one for one in case.formats.values() if one.write is not None and kind in one.feeds)
             help = f"add {format.name}: {{file: {format.file.format(robot.name)}}} to outputs"
             yield case.problem("unpublished-edge", message, ("outputs",), help, key=True)

@@ -15,9 +15,9 @@ from rosorin_compile.model.geometry import Transform, Vector
 from rosorin_compile.model.shape import Material
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, nearest
 from rosorin_compile.source.rule_registry import JOINTS, NUMBERS, rule
-from rosorin_compile.source.tree import Path, Seq, at
+from rosorin_compile.source.tree import Path, Seq, value_at
 from rosorin_compile.source.units import has_unit
-from rosorin_compile.source.wording import listed, quoted, suggest
+from rosorin_compile.source.wording import phrase, quote, suggest
 
 from .case import Case, number
 from .joints import pieces
@@ -92,7 +92,7 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
         if max(map(abs, shape.pose.xyz)) > LARGE and not isinstance(shape.geometry, Mesh):
             what = f'a shape of link "{link.name}" is far away from its link'
             yield from _lengths(case, what, (*path, "xyz"), shape.pose.xyz, size + side)
-        if size and side > max(LARGE, OUT_OF_PROPORTION * size) and not has_unit(at(case.tree, place)):
+        if size and side > max(LARGE, OUT_OF_PROPORTION * size) and not has_unit(value_at(case.tree, place)):
             message = f'a shape of link "{link.name}" is {number(side)} m long, the rest of the robot {number(size)} m'
             help = f'write "{number(value)} mm" if millimetres are meant, "{number(value)} m" if not'
             yield case.problem("size-implausible", message, place, help)
@@ -105,14 +105,14 @@ def proportions(case: Case) -> Iterator[Diagnostic]:
 
 def _lengths(case: Case, what: str, path: Path, values: Vector, rest: float) -> Iterator[Diagnostic]:
     """Yield a warning about the numbers of a vector, without units, that are far outside the rest of the robot."""
-    written = at(case.tree, path)
+    written = value_at(case.tree, path)
     texts = list(written) if isinstance(written, Seq) else list(values)
     limit = max(LARGE, OUT_OF_PROPORTION * rest)
     far = [i for i, value in enumerate(values) if rest > 0 and abs(value) > limit and not has_unit(texts[i])]
     if not far:
         return
     place = (*path, max(far, key=lambda index: abs(values[index])))
-    numbers = listed(number(values[index]) for index in far)
+    numbers = phrase(number(values[index]) for index in far)
     message = f"{what}, by {numbers} m{case.stands_in(place)}, and the rest of the robot measures {number(rest)} m"
     help = f"write {numbers} with mm if millimetres are meant, with m if not"
     yield case.problem("size-implausible", message, place, help)
@@ -254,20 +254,19 @@ def _points(link: Link, place: Transform) -> list[Vector]:
 def holds(shape: Shape, step: Transform, points: Sequence[Vector]) -> bool:
     """Return True if points of another frame, at ``step``, are all inside a box, a sphere or a cylinder."""
     geometry, back = shape.geometry, shape.pose.transform().inverse()
-
-    def depth(point: Vector) -> float:
-        """Return how deep a point is inside (m); below zero outside."""
+    for point in points:
         x, y, z = back.apply(step.apply(point))
+        depth = -math.inf  # of the point; below zero outside
         if isinstance(geometry, Box):
-            sides = zip((x, y, z), geometry.lower, geometry.upper, strict=True)
-            return min(min(value - low, high - value) for value, low, high in sides)
-        if isinstance(geometry, Sphere):
-            return geometry.radius - math.hypot(x, y, z)
-        if isinstance(geometry, (Cylinder, Capsule)):
-            return min(geometry.radius - math.hypot(x, y), geometry.length / 2 - abs(z))
-        return -math.inf
-
-    return all(depth(point) > _CLEARANCE for point in points)
+            (a, b, c), (d, e, f) = geometry.lower, geometry.upper
+            depth = min(x - a, d - x, y - b, e - y, z - c, f - z)
+        elif isinstance(geometry, Sphere):
+            depth = geometry.radius - math.hypot(x, y, z)
+        elif isinstance(geometry, (Cylinder, Capsule)):
+            depth = min(geometry.radius - math.hypot(x, y), geometry.length / 2 - abs(z))
+        if depth <= _CLEARANCE:
+            return False
+    return True
 
 
 def _materials(case: Case) -> Iterator[tuple[str, Path, Path, Material]]:
@@ -318,5 +317,5 @@ def unknown_materials(case: Case) -> Iterator[Diagnostic]:
             message = f'there is no material "{name}"'
             yield case.problem("unknown-material", message, path, help, related=related, severity=WARNING)
     if unknown:
-        message = f"materials of visuals are not defined here: {quoted(unknown, 8)}"
+        message = f"materials of visuals are not defined here: {quote(unknown, 8)}"
         yield case.problem("unknown-material", message, next(iter(unknown.values()))[0], severity=NOTE)

@@ -89,7 +89,7 @@ def _named(case: Case) -> Iterator[Named]:
     for pose in robot.poses:
         yield Named(KEY, pose.name, ("poses", pose.name))
     for path, text, top in mjcf_texts(case):
-        references = (one for found in found_in(text) for one in mujoco.given(found, top))
+        references = (one for found in found_in(text) for one in mujoco.defined_names(found, top))
         yield from (Named(one.kind, one.name, path, key=False) for one in references)
 
 
@@ -217,7 +217,7 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
         inside = {tag for found in elements for tag in found.tags}
         tags |= inside
         if inside & {"replicate", "flexcomp"}:
-            made_of += [(one.kind, one.name) for found in elements for one in mujoco.given(found, top)]
+            made_of += [(one.kind, one.name) for found in elements for one in mujoco.defined_names(found, top)]
     materials = {f"{own}{name}" for name in case.robot.material}  # so they are called in the MJCF
     names.by_kind[MATERIAL] = materials | {named.name for named in names.all if named.kind == MATERIAL}
     seen: set[tuple[str, str]] = set()
@@ -227,7 +227,9 @@ def mjcf_elements(case: Case) -> Iterator[Diagnostic]:
             found, (message, help) = wrong
             yield at_name(case.problem("mjcf-element", message, path, help), found.tags[-1], found.line)
             continue
-        for line, (name, kind, _, where, _) in [(it.line, one) for it in elements for one in mujoco.used(it, top)]:
+        for line, (name, kind, _, where, _) in [
+            (it.line, one) for it in elements for one in mujoco.used_names(it, top)
+        ]:
             if (
                 (kind, name) in seen
                 or (names.has(kind, name) if kind != MATERIAL else name in names.by_kind[MATERIAL])

@@ -10,7 +10,7 @@ from rosorin_compile.model.joint import UNPUBLISHED
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, nearest
 from rosorin_compile.source.rule_registry import FRAMES, Check, rule
 from rosorin_compile.source.tree import Path, exists
-from rosorin_compile.source.wording import quoted, suggest, swaps
+from rosorin_compile.source.wording import quote, suggest, swaps
 
 from .case import Case
 from .joints import WORLD_FRAMES, pieces
@@ -112,7 +112,7 @@ def _urdf_roots(case: Case) -> list[str]:
     joints = case.robot.in_urdf()
     reached = {joint.child for joint in joints}
     roots = list(dict.fromkeys(joint.parent for joint in joints if joint.parent not in reached))
-    return sorted(roots, key=lambda root: -len(case.robot.below(root))) if len(roots) > 1 else roots
+    return sorted(roots, key=lambda root: -len(case.robot.subtree(root))) if len(roots) > 1 else roots
 
 
 @rule("split-tf", help="Publish the joint, or nothing below it.", topic=FRAMES)
@@ -127,7 +127,7 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
     main = max(parts, key=lambda piece: len(piece & links), default=set())
     for piece in (piece for piece in parts if piece != main):
         first = next((step for step in published if step.parent in piece and step.parent not in reached), None)
-        names = quoted(name for name in case.robot.link if name in piece)
+        names = quote(name for name in case.robot.link if name in piece)
         if first is None:  # a circle, which has a rule of its own
             continue
         if first.parent not in links:
@@ -171,7 +171,7 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
                 if tops and not tops & gaps:  # without a top it is a circle
                     across = [step for step in published if (step.parent in piece) != (step.child in piece)]
                     lost = next(step for step in across if step not in active)
-                    names = quoted(name for name in case.robot.link if name in piece)
+                    names = quote(name for name in case.robot.link if name in piece)
                     message = f"{names} would be cut off from the rest of the running robot{in_words(combination)}"
                     yield case.problem("split-tf", message, lost.path)
                     return

@@ -21,7 +21,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Source
 from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.rule_registry import NUMBERS, rule
 from rosorin_compile.source.tree import Map, Path
-from rosorin_compile.source.wording import listed, suggest
+from rosorin_compile.source.wording import phrase, suggest
 from rosorin_compile.source.xml.elements import canonical, damage, found_in, tree_of
 
 from .case import Case
@@ -260,7 +260,7 @@ def _misplaced(case: Case, tags: tuple[str, ...], reference: str) -> tuple[str, 
     unread = f"no reader takes <{tag}> in "
     parents, reader = _READ_IN.get(tag, ((parent,), ""))
     if parent not in parents and outer.isdisjoint(("transmission", "sdf")):
-        return f"{unread}<{parent}>", f"{reader} reads it in {listed(f'<{one}>' for one in parents)}: move it there"
+        return f"{unread}<{parent}>", f"{reader} reads it in {phrase(f'<{one}>' for one in parents)}: move it there"
     if tag in _OF_GAZEBO and parent in _OF_URDF and not {"gazebo", "sdf", "transmission"} & set(tags):
         return f"{unread}<{parent}>", 'Gazebo reads it in <gazebo reference="LINK">: move it there'
     if parent == "gazebo" and tag in {*_OF_LINKS, *_OF_JOINTS, "sensor"}:

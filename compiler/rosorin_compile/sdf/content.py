@@ -22,7 +22,7 @@ from rosorin_compile.model import Inertial, Joint, Limit, Link, Mesh, Output, Ro
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.source.diagnostics import Diagnostic, Source
 from rosorin_compile.source.tree import Text
-from rosorin_compile.source.xml.elements import attribute_value, indented
+from rosorin_compile.source.xml.elements import attribute_value, indent_lines
 from rosorin_compile.source.xml.markup import Element, MarkupError, parse
 
 if TYPE_CHECKING:
@@ -191,7 +191,7 @@ def view(robot: Robot, output: Output) -> Robot:
             mimic = replace(joint.mimic, joint=names[joint.mimic.joint]) if joint.mimic and followers else None
             limit = joint.limit if joint.moves else None
             if limit is not None:
-                known = [limit.known(key) for key in ("lower", "upper", "effort")]
+                known = [limit.known_value(key) for key in ("lower", "upper", "effort")]
                 # SDF takes large limits as none; the margin is for those that printing rounds up.
                 lower, upper, effort = (None if one is None or abs(one) >= 0.99 * UNLIMITED else one for one in known)
                 limit = Limit(None, None, effort) if joint.type == "continuous" else Limit(lower, upper, effort)
@@ -215,12 +215,12 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 # Elements without a key in the language
 
 
-def wrapped(tag: str, texts: Sequence[str], **attributes: str) -> Text:
+def wrap(tag: str, texts: Sequence[str], **attributes: str) -> Text:
     """Return elements in an element around them."""
     names = "".join(f" {key}={attribute_value(value)}" for key, value in attributes.items())
     if len(texts) == 1 and "\n" not in texts[0] and len(texts[0]) < _SHORT:
         return Text(f"<{tag}{names}>{texts[0]}</{tag}>")
-    return Text("\n".join([f"<{tag}{names}>", *(indented(text, "  ") for text in texts), f"</{tag}>"]))
+    return Text("\n".join([f"<{tag}{names}>", *(indent_lines(text, "  ") for text in texts), f"</{tag}>"]))
 
 
 def keep(entry: dict[str, Any], element: Element, text: str) -> int:
@@ -239,7 +239,7 @@ class Kept(NamedTuple):
     left_out: dict[str, None]
 
 
-def kept(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> Kept:
+def sort_elements(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> Kept:
     """Sort the elements for Gazebo; ``carrier`` is the link of the SDF for each link, ``joints`` its joints."""
     found = Kept([element.verbatim for element in own_elements(robot.urdf_elements)[0]], {}, {}, {}, {})
     waiting = [(link.name, element) for link in robot.links for element in own_elements(link.urdf_elements)[0]]

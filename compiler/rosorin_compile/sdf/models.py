@@ -13,9 +13,9 @@ from pathlib import Path
 
 from rosorin_compile.formats.urdf.reading import NAME
 from rosorin_compile.model import Transform
-from rosorin_compile.source.diagnostics import Related, Span, Suggestion, counted, quoted
-from rosorin_compile.source.xml.elements import kept
-from rosorin_compile.source.xml.markup import Attribute, Element, named
+from rosorin_compile.source.diagnostics import Related, Span, Suggestion, count_of, quote
+from rosorin_compile.source.xml.elements import kept_text
+from rosorin_compile.source.xml.markup import Attribute, Element, name_of
 
 from .content import RESERVED, WORLD
 from .values import SdfValues, WrittenPose, is_true, name_span
@@ -111,8 +111,8 @@ class SdfReading(SdfValues):
         models = [child for child in root.children if child.tag == MODEL]
         if len(models) != 1:
             other = next((child for child in root.children if child.tag in ("world", "actor", "light")), root)
-            names = f": {quoted([one.get('name') for one in models], 3)}" if models else ""
-            message = f"<sdf> holds {counted(len(models), 'model')}{names}; a description is of one robot"
+            names = f": {quote([one.get('name') for one in models], 3)}" if models else ""
+            message = f"<sdf> holds {count_of(len(models), 'model')}{names}; a description is of one robot"
             help = "put the <model> of the robot into a file of its own, in <sdf>"
             self.error("sdf-models", message, (models[1] if models else other).span, help)
             return None
@@ -144,7 +144,7 @@ class SdfReading(SdfValues):
         outside = self.text(scope.including, "placement_frame") if scope.including is not None else None
         placement = outside or scope.element.attributes.get("placement_frame")
         if placement is not None and placement.value:
-            message = f"placement_frame of {named(scope.element)} is not read: a model is placed by its own frame"
+            message = f"placement_frame of {name_of(scope.element)} is not read: a model is placed by its own frame"
             self.error("sdf-include", message, placement.span, "remove it, and adapt the <pose> of the model")
         for child in scope.element.children:
             if child.tag in (LINK, FRAME, JOINT):
@@ -181,7 +181,7 @@ class SdfReading(SdfValues):
     def _include(self, scope: Scope, element: Element) -> None:
         uri = self.text(element, "uri")
         if uri is None:
-            self.error("missing-element", f"{named(element)} has no <uri>", element.span, "add <uri>")
+            self.error("missing-element", f"{name_of(element)} has no <uri>", element.span, "add <uri>")
             return
         file, outside, help = self.find_file(str(uri.value), scope.file)
         if outside:
@@ -190,7 +190,7 @@ class SdfReading(SdfValues):
             message = f'"{uri.value}" is not found'
             if self.lenient("sdf-include", message, uri.span, help, "leaves the model out"):
                 self.cannot_carry(f"the included model {uri.value}", element.span)
-        document = None if file is None else self.included(file, uri.span)
+        document = None if file is None else self.open_included(file, uri.span)
         if document is None or file is None:
             return
         root = document.root
@@ -232,7 +232,7 @@ class SdfReading(SdfValues):
         made = Transform()
         if node in visited:
             path = " -> ".join(one.name for one in (*visited[visited.index(node) :], node))
-            message = f"the pose of {named(node.element)} is relative to itself: {path}"
+            message = f"the pose of {name_of(node.element)} is relative to itself: {path}"
             self.error("sdf-name-unknown", message, self.base(node)[1], "let one be relative to __model__")
         else:
             made = self.base_pose(node, (*visited, node)).then(node.written.transform)
@@ -243,7 +243,7 @@ class SdfReading(SdfValues):
         name, span = self.base(node)
         if name in (OWN, ""):
             return self.model_pose(node.scope, visited or (node,))
-        what = f"relative_to of {named(node.element)}"
+        what = f"relative_to of {name_of(node.element)}"
         found = self.require(node.scope, name.removesuffix(f"::{OWN}"), span, what)
         return Transform() if found is None else self.node_pose(found, visited or (node,))
 
@@ -252,7 +252,7 @@ class SdfReading(SdfValues):
         if node.kind == LINK:
             return node
         if node in visited or len(visited) > 1000:
-            message = f"{named(node.element)} is attached to itself"
+            message = f"{name_of(node.element)} is attached to itself"
             self.error("sdf-name-unknown", message, node.element.span, "attach it to a link")
             return None
         visited = (*visited, node)
@@ -264,7 +264,7 @@ class SdfReading(SdfValues):
             attribute = node.element.attributes.get("attached_to")
             if attribute is None or attribute.value in ("", OWN):
                 return self.canonical(node.scope, visited)
-            what = f"attached_to of {named(node.element)}"
+            what = f"attached_to of {name_of(node.element)}"
             found = self.require(node.scope, attribute.value, attribute.span, what)
         return None if found is None else self.link_of(found, visited)
 
@@ -272,7 +272,7 @@ class SdfReading(SdfValues):
         """Return the link that represents a model: the one that it names, or the first."""
         attribute = scope.element.attributes.get("canonical_link")
         if attribute is not None and attribute.value:
-            what = f"canonical_link of {named(scope.element)}"
+            what = f"canonical_link of {name_of(scope.element)}"
             found = self.require(scope, attribute.value, attribute.span, what)
             return None if found is None else self.link_of(found, visited)
         links = (node for node in scope.nodes.values() if node.kind == LINK)
@@ -287,7 +287,7 @@ class SdfReading(SdfValues):
         made = element.verbatim
         if owner is not None and not owner.content:
             made = made[: owner.start - element.start].rstrip() + made[owner.end - element.start :]
-            return kept(element, made)
+            return kept_text(element, made)
         named_frames = [(inner, attribute) for inner in element.iter() for attribute in inner.attributes.values()]
         for inner, attribute in reversed(named_frames):
             if attribute.name not in _NAMING:
@@ -301,4 +301,4 @@ class SdfReading(SdfValues):
             called = node.called if node is not None and node.called else attribute.raw
             word = "relative_to" if name == "frame" and inner.tag == "pose" else name
             made = f"{before}{word}{made[start + len(name) : at]}{called}{after}"
-        return kept(element, made)
+        return kept_text(element, made)

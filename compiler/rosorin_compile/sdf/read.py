@@ -21,10 +21,10 @@ from rosorin_compile.model import Robot, Transform
 from rosorin_compile.rules.urdf_elements import sdf_elements
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Source, has_errors
 from rosorin_compile.source.tree import Map
-from rosorin_compile.source.wording import counted, first_of, listed, masked, quoted
-from rosorin_compile.source.xml.markup import Element, MarkupError, correction, named, parse
+from rosorin_compile.source.wording import count_of, first_of, mask_controls, phrase, quote
+from rosorin_compile.source.xml.markup import Element, MarkupError, correction, name_of, parse
 
-from .content import OF_LINK, OF_MODEL, SOLIDS, WORLD, keep, wrapped
+from .content import OF_LINK, OF_MODEL, SOLIDS, WORLD, keep, wrap
 from .models import FRAME, LINK, Node, Scope, SdfReading, relative_to
 from .read_joints import Bodies, Entries, Joints, is_near
 from .values import WrittenPose, is_true, name_span
@@ -46,7 +46,7 @@ def read_sdf(opened: Opened) -> Imported:
     imported = Imported(None, diagnostics, (), tuple(reading.files))
     if sections is None or top is None or has_errors(diagnostics):
         return imported
-    source = {"status": "imported", "note": f"from {masked(opened.path.name)}"}
+    source = {"status": "imported", "note": f"from {mask_controls(opened.path.name)}"}
     tree: Map | None = as_tree({"robot": sections.pop("robot"), "source": source, **sections}, document.root.span)
     problems: list[Diagnostic] = []
     if tree is not None and opened.options.checked:
@@ -146,7 +146,7 @@ class _Robot:
         while name in {node.called for node in self.bodies.members}:
             name += "_"
         if roots:
-            pieces = quoted([node.called for node in roots], 3)
+            pieces = quote([node.called for node in roots], 3)
             message = f'no joint in the SDF moves {pieces}: {self.of_pieces} joints to a link "{name}" are added'
             self.reading.note("import-converted", message, roots[0].element.span)
         return name
@@ -163,7 +163,7 @@ class _Robot:
 
     def _put(self, tag: str, found: Sequence[tuple[Element, str]], **attributes: str) -> None:
         if found:
-            text = wrapped(tag, [text for _, text in found], **attributes)
+            text = wrap(tag, [text for _, text in found], **attributes)
             index = keep(self.holder, found[0][0], text)
             for element, _ in found:
                 self.reading.paths[id(element)] = ("urdf_elements", index)
@@ -177,16 +177,16 @@ class _Robot:
         if scope is not self.top:  # what a nested model has is for that model alone, except for plugins
             for child in gazebo:
                 if child.tag != "plugin":
-                    reading.cannot_carry(f"<{child.tag}> of {named(element)} within", child.span)
+                    reading.cannot_carry(f"<{child.tag}> of {name_of(element)} within", child.span)
                 elif not scope.is_merged:
-                    message = f"{named(child)} becomes one of the robot: names in it stay as they are"
+                    message = f"{name_of(child)} becomes one of the robot: names in it stay as they are"
                     reading.note("import-changed", message, child.span)
             gazebo = [child for child in gazebo if child.tag == "plugin"]
         if scope.including is not None:
             gazebo += [child for child in scope.including.children if child.tag == "plugin"]
             reading.check(scope.including, _IN_INCLUDE, ("merge",), None)
         for child in (child for child in rest if child.tag == "drake:joint"):
-            message = f"{named(child)} is a joint of Drake's own, which no description has"
+            message = f"{name_of(child)} is a joint of Drake's own, which no description has"
             reading.lenient("sdf-joint", message, child.span, "make it one of SDF", "keeps it as it is")
         rest = [child for child in rest if not self._is_constraint(child, scope)]
         for tag, found in (("gazebo", gazebo), ("sdf", rest)):
@@ -238,13 +238,13 @@ class Links:
         massless = [link for link in self.bodies.links if all(one.tag != "inertial" for one in link.element.children)]
         if massless:
             names = [node.called for node in massless]
-            which = f'link "{names[0]}" has' if len(names) == 1 else f"{counted(len(names), 'link')} have"
+            which = f'link "{names[0]}" has' if len(names) == 1 else f"{count_of(len(names), 'link')} have"
             which += f" no <inertial> ({first_of(names, 3)})" if len(names) > 1 else " no <inertial>"
             message = f"{which}: readers of SDF take 1 kg, and so does the description"
             self.reading.note("import-converted", message, massless[0].element.span)
 
     def _keep(self, element: Element, link: Node) -> None:
-        text = wrapped("sdf", [self.reading.text_of(element, link.scope)])
+        text = wrap("sdf", [self.reading.text_of(element, link.scope)])
         index = keep(self.entries.links[link.called], element, text)
         self.reading.paths[id(element)] = ("links", link.called, "urdf_elements", index)
 
@@ -261,7 +261,7 @@ class Links:
             for child in link.element.children:
                 for part in child.children if child.tag == "collision" else ():
                     if part.tag in ("density", "auto_inertia_params"):
-                        reading.cannot_carry(f"<{part.tag}> of {named(child)}", part.span)
+                        reading.cannot_carry(f"<{part.tag}> of {name_of(child)}", part.span)
         elif element is not None:
             inertia = reading.single(element, "inertia")
             at = (inertia or element).span
@@ -279,7 +279,7 @@ class Links:
         """Return the frame of the body that a pose in a link is relative to, or the link, and the pose in it."""
         written, base, attribute = self.reading.pose(pose), link, relative_to(pose)
         if attribute is not None and pose is not None:
-            what = f"relative_to of {named(pose)}"
+            what = f"relative_to of {name_of(pose)}"
             base = self.reading.require(link.scope, attribute.value, attribute.span, what) or link
         if base is link or (at_frame and base.kind in (LINK, FRAME) and self.bodies.body_of(base) is link):
             return base, written
@@ -291,14 +291,14 @@ class Links:
         owner, placed = self._placed(reading.single(element, "pose"), link)
         geometry = reading.single(element, "geometry")
         if geometry is None:
-            reading.error("missing-element", f"{named(element)} has no <geometry>", element.span, "add one")
+            reading.error("missing-element", f"{name_of(element)} has no <geometry>", element.span, "add one")
             return
         made: dict[str, Any] = {}
         solid = self._solid(geometry, made, link)
         if solid is None:
             return
         if solid.tag not in SOLIDS:
-            message = f"<{solid.tag}> of {named(element)} is a shape of its own kind: kept as it is"
+            message = f"<{solid.tag}> of {name_of(element)} is a shape of its own kind: kept as it is"
             reading.diagnostics.append(Diagnostic("import-kept", NOTE, message, solid.span))
             self._keep(element, link)
             return
@@ -306,7 +306,7 @@ class Links:
         reading.paths[id(element)] = ("links", owner.called, element.tag, len(shapes))
         attribute = element.attributes.get("name")
         if attribute is None or not attribute.value:
-            message = f"a <{element.tag}> of {named(link.element)} has no name"
+            message = f"a <{element.tag}> of {name_of(link.element)} has no name"
             reading.lenient("missing-attribute", message, element.span, 'add name="..."', "takes it without")
         elif not NAME.match(attribute.value):
             reading.cannot_carry(f'the name "{attribute.value}" of <{element.tag}>', attribute.span)
@@ -324,15 +324,15 @@ class Links:
 
         inner = reading.rest(solid, (*SOLIDS[solid.tag], "uri"), ("optimization",))
         if inner:
-            rest.append(wrapped(solid.tag, texts(inner)))
+            rest.append(wrap(solid.tag, texts(inner)))
             if any(child.tag == "submesh" for child in inner):
-                message = f"the submesh of {named(element)} is kept for SDF alone: other formats have the whole mesh"
+                message = f"the submesh of {name_of(element)} is kept for SDF alone: other formats have the whole mesh"
                 reading.note("import-converted", message, solid.span)
         material = reading.single(element, "material")
         if material is not None and element.tag == "collision":
-            reading.ignored("the material of a collision: what collides is not seen", material.span)
+            reading.ignore("the material of a collision: what collides is not seen", material.span)
         elif material is not None and (look := self._look(material, made, link)):
-            rest.append(wrapped("material", texts(look)))
+            rest.append(wrap("material", texts(look)))
         for child in reading.rest(element, ("pose", "geometry", "material"), ("name",)):
             friction = self._friction(child) if child.tag == "surface" else None
             if friction is not None:
@@ -340,7 +340,7 @@ class Links:
             else:
                 rest += texts([child])
         if rest:
-            keep(made, element, wrapped("sdf", rest))
+            keep(made, element, wrap("sdf", rest))
 
     def _friction(self, surface: Element) -> Placed | None:
         """Return the coefficient of a surface that has nothing else, equal in both directions."""
@@ -377,12 +377,12 @@ class Links:
         reading = self.reading
         children = [child for child in geometry.children if child.tag != "empty"] or geometry.children
         if len(children) > 1 and {child.tag for child in children} != {_OUTLINE}:
-            message = f"{named(geometry)} has {listed(f'<{child.tag}>' for child in children)}; it takes one"
+            message = f"{name_of(geometry)} has {phrase(f'<{child.tag}>' for child in children)}; it takes one"
             reading.error("duplicate-element", message, children[1].span, "make a second shape of it")
             return None
         if not children:
             help = f"it takes one of {', '.join(SOLIDS)}"
-            reading.error("missing-element", f"{named(geometry)} is empty", geometry.span, help)
+            reading.error("missing-element", f"{name_of(geometry)} is empty", geometry.span, help)
             return None
         solid, before = children[0], len(reading.diagnostics)
         if solid.tag not in SOLIDS:
@@ -396,11 +396,11 @@ class Links:
         if uri is not None and uri.value != "__default__":
             sizes["file"] = Placed(self._address(str(uri.value), link), uri.span)
         elif solid.tag == "mesh":
-            reading.error("missing-element", f"{named(solid)} has no <uri>", solid.span, "name the mesh")
+            reading.error("missing-element", f"{name_of(solid)} has no <uri>", solid.span, "name the mesh")
         for key, count in SOLIDS[solid.tag].items():
             child = reading.single(solid, key)
             if child is None and key != "scale":
-                reading.error("missing-element", f"{named(solid)} has no <{key}>", solid.span, f"add <{key}>")
+                reading.error("missing-element", f"{name_of(solid)} has no <{key}>", solid.span, f"add <{key}>")
             values = None if child is None else reading.all_of(child, count, "" if key == "scale" else "m")
             if child is not None and values and (key != "scale" or [one.value for one in values] != [1, 1, 1]):
                 sizes[key] = values[0] if count == 1 else Placed(values, child.span)

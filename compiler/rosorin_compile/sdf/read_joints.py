@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.format import Placed
 from rosorin_compile.model import Transform, Vector
 from rosorin_compile.model.geometry import cross
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, Suggestion, listed, quoted
-from rosorin_compile.source.xml.markup import Element, named, place
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, Suggestion, phrase, quote
+from rosorin_compile.source.xml.markup import Element, name_of, place
 
-from .content import OF_JOINT, WORLD, keep, wrapped
+from .content import OF_JOINT, WORLD, keep, wrap
 from .models import FRAME, JOINT, LINK, OWN, Node, Scope, SdfReading, relative_to
-from .values import WrittenPose, cleaned, is_true, name_span
+from .values import WrittenPose, clean_number, is_true, name_span
 
 _NEAR = 1e-10  # m, and entries of rotations: smaller values are rounding errors
 _TYPES = ("revolute", "continuous", "prismatic", "fixed", "ball")
@@ -103,10 +103,10 @@ class Bodies:
         body = self.body_of(child[0])
         first = next((one for one in self.joints if body is not None and self.body_of(one.child) is body), None)
         if child[0] is None:
-            message = f"the child of {named(node.element)} is the world, which no joint moves"
+            message = f"the child of {name_of(node.element)} is the world, which no joint moves"
             reading.error("sdf-joint", message, child[1], "swap parent and child")
         elif parent[0] is not None and self.body_of(parent[0]) is body:
-            message = f'{named(node.element)} joins "{child[0].name}" to the link that it is part of'
+            message = f'{name_of(node.element)} joins "{child[0].name}" to the link that it is part of'
             reading.error("sdf-joint", message, child[1], "name another link")
         elif first is None or body is None:
             there = self.pose(node).inverse().then(self.pose(child[0]))
@@ -114,7 +114,7 @@ class Bodies:
         else:
             message = f'two joints move link "{body.name}", "{first.node.name}" and "{node.name}": a loop, or swapped'
             if reading.lenient("two-parents", message, node.element.span, "remove one", "leaves the second out"):
-                reading.cannot_carry(named(node.element), node.element.span)
+                reading.cannot_carry(name_of(node.element), node.element.span)
 
     def _kind(self, element: Element) -> str:
         """Return the type of a joint; empty after an error, and for one that is left out."""
@@ -123,24 +123,24 @@ class Bodies:
         kind = "" if attribute is None else attribute.value
         if attribute is None or kind in _TYPES:
             return kind
-        message, help = f'{named(element)} is of type "{kind}", which', f"make it one of {listed(_TYPES)}"
+        message, help = f'{name_of(element)} is of type "{kind}", which', f"make it one of {phrase(_TYPES)}"
         if kind not in _NOT_CARRIED:
             suggestion = Suggestion(kind, (*_TYPES, *_NOT_CARRIED))
             reading.error("joint-type", f"{message} SDF does not have", attribute.span, suggestion)
         elif reading.lenient("sdf-joint", f"{message} no description has", attribute.span, help, "leaves it out"):
-            reading.cannot_carry(named(element), attribute.span)
+            reading.cannot_carry(name_of(element), attribute.span)
         return ""
 
     def _end(self, node: Node, end: str) -> tuple[Node | None, Span] | None:
         """Return the link or frame at an end of a joint, None for the world, with its place; None after an error."""
         text, reading = self.reading.text(node.element, end), self.reading
         if text is None:
-            message = f"{named(node.element)} has no <{end}>"
+            message = f"{name_of(node.element)} has no <{end}>"
             reading.error("missing-element", message, node.element.span, f"add <{end}>LINK</{end}>")
             return None
         if text.value == WORLD and node.scope.find(WORLD) is None:
             return None, text.span
-        found = reading.require(node.scope, text.value, text.span, f"the {end} of {named(node.element)}")
+        found = reading.require(node.scope, text.value, text.span, f"the {end} of {name_of(node.element)}")
         member = found if found is None or found.kind in (LINK, FRAME) else reading.link_of(found)
         if member is None and found is not None:
             reading.error("sdf-name-unknown", f'"{text.value}" has no link', text.span, "name a link or a frame")
@@ -151,7 +151,7 @@ class Bodies:
         is_member = found in self._body and self.body_of(found) is self.body_of(node)
         return found if is_member else None
 
-    def above(self, node: Node) -> Node | None:
+    def parent_of(self, node: Node) -> Node | None:
         """Return the member that a node hangs on within its body, or None for the top."""
         body = self.body_of(node)
         top = self._tops.get(body) if body is not None else None
@@ -182,11 +182,11 @@ class Joints:
             self.reading.paths[id(joint.node.element)] = ("joints", joint.node.called)
             self._joint(joint, joint.parent.called if joint.parent is not None else world)
         for node in self.bodies.members:
-            above = self.bodies.above(node)
+            above = self.bodies.parent_of(node)
             if above is not None:
                 self.fix(node, above.called, self.bodies.local_pose(node, above))
         for key, places in self.stand_ins.items():
-            message = f"no {key} limit in the SDF, so {_STAND_INS[key]} is used as a stand-in: {quoted([*places], 3)}"
+            message = f"no {key} limit in the SDF, so {_STAND_INS[key]} is used as a stand-in: {quote([*places], 3)}"
             help, span = "put in what the robot really has", next(iter(places.values()))
             self.reading.diagnostics.append(Diagnostic("import-stand-in", NOTE, message, span, (), help))
 
@@ -219,7 +219,7 @@ class Joints:
             while child in self.entries.links:
                 child += "_"
             self.entries.links[child] = {}
-            message = f'the child of {named(element)} is not at the joint: link "{child}" is added between'
+            message = f'the child of {name_of(element)} is not at the joint: link "{child}" is added between'
             reading.note("import-converted", message, element.span)
         entry: dict[str, Any] = {"type": Placed(joint.kind, element.attributes["type"].span)}
         for end, link in (("parent", parent), ("child", child)):
@@ -231,7 +231,7 @@ class Joints:
             there = joint.there if is_at and not is_near(joint.there) else Transform()
             span = (axis or element).span
             if numbers is None or there.rows != Transform().rows:
-                entry["axis"] = Placed([cleaned(value) for value in there.inverse().rotate(direction)], span)
+                entry["axis"] = Placed([clean_number(value) for value in there.inverse().rotate(direction)], span)
             else:
                 entry["axis"] = Placed(numbers, numbers[0].span)
             self._details(node, entry, axis)
@@ -247,7 +247,7 @@ class Joints:
             else:
                 kept.append(self.reading.text_of(one, node.scope))
         if kept:
-            keep(entry, node.element, wrapped("sdf", kept))
+            keep(entry, node.element, wrap("sdf", kept))
 
     def _direction(self, node: Node, axis: Element | None) -> tuple[Vector, list[Placed] | None] | None:
         """Return the direction of an axis in the frame of its joint, and its numbers if they are that; None: an error.
@@ -293,13 +293,13 @@ class Joints:
             if child.tag in ("limit", "dynamics"):
                 inner = reading.rest(child, _LIMIT if child.tag == "limit" else _DYNAMICS)
                 texts = [reading.text_of(one, node.scope) for one in inner]
-                rest += [wrapped(child.tag, texts)] if texts else []
+                rest += [wrap(child.tag, texts)] if texts else []
             elif child.tag in ("mimic", "drake:mimic"):
                 self._mimic(child, node, entry)
             else:
                 rest.append(reading.text_of(child, node.scope))
         if rest:
-            text = Placed(wrapped("sdf", [wrapped("axis", rest)]), axis.span)
+            text = Placed(wrap("sdf", [wrap("axis", rest)]), axis.span)
             entry["urdf_elements"] = [text, *entry.get("urdf_elements", ())]
 
     def _limit(self, name: str, entry: dict[str, Any], axis: Element | None, span: Span) -> None:
@@ -324,7 +324,7 @@ class Joints:
         made: dict[str, Any] = {key: found[key] for key in needed}
         if missing:
             made["stand_ins"] = [Placed(key, where) for key in missing]
-            made["source"] = {"status": "stand_in", "note": f"the SDF does not limit {listed(missing)}"}
+            made["source"] = {"status": "stand_in", "note": f"the SDF does not limit {phrase(missing)}"}
         entry["limit"] = Placed(made, where)
         if limit is not None:
             self.reading.paths.setdefault(id(limit), ("joints", name, "limit"))
@@ -334,21 +334,21 @@ class Joints:
         reading = self.reading
         attribute = element.attributes.get("joint")
         if attribute is None or not attribute.value:
-            reading.error("missing-attribute", f"{named(element)} names no joint", element.span, 'add joint="..."')
+            reading.error("missing-attribute", f"{name_of(element)} names no joint", element.span, 'add joint="..."')
             return
         leader = node.scope.find(attribute.value)
         if leader is None or leader.kind != JOINT:
-            message = f'{named(element)} follows "{attribute.value}", which is no joint'
+            message = f'{name_of(element)} follows "{attribute.value}", which is no joint'
             joints = [one.name for one in node.scope.nodes.values() if one.kind == JOINT]
             help = Suggestion(attribute.value, joints, none="name a joint")
             if reading.lenient("mimic-unknown", message, attribute.span, help, "leaves the mimic out"):
-                reading.cannot_carry(named(element), element.span)
+                reading.cannot_carry(name_of(element), element.span)
             return
         made: dict[str, Any] = {"joint": Placed(leader.called, attribute.span)}
         for key in _MIMIC:  # a child, or for Drake an attribute
             of_drake, number = element.attributes.get(key), reading.one(element, key)
             if of_drake is not None:
-                found = reading.numbers(of_drake.words(), f"{key} of {named(element)}", of_drake.span, 1)
+                found = reading.numbers(of_drake.words(), f"{key} of {name_of(element)}", of_drake.span, 1)
                 number = found[0] if found else None
             if number is not None:
                 made[key] = number
@@ -356,6 +356,6 @@ class Joints:
         if reference:
             factor = float(made["multiplier"].value) if "multiplier" in made else 1.0
             offset = float(made["offset"].value) if "offset" in made else 0.0
-            made["offset"] = Placed(cleaned(offset - factor * reference), element.span)
+            made["offset"] = Placed(clean_number(offset - factor * reference), element.span)
         entry["mimic"] = Placed(made, element.span)
         reading.check(element, _MIMIC, ("joint", "axis", *_MIMIC), None)

@@ -24,7 +24,7 @@ from rosorin_compile.source.xml.markup import (
     Element,
     MarkupError,
     correction,
-    named,
+    name_of,
     parse,
     place,
     read_source,
@@ -51,13 +51,13 @@ class WrittenPose(NamedTuple):
 
     def entry(self, span: Span) -> dict[str, Any]:
         """Return the keys ``xyz`` and ``rpy`` of an entry, each unless it is zero."""
-        xyz = self.xyz or [Placed(cleaned(value), span) for value in self.transform.xyz]
-        rpy = self.rpy or [Placed(cleaned(value), span) for value in self.transform.rpy()]
+        xyz = self.xyz or [Placed(clean_number(value), span) for value in self.transform.xyz]
+        rpy = self.rpy or [Placed(clean_number(value), span) for value in self.transform.rpy()]
         keys = (("xyz", xyz), ("rpy", rpy))
         return {key: Placed(list(values), values[0].span) for key, values in keys if any(one.value for one in values)}
 
 
-def cleaned(value: float) -> float:
+def clean_number(value: float) -> float:
     """Return a calculated number without rounding errors."""
     return 0.0 if abs(value) < _ROUNDING else float(f"{value:.15g}")
 
@@ -93,7 +93,7 @@ class SdfValues(Reading):
         return None if child is None or not child.text else Placed(child.text, place(child))
 
     def all_of(self, element: Element, count: int, unit: str = "") -> list[Placed] | None:
-        return self.numbers(words(element), named(element), element.span, count, unit)
+        return self.numbers(words(element), name_of(element), element.span, count, unit)
 
     def one(self, element: Element | None, tag: str, unit: str = "") -> Placed | None:
         child = None if element is None else self.single(element, tag)
@@ -115,7 +115,7 @@ class SdfValues(Reading):
         if form == "euler_rpy":
             self.check_attributes(element, _POSE_ATTRIBUTES)
         elif form != "quat_xyzw":
-            message, help = f'the rotation of {named(element)} is in "{form}"', "one of euler_rpy, quat_xyzw"
+            message, help = f'the rotation of {name_of(element)} is in "{form}"', "one of euler_rpy, quat_xyzw"
             self.error("wrong-value", message, element.attributes["rotation_format"].span, help)
         found = self.all_of(element, 7 if form == "quat_xyzw" else 6)
         if found is None:
@@ -124,7 +124,7 @@ class SdfValues(Reading):
             x, y, z, a, b, c, w = (float(one.value) for one in found)
             if any((a, b, c, w)):
                 return WrittenPose(Transform.of_quaternion((x, y, z), (w, a, b, c)), found[:3], (), element)
-            message = f"the quaternion of {named(element)} is zero: no rotation"
+            message = f"the quaternion of {name_of(element)} is zero: no rotation"
             self.error("zero-quaternion", message, element.span, "correct it")
             return none
         if is_true(element.get("degrees")):
@@ -147,7 +147,7 @@ class SdfValues(Reading):
         for variable in variables:
             yield from filter(None, self.environment.get(variable, "").split(os.pathsep))
 
-    def included(self, file: Path, asked: Span) -> Document | None:
+    def open_included(self, file: Path, asked: Span) -> Document | None:
         """Return a file that is included, and count it; None after an error, and when too much is included."""
         if self._is_too_much:
             return None

@@ -19,9 +19,9 @@ from rosorin_compile.model.geometry import IDENTITY
 from rosorin_compile.model.looks import with_visuals
 from rosorin_compile.model.shape import ROWS
 from rosorin_compile.model.simulation import CLASSIC, Entry, GazeboSensor
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quote
 from rosorin_compile.source.numbers import number_format, numbers, vector
-from rosorin_compile.source.xml.elements import indented
+from rosorin_compile.source.xml.elements import indent_lines
 
 from . import content as contents
 from .content import FOLLOWERS, LEAST, NEWEST, OLDEST, SOLIDS, WORLD, collision_elements, own_elements
@@ -52,7 +52,7 @@ def _element(start: str, lines: Iterable[str], indent: str) -> list[str]:
 
 
 def _indented(texts: Iterable[str], indent: str) -> list[str]:
-    return [indented(text, indent) for text in texts]
+    return [indent_lines(text, indent) for text in texts]
 
 
 class _Writer:
@@ -70,7 +70,9 @@ class _Writer:
         others = [text for text in robot.urdf_elements if "<ros2_control" not in text]  # which no SDF has
         gazebo = distribution(self.gazebo)
         drives, self.idle = drive_blocks(robot, self.joints, "sdf-cannot-say", gazebo, self.number, others)
-        self.kept = contents.kept(replace(robot, urdf_elements=(*robot.urdf_elements, *drives)), carrier, self.joints)
+        self.kept = contents.sort_elements(
+            replace(robot, urdf_elements=(*robot.urdf_elements, *drives)), carrier, self.joints
+        )
         self.loops = [one for one in robot.constraints if one.tag in _LOOPS and one.values.get("active") is not False]
         self.open: list[str] = []  # loops that are not written
         self.unseen: dict[str, list[str]] = {}  # names of sensors by the reason
@@ -139,7 +141,7 @@ class _Writer:
             names = attributes(name=name, attached_to=attached)
             return [f"    <frame{names}>{pose}</frame>" if pose else f"    <frame{names}/>"]
         inertial = self.content.inertials[name]
-        texts = dict(zip(_MOMENTS, inertial.printed(self.number), strict=True))
+        texts = dict(zip(_MOMENTS, inertial.printed_inertia(self.number), strict=True))
         moments = "".join(f"<{key}>{texts[key]}</{key}>" for key in sorted(_MOMENTS))
         centre = self.pose(inertial.pose)
         mass = [f"        <mass>{self.number(inertial.mass)}</mass>", f"        <inertia>{moments}</inertia>"]
@@ -212,7 +214,7 @@ class _Writer:
     def _axis(self, joint: Joint, more: Mapping[str, Sequence[str]]) -> list[str]:
         number, limit, dynamics, mimic = self.number, joint.limit, joint.dynamics, joint.mimic
         keys = ("effort", "velocity") if joint.type == "continuous" else ("lower", "upper", "effort", "velocity")
-        limits = [(key, limit.known(key)) for key in keys] if limit else []
+        limits = [(key, limit.known_value(key)) for key in keys] if limit else []
         motion: list[tuple[str, float | None]] = []
         if dynamics is not None:
             motion = [(key, getattr(dynamics, key) or None) for key in ("damping", "friction")]
@@ -302,7 +304,7 @@ class _Writer:
 
         def lost(message: str, names: Sequence[str], help: str, rule: str = "sdf-cannot-say") -> None:
             if names:
-                found.append(Diagnostic(rule, WARNING, f"{message}: {quoted(names, 3)}", help=help))
+                found.append(Diagnostic(rule, WARNING, f"{message}: {quote(names, 3)}", help=help))
 
         message = f"readers of SDF take a moving link without mass for 1 kg, so {LEAST.mass:g} kg is written"
         lost(message, content.weightless, "give it an inertial", "sdf-without-mass")

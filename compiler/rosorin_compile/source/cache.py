@@ -10,7 +10,7 @@ import stat
 from pathlib import Path
 
 from . import system
-from .files import shown
+from .files import label
 
 _ELSEWHERE = "ROSORIN_COMPILE_CACHE names another folder (off: no cache)"
 _refused: list[tuple[str, str]] = []
@@ -50,8 +50,8 @@ def _open_to_others(folder: Path) -> tuple[str, str] | None:
     for place in (*links, *reversed(folders)):
         status = place.lstat()
         if status.st_uid not in (0, os.geteuid()):
-            return f"{shown(place)} belongs to another user", _ELSEWHERE
+            return f"{label(place)} belongs to another user", _ELSEWHERE
         is_sticky = bool(status.st_mode & stat.S_ISVTX) and place not in folders[:2]  # as /tmp is, above the cache
         if place not in links and status.st_mode & 0o022 and not is_sticky:
-            return f"{shown(place)} can be written by others", f"chmod go-w {shown(place)}; or {_ELSEWHERE}"
+            return f"{label(place)} can be written by others", f"chmod go-w {label(place)}; or {_ELSEWHERE}"
     return None

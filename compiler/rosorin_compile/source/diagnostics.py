@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from .wording import and_more, counted, did_you_mean, first_of, listed, nearest, printable, quoted, split_lines
+from .wording import and_more, count_of, did_you_mean, first_of, nearest, phrase, printable, quote, split_lines
 
-__all__ = ["and_more", "counted", "did_you_mean", "first_of", "listed", "nearest", "printable", "quoted"]  # of wording
+__all__ = ["and_more", "count_of", "did_you_mean", "first_of", "nearest", "phrase", "printable", "quote"]  # of wording
 
 ERROR, WARNING, NOTE = "error", "warning", "note"
 TRUSTED = (("trusted", True),)  # the ``numbers`` of a warning before trusted code is run: it is counted, and not shown
@@ -104,7 +104,7 @@ class Suggestion:
             return f"{help} ({self.details})" if self.details else help
         return self.instead or self.details or help
 
-    def related(self) -> tuple[Related, ...]:
+    def related_places(self) -> tuple[Related, ...]:
         """Return the place where the most similar name is defined."""
         near = nearest(self.word, self.candidates) if self.places else None
         span = self.places.get(near) if near is not None else None
@@ -132,11 +132,11 @@ class Diagnostic:
     numbers: tuple[tuple[str, Any], ...] = ()
     suggest: Callable[[], str] | None = field(default=None, compare=False, repr=False)
 
-    def worded(self) -> Diagnostic:
+    def with_help(self) -> Diagnostic:
         """Return the diagnostic with its suggestion as help."""
         if self.suggest is None:
             return self
-        near = self.suggest.related() if isinstance(self.suggest, Suggestion) else ()
+        near = self.suggest.related_places() if isinstance(self.suggest, Suggestion) else ()
         return replace(self, help=self.suggest(), suggest=None, related=(*near, *self.related))
 
     def __str__(self) -> str:
@@ -144,7 +144,7 @@ class Diagnostic:
 
     def as_text(self, colour: bool = False) -> str:
         """Return the diagnostic as the command line prints it: place, message, the line of the file, help."""
-        this, span = self.worded(), self.span
+        this, span = self.with_help(), self.span
         head, message, help = f"{self.severity}[{self.rule}]", printable(this.message), printable(this.help)
         if colour:
             head, message = _COLOURS[self.severity] + head + _PLAIN, _BOLD + message + _PLAIN
@@ -165,7 +165,7 @@ class Diagnostic:
         def where(span: Span | None) -> dict[str, object]:
             return {"file": span.source.path, **dict(zip(span._fields[1:], span[1:], strict=True))} if span else {}
 
-        this = self.worded()
+        this = self.with_help()
         head = {"rule": self.rule, "severity": self.severity, "message": this.message, **where(self.span)}
         related = [{"message": related.message, **where(related.span)} for related in this.related]
         return {**head, "help": this.help, "related": related}

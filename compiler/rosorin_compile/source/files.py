@@ -117,7 +117,7 @@ def resolve(path: AnyPath) -> Path:
         return Path(os.path.abspath(path))
 
 
-def shown(path: AnyPath) -> str:
+def label(path: AnyPath) -> str:
     """Return a path as a person would name it: relative to the current folder if it is below."""
     try:
         here = os.path.relpath(path)

@@ -25,7 +25,7 @@ from .project import stdin_of
 from .tree import Instance, Map, Seq, Text
 from .units import Quantity
 from .wording import in_words
-from .yaml_mistakes import MAX_DEPTH, explained, quoted_tokens
+from .yaml_mistakes import MAX_DEPTH, explain_mistake, quoted_tokens
 
 if TYPE_CHECKING:
     import ast
@@ -106,7 +106,7 @@ def parse_yaml(source: Source, via: Instance | None = None, max_nodes: int = MAX
     try:
         return _Composer(source, via, max_nodes).document()
     except yaml.YAMLError as problem:
-        raise LoadError(explained(source, problem)) from None
+        raise LoadError(explain_mistake(source, problem)) from None
 
 
 _BIDI = re.compile("[\u202a-\u202e\u2066-\u2069]")

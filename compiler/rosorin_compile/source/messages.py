@@ -10,7 +10,7 @@ from itertools import count
 from typing import NamedTuple
 
 from .diagnostics import ERROR, NOTE, WARNING, Diagnostic, MadeSpan, Related, Span, Suggestion, Use
-from .wording import and_more, counted, swaps
+from .wording import and_more, count_of, swaps
 
 MAX_WORDED = 200  # diagnostics with a suggestion: more than a person reads
 _PLACES = 6  # further places of one diagnostic
@@ -32,14 +32,14 @@ def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
             message = _NAME.sub(lambda found: found[0] if found[1] else "", message)
             message = _SUBJECT.sub("", message) if rule in _OF_VALUES else message
         causes.setdefault((rule, message, span and (span.source.path, *span[1:3])), []).append(diagnostic)
-    return worded(sorted(map(_merged, causes.values()), key=order))
+    return add_suggestions(sorted(map(_merged, causes.values()), key=order))
 
 
-def worded(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+def add_suggestions(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Compute the suggestions of diagnostics, for the first 200 of them."""
     suggesting = count()
     return [
-        d if d.suggest is None else d.worded() if next(suggesting) < MAX_WORDED else replace(d, suggest=None)
+        d if d.suggest is None else d.with_help() if next(suggesting) < MAX_WORDED else replace(d, suggest=None)
         for d in diagnostics
     ]
 
@@ -73,11 +73,11 @@ def _merged(same: list[Diagnostic]) -> Diagnostic:
 def and_here(spans: Sequence[Span]) -> tuple[Related, ...]:
     """Return the first six of further places, and the number of the others."""
     left = len(spans) - _PLACES
-    more = [Related(f"and in {counted(left, 'more place')}", None)] if left > 0 else []
+    more = [Related(f"and in {count_of(left, 'more place')}", None)] if left > 0 else []
     return (*(Related("and here", span) for span in spans[:_PLACES]), *more)
 
 
-def gathered(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list[Diagnostic]:
+def gather(diagnostics: Sequence[Diagnostic], severities: Iterable[str]) -> list[Diagnostic]:
     """Merge diagnostics of some severities that differ in names and numbers alone into the first, with all places."""
     groups: dict[object, list[Diagnostic]] = {}
     for index, diagnostic in enumerate(diagnostics):
@@ -110,7 +110,7 @@ def offer(diagnostic: Diagnostic) -> Offer | None:
     """Return the unknown name of an error and the name that its help suggests, or None for another error."""
     if diagnostic.severity != ERROR or diagnostic.rule in _OF_SHAPE:
         return None
-    if (found := _MEANT.match(diagnostic.worded().help)) is None:
+    if (found := _MEANT.match(diagnostic.with_help().help)) is None:
         return None
     meant = found[1]
     if isinstance(diagnostic.suggest, Suggestion):
@@ -153,18 +153,18 @@ def _with_other_places(same: list[Diagnostic]) -> list[Diagnostic]:
     return [replace(first, related=(*first.related, *new.values(), *and_here(list(places)))), *separate]
 
 
-def placed(diagnostic: Diagnostic, offered: Offer | None) -> Diagnostic:
+def move_to_name(diagnostic: Diagnostic, offered: Offer | None) -> Diagnostic:
     """Move an error about an unknown name to the place, among those that led to it, where the name was written."""
     span, related = diagnostic.span, diagnostic.related
     if span is None or offered is None:
         return diagnostic
-    there = written([span, *(further.span for further in related)], offered.name, offered.meant)
+    there = place_of_word([span, *(further.span for further in related)], offered.name, offered.meant)
     if there is None or there == span:
         return diagnostic
     return replace(diagnostic, span=there, related=(*(r for r in related if r.span != there), Related(USED, span)))
 
 
-def written(spans: Iterable[Span | None], name: str, other: str) -> Span | None:
+def place_of_word(spans: Iterable[Span | None], name: str, other: str) -> Span | None:
     """Return the first place with a word that is in a name, and not in the other name."""
     for span in filter(None, spans):
         text = span.source.line(span.line)[span.column - 1 :]

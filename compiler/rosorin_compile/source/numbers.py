@@ -30,7 +30,7 @@ def few_digits(value: float) -> str:
     return f"{value:.1f}" if value >= 0.95 else exact(float(f"{value:.2g}"))
 
 
-def rounded(value: float, largest: float = 0.0) -> float:
+def round_to_shortest(value: float, largest: float = 0.0) -> float:
     """Return the shortest decimal within 1e-12 of a value, or of the ``largest`` entry of its vector, as a double."""
     bound = SHORT * max(abs(value), largest)
     if not 0.0 < bound < 1e300 * SHORT:  # zero, what is next to it, what could not be rounded up, and no number
@@ -47,7 +47,7 @@ def rounded(value: float, largest: float = 0.0) -> float:
 def short(value: float) -> str:
     """Return the shortest decimal within 1e-12 of the value, relative to it; whole numbers without a point."""
     text = exact(value)
-    return text if len(text) <= 12 else exact(rounded(value))  # no number this short has a shorter neighbour
+    return text if len(text) <= 12 else exact(round_to_shortest(value))  # no number this short has a shorter neighbour
 
 
 @lru_cache(maxsize=20_000)
@@ -56,7 +56,7 @@ def six(value: float) -> str:
     return _without_zeros(min(f"{value:.6g}", f"{value:.6f}", key=lambda text: abs(float(text) - value)))
 
 
-def fixed(value: float, digits: int) -> str:
+def to_fixed(value: float, digits: int) -> str:
     """Return the value with at most ``digits`` decimals, never an exponent, trailing zeros dropped."""
     return _without_zeros(f"{value:.{digits}f}")
 
@@ -109,4 +109,4 @@ def rounded_vector(values: Iterable[float]) -> list[float]:
     """Return the entries of a vector, each as short as it may be."""
     entries = list(values)
     largest = max(map(abs, entries), default=0.0)
-    return [rounded(value, largest) for value in entries]
+    return [round_to_shortest(value, largest) for value in entries]

@@ -49,7 +49,7 @@ class Packages:
             self._known[name] = next(self._candidates(name), None) if is_name else None
         return self._known[name]
 
-    def found(self) -> list[tuple[str, Path]]:
+    def found_packages(self) -> list[tuple[str, Path]]:
         """Return the packages that were looked for and found; of one within another the inner first."""
         known = [(name, Path(os.path.abspath(folder))) for name, folder in self._known.items() if folder is not None]
         return sorted(known, key=lambda pair: -len(pair[1].parts))

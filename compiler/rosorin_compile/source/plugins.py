@@ -64,7 +64,7 @@ def load(
                 raise TypeError(f"it is of type {type(made).__name__}, not a {kind.__name__} of rosorin_compile")
             own = list(names(made))
         except (Exception, SystemExit) as problem:
-            diagnostics.append(broken(plugin, f"cannot be loaded: {_reason(problem)}"))
+            diagnostics.append(broken_plugin(plugin, f"cannot be loaded: {_reason(problem)}"))
             continue
         if (taken := next((name for name in own if name in owners or built_in(name)), None)) is not None:
             diagnostics.append(clash(plugin, taken, owners.get(taken)))
@@ -74,20 +74,20 @@ def load(
     return tuple(loaded), tuple(diagnostics)
 
 
-def broken(plugin: Plugin, what: str, rule: str = "plugin-broken") -> Diagnostic:
+def broken_plugin(plugin: Plugin, what: str, rule: str = "plugin-broken") -> Diagnostic:
     """Return an error: a plug-in does not work as it should."""
     return error(rule, f"{plugin} {what}", None, f"upgrade it, or pip uninstall {plugin.distribution}")
 
 
-def failed(plugin: Plugin, problem: BaseException) -> Diagnostic:
+def failed_plugin(plugin: Plugin, problem: BaseException) -> Diagnostic:
     """Return an error: a plug-in raised an exception."""
-    return broken(plugin, f"fails: {_reason(problem)}")
+    return broken_plugin(plugin, f"fails: {_reason(problem)}")
 
 
 def clash(plugin: Plugin, name: str, other: Plugin | None = None) -> Diagnostic:
     """Return an error: a plug-in uses a name that is built in, or that another plug-in uses."""
     whose = f"which {other} brings, too" if other else "which is built in"
-    return broken(plugin, f'brings "{name}", {whose}', "plugin-clash")
+    return broken_plugin(plugin, f'brings "{name}", {whose}', "plugin-clash")
 
 
 def _reason(problem: BaseException) -> str:
@@ -120,7 +120,7 @@ def diagnostic_of(value: object) -> Diagnostic:
     return replace(value, numbers=tuple(dict(value.numbers).items()), of=tuple(map(str, value.of)))
 
 
-def installed() -> tuple[Plugin, ...]:
+def installed_plugins() -> tuple[Plugin, ...]:
     """Return the plug-ins that are installed, loaded or not, by distribution, group and name."""
     return tuple(plugin for plugin, _ in _entry_points())
 

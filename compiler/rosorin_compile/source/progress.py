@@ -43,7 +43,7 @@ class Progress:
         cls._due, cls._next, cls._kind = cls._clock() + _DELAY, 0.0, ""
 
     @classmethod
-    def about(cls, topic: str) -> None:
+    def set_topic(cls, topic: str) -> None:
         """Begin the line with a topic from now on, such as the name of a robot."""
         cls._topic = topic
 
@@ -71,7 +71,7 @@ class Progress:
 
     @classmethod
     @contextmanager
-    def within(cls) -> Iterator[None]:
+    def hide_steps(cls) -> Iterator[None]:
         """Show no steps in the block, which is a step itself."""
         stream, cls._stream = cls._stream, None
         try:

@@ -49,7 +49,7 @@ class Description:
         """Return the descriptions requested by name, folder or file, or all of this project. Raises NoDescription."""
         paths = [first_file(name) for name in names] or all_here()
         if paths:
-            return [cls.at(path, outputs) for path in paths]
+            return [cls.from_path(path, outputs) for path in paths]
         where = f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here or above"
         for problem in (problem for folder in _upwards() for problem in without_first_file(folder)):
             raise NoDescription(f"{where}: {'; '.join(problem)}")
@@ -57,7 +57,7 @@ class Description:
         raise NoDescription(f"{where}; name a description, or go to its project; {new}")
 
     @classmethod
-    def at(cls, path: Path, outputs: str | None = None) -> Description:
+    def from_path(cls, path: Path, outputs: str | None = None) -> Description:
         """Return the description of a first file; ``outputs`` gets a folder for each robot."""
         folder = Path(os.path.abspath(path)).parent
         name = folder.name if path.name == ROOT_FILE else path.stem
@@ -123,7 +123,7 @@ def here() -> list[Description]:
         if all_in(folder):
             break
         if files.is_file(folder / ROOT_FILE):
-            return [Description.at(folder / ROOT_FILE)]
+            return [Description.from_path(folder / ROOT_FILE)]
     return Description.find([])
 
 
@@ -171,8 +171,8 @@ def _beginning(file: Path) -> bytes:
 
 def _no_first_file(folder: Path) -> tuple[str, str]:
     if (misnamed := _misnamed(folder)) is not None:
-        return f"{files.shown(misnamed)} is not compiled: it has to be called {ROOT_FILE}", f"rename it to {ROOT_FILE}"
-    return f"{files.shown(folder)} has no {ROOT_FILE}", f"add {ROOT_FILE}, or move the folder out of {DESCRIPTIONS}"
+        return f"{files.label(misnamed)} is not compiled: it has to be called {ROOT_FILE}", f"rename it to {ROOT_FILE}"
+    return f"{files.label(folder)} has no {ROOT_FILE}", f"add {ROOT_FILE}, or move the folder out of {DESCRIPTIONS}"
 
 
 def _upwards() -> Iterator[Path]:

@@ -136,7 +136,7 @@ def of_stages() -> Mapping[str, Rule]:
     return {id: Rule(id, topic=topic, **texts) for topic, rules in headings.items() for id, texts in rules.items()}
 
 
-def declared(id: str) -> Rule:
+def find_declared(id: str) -> Rule:
     """Return a rule of a module that is imported, or of a stage; an empty one if there is none."""
     return DECLARED.get(id) or of_stages().get(id) or Rule("", "")
 

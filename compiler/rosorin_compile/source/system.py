@@ -35,7 +35,7 @@ def needs(module: str, without: str) -> None:
             _missed.append(without)
 
 
-def missed() -> list[str]:
+def take_missing() -> list[str]:
     """Return and clear the messages about missing modules."""
     messages, _missed[:] = _missed.copy(), []
     return messages

@@ -77,7 +77,7 @@ class Map(dict[str, "Any"]):
             via = nearer(via, getattr(node, "via", None))
         return Place(span, via)
 
-    def calculated(self) -> list[str]:
+    def expression_keys(self) -> list[str]:
         """Return the keys whose values contain expressions."""
 
         def is_calculated(value: Any) -> bool:
@@ -87,19 +87,19 @@ class Map(dict[str, "Any"]):
 
         return [key for key, value in self.items() if is_calculated(value)]
 
-    def copied(self) -> Map:
+    def copy(self) -> Map:
         """Return a mapping of the same entries, which may grow."""
-        made = self.by(self.via)
+        made = self.made_by(self.via)
         made.key_spans, made.value_spans = self.key_spans.copy(), self.value_spans.copy()
         return made
 
     def like(self, changes: Mapping[str, Any]) -> Map:
         """Return a mapping of the same keys, which never grows, with some values changed."""
-        made = self.by(self.via)
+        made = self.made_by(self.via)
         made.update(changes)
         return made
 
-    def by(self, via: Instance | None) -> Map:
+    def made_by(self, via: Instance | None) -> Map:
         """Return a mapping of the same entries, which never grows, that came here by ``via``."""
         made = Map(self.span, via)
         made.update(self)
@@ -169,7 +169,7 @@ def _is_within(inner: Instance | None, outer: Instance | None) -> bool:
 
 def maker(tree: Map, path: Path) -> Instance | None:
     """Return the instance of the parent of the value at an existing path: the scope of its expressions."""
-    own: Instance | None = at(tree, path[:-1]).via
+    own: Instance | None = value_at(tree, path[:-1]).via
     near = tree.locate(path[:-1]).via if own is not None and own.made else own
     return own if near is not None and _is_within(near, own) else near  # a shared piece knows one of its instances
 
@@ -183,7 +183,7 @@ def prefix_at(tree: Map, path: Path, outside: bool = False) -> str:
     return next(iter(prefixes[outside:]), "")
 
 
-def written(tree: Map, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
+def written_place(tree: Map, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
     """Return where the value (or the key) at a path was written, and where it is used if that is another place."""
     reached = follow(tree, path)
     missing, path = reached < len(path), path[:reached]  # then the place is the key of the entry that lacks the rest
@@ -205,7 +205,7 @@ def exists(tree: Map, path: Path) -> bool:
     return follow(tree, path) == len(path)
 
 
-def at(tree: Map, path: Path) -> Any:
+def value_at(tree: Map, path: Path) -> Any:
     """Return the value at a path, or None."""
     node: Any = tree
     for step in path:
@@ -215,7 +215,7 @@ def at(tree: Map, path: Path) -> Any:
 
 def follow(tree: Map, path: Path) -> int:
     """Return how many steps of a path exist in a tree."""
-    return next((depth for depth, step in enumerate(path) if not has(at(tree, path[:depth]), step)), len(path))
+    return next((depth for depth, step in enumerate(path) if not has(value_at(tree, path[:depth]), step)), len(path))
 
 
 def has(node: Any, step: str | int) -> bool:

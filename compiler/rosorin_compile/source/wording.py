@@ -90,7 +90,7 @@ _SELECTORS = re.compile("[\ufe00-\ufe0f\U000e0100-\U000e01ef]")
 _WORD = re.compile(r"[^\W\d_]+")
 
 
-def unseen(name: str) -> str:
+def hidden_letter(name: str) -> str:
     """Return the first invisible letter of a name: a control character, a bidi mark, one without width."""
     if name.isascii() and name.isprintable():
         return ""
@@ -119,7 +119,7 @@ def look(name: str, case: bool = True) -> str:
         from unicodedata import normalize
 
         name = normalize("NFKC", name)
-        name = normalize("NFC", "".join(c for c in name if not unseen(c))).translate(LATIN)
+        name = normalize("NFC", "".join(c for c in name if not hidden_letter(c))).translate(LATIN)
     return name.casefold() if case else name
 
 
@@ -128,7 +128,14 @@ def difference(name: str, other: str) -> str:
     from unicodedata import normalize
 
     pairs = ((name, other), (other, name))
-    if hidden := next((unseen(first) for first, second in pairs if unseen(first) and unseen(first) not in second), ""):
+    if hidden := next(
+        (
+            hidden_letter(first)
+            for first, second in pairs
+            if hidden_letter(first) and hidden_letter(first) not in second
+        ),
+        "",
+    ):
         return f"{in_words(hidden)}, which is invisible"
     if normalize("NFC", name) == normalize("NFC", other):
         return "the Unicode form (NFC, NFD)"
@@ -151,7 +158,7 @@ def printable(text: str, keep: str = "") -> str:
     return "".join(c if c.isprintable() or c in keep else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
-def masked(text: str, keep: str = "") -> str:
+def mask_controls(text: str, keep: str = "") -> str:
     """Return a text with a question mark for each control character, for files that have no place for them."""
     return "".join(c if c.isprintable() or c in keep else "?" for c in text)
 
@@ -165,7 +172,7 @@ def plural(noun: str, count: int) -> str:
     return f"{noun}{'es' if noun.endswith(('s', 'x', 'sh', 'ch')) else 's'}"
 
 
-def counted(count: int, noun: str) -> str:
+def count_of(count: int, noun: str) -> str:
     """Return a number of things in words."""
     return f"{count:,} {plural(noun, count)}"
 
@@ -180,7 +187,7 @@ def and_more(count: int, of: str = "") -> str:
     return f" and {count:,} more{f' {of}' if of else ''}" if count > 0 else ""
 
 
-def listed(words: Iterable[str], most: int | None = None) -> str:
+def phrase(words: Iterable[str], most: int | None = None) -> str:
     """Return words as in a sentence; of more than ``most`` the first ones and the number of the others."""
     *others, last = list(words) or [""]
     if most is not None and len(others) >= most:
@@ -188,6 +195,6 @@ def listed(words: Iterable[str], most: int | None = None) -> str:
     return f"{', '.join(others)} and {last}" if others else last
 
 
-def quoted(names: Iterable[str], most: int | None = None) -> str:
+def quote(names: Iterable[str], most: int | None = None) -> str:
     """Return names in quotes, as in a sentence."""
-    return listed((f'"{name}"' for name in names), most)
+    return phrase((f'"{name}"' for name in names), most)

@@ -32,7 +32,7 @@ _REPORTS = (
 )
 
 
-def explained(source: Source, problem: yaml.YAMLError) -> Diagnostic:
+def explain_mistake(source: Source, problem: yaml.YAMLError) -> Diagnostic:
     """Return the diagnostic of a text that the parser of YAML refuses."""
     if isinstance(problem, yaml.reader.ReaderError):
         return error("yaml-syntax", "control characters are not allowed", source.span(problem.position), "remove it")

@@ -30,7 +30,7 @@ class Scalar(str):
     __slots__ = ()
 
     @lru_cache(maxsize=20_000)  # noqa: B019 - the same keys and texts occur in a robot again and again
-    def written(self, flow: bool) -> str:
+    def as_text(self, flow: bool) -> str:
         """Return it on one line, in quotes only where it has to be; ``flow`` is inside brackets."""
         has_sign = ": " in self or " #" in self or self.endswith(":") or (flow and any(c in ",[]{}" for c in self))
         is_plain = self != "" and self == self.strip(" ") and self[0] not in _SIGNS and self.is_raw and not has_sign
@@ -38,9 +38,9 @@ class Scalar(str):
             return str(self)
         if ('"' in self or "\\" in self) and "'" not in self and self.is_raw:
             return f"'{self}'"
-        return self.quoted()
+        return self.in_quotes()
 
-    def quoted(self) -> str:
+    def in_quotes(self) -> str:
         """Return it in double quotes (https://yaml.org/spec/1.2.2/#57-escaped-characters)."""
         escaped = (c.encode("unicode_escape", "surrogatepass").decode("ascii") for c in self)
         letters = (

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.formats.compiled import Compiled, Variant, compile_robot
-from rosorin_compile.output import OutputError, check_names, digest, encoded
+from rosorin_compile.output import OutputError, check_names, digest, encode
 from rosorin_compile.request import Request, prove
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, has_errors
 from rosorin_compile.source.files import read_bytes, read_text
@@ -75,7 +75,7 @@ def compile_variant(job: Job, variant: Variant) -> Result:
         found, files = compiled.diagnostics, dict[str, bytes]()
         try:
             if not has_errors(found):
-                files = {**compiled.mesh_files, **{one.file: encoded(one.file, one.text) for one in compiled.artifacts}}
+                files = {**compiled.mesh_files, **{one.file: encode(one.file, one.text) for one in compiled.artifacts}}
                 check_names(files)
         except OutputError as problem:
             files = {}
@@ -114,7 +114,7 @@ def _entered(job: Job) -> Iterator[None]:
     """Work in the current folder of a job, in one thread at a time."""
     if job.version != __version__:
         raise ValueError(f"the worker has rosorin-compile {__version__}, not {job.version}")
-    with _lock, Progress.within():
+    with _lock, Progress.hide_steps():
         before = Path.cwd()
         try:
             os.chdir(job.current)

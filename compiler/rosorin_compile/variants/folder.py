@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.output import OutputError, digest, entries_below, locked, may_replace, staging_folder, write_set
+from rosorin_compile.output import OutputError, digest, entries_below, lock, may_replace, staging_folder, write_set
 from rosorin_compile.source import system
 
 INDEX = "sweep.json"
@@ -30,16 +30,16 @@ class VariantsFolder:
         self._records = self._hidden / "records"
 
     @contextmanager
-    def opened(self) -> Iterator[None]:
+    def hold(self) -> Iterator[None]:
         """Create the folder, and keep other runs from using it."""
         self._records.mkdir(parents=True, exist_ok=True)
         system.needs("fcntl", _NO_LOCKS)
-        with (self._hidden / "lock").open("ab") as lock:
+        with (self._hidden / "lock").open("ab") as lock_file:
             try:
                 import fcntl
 
                 # Unlike that of flock, this lock is not inherited by worker processes, which may outlive a killed run.
-                fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                fcntl.lockf(lock_file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except (BlockingIOError, PermissionError):
                 message = f"another run writes into {self.path}"
                 raise OutputError("output-busy", message, "wait until it ends, or name another folder") from None
@@ -48,7 +48,7 @@ class VariantsFolder:
             with suppress(FileNotFoundError), (self.path / INDEX).open("rb") as file:
                 if file.read(10) not in (b'{"sweep": ', b""):
                     raise _not_ours(self.path / INDEX)
-            with locked(self.path, tidy=True):
+            with lock(self.path, tidy=True):
                 pass
             yield
 
@@ -101,7 +101,7 @@ class VariantsFolder:
         if not names or not folder.is_dir():
             return
         if all(name in names or entry.is_dir(follow_symlinks=False) for name, entry in entries_below(folder)):
-            with locked(self.path), staging_folder(self.path) as stage:
+            with lock(self.path), staging_folder(self.path) as stage:
                 folder.rename(stage / "removed")
             return
         for path in (folder / name for name in names if ".." not in Path(name).parts):

@@ -16,7 +16,7 @@ from rosorin_compile.formats.compiled import Variant
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Related, Source, Span, Suggestion, error, nearest
 from rosorin_compile.source.load import LoadError, parse_yaml, read_utf8
-from rosorin_compile.source.messages import worded
+from rosorin_compile.source.messages import add_suggestions
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map, Seq, Text
 
@@ -34,7 +34,7 @@ class Variants:
     """
 
     def __init__(self, path: Path, arguments: Collection[str], whole: str = "", home: Path | None = None) -> None:
-        self.path, self.shown, self.arguments, self.whole, self.home = path, files.shown(path), arguments, whole, home
+        self.path, self.shown, self.arguments, self.whole, self.home = path, files.label(path), arguments, whole, home
         self.is_folder = files.is_folder(path)
         self.is_table = not self.is_folder and path.suffix.lower() in TABLES
         self._places: dict[str, Span | None] = {}  # by names as a file system that ignores case compares them
@@ -74,7 +74,7 @@ class Variants:
             found.append(problem.diagnostic)
         except OSError as problem:
             found.append(error("file-unreadable", f"cannot read {self.shown}: {problem.strerror}", None))
-        return worded(found)
+        return add_suggestions(found)
 
     @cached_property
     def _source(self) -> Source:
@@ -166,7 +166,7 @@ class Variants:
         try:
             values = parse_yaml(_read(path))
             if not isinstance(values, Map):
-                raise _refused(f"{files.shown(path)} is not a table of values", arguments.span, rule="not-a-mapping")
+                raise _refused(f"{files.label(path)} is not a table of values", arguments.span, rule="not-a-mapping")
         except LoadError as problem:
             return replace(variant, diagnostics=(problem.diagnostic,))
         if self.whole:
@@ -179,13 +179,13 @@ def _refused(message: str, place: Span | None = None, help: str = "", rule: str 
 
 
 def _read(path: Path) -> Source:
-    source = read_utf8(path, files.shown(path))
+    source = read_utf8(path, files.label(path))
     # YAML does not allow tabs as indentation, JSON does, and JSON has no tabs inside strings.
     return source._replace(text=source.text.replace("\t", " ")) if path.suffix.lower() == ".json" else source
 
 
 def _unread(path: Path) -> Variant:
-    start = Source(files.shown(path), "").span()
+    start = Source(files.label(path), "").span()
     return Variant(path.stem, Map(start), start)
 
 
@@ -202,7 +202,7 @@ def _from_entry(entry: Map) -> Variant:
 
 def _expressions(values: Map) -> tuple[Diagnostic, ...]:
     message, help = 'the argument "{}" is an expression; a list of variants contains values', "write its result"
-    names = values.calculated()
+    names = values.expression_keys()
     return tuple(error("bad-argument", message.format(name), values.value_spans[name], help) for name in names)
 
 

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from rosorin_compile.formats.compiled import Variant
-from rosorin_compile.language.arguments import declared as declared_arguments
+from rosorin_compile.language.arguments import declared_arguments as declared_arguments
 from rosorin_compile.output import OutputError
 from rosorin_compile.request import FilePath, Packages, Request, Values, Warn
-from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, and_more, counted
+from rosorin_compile.source.diagnostics import Diagnostic, RequestError, UnknownName, and_more, count_of
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.version import __version__
@@ -137,17 +137,17 @@ class _Writer:
         """Compile all variants and write ``sweep.json``. Raises OutputError, LoadError."""
         try:
             cluster = closing(connect(dask)) if dask else nullcontext()
-            with cluster as client, self.folder.opened():
+            with cluster as client, self.folder.hold():
                 self._compile(min(jobs or cores(), len(self.variants)), client)
         except OSError as problem:
-            raise OutputError.of(problem, self.folder.path, "write") from None
+            raise OutputError.from_os_error(problem, self.folder.path, "write") from None
         except KeyboardInterrupt:
-            done = f"{sum(self.counts.values()):,} of {counted(len(self.variants), 'variant')} done"
+            done = f"{sum(self.counts.values()):,} of {count_of(len(self.variants), 'variant')} done"
             raise KeyboardInterrupt(done) from None
         for remark, (first, count) in self.remarks.items():
             self.tell(from_json(json.loads(remark), f"{first}{and_more(count - 1)}"))
         if self.edited:
-            message = f"{counted(self.edited, 'variant')} had edited or missing artifacts, and were written again"
+            message = f"{count_of(self.edited, 'variant')} had edited or missing artifacts, and were written again"
             self.tell(Diagnostic("variant-outdated", "warning", message, help="edit a copy elsewhere"))
 
     def _compile(self, jobs: int, client: Any) -> None:
@@ -207,5 +207,5 @@ class _Writer:
             self.removed = names
         elif names:
             shown = ", ".join(names[:5]) + and_more(len(names[5:]))
-            message = f"{counted(len(names), 'variant')} of {self.folder.path} not in the list, and kept: {shown}"
+            message = f"{count_of(len(names), 'variant')} of {self.folder.path} not in the list, and kept: {shown}"
             self.tell(Diagnostic("variant-forgotten", "note", message, help="sweep --prune removes them"))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosorin_compile.model import Mesh, Robot
 from rosorin_compile.output import write_file
-from rosorin_compile.source.diagnostics import counted
+from rosorin_compile.source.diagnostics import count_of
 
 from .overlay import Overlay, moves, of_two, robot_before
 from .page import html, left_out
@@ -82,7 +82,7 @@ class Pictures:
         used = compiled.meshes.found if compiled.meshes else ()
         before = before.with_meshes({mesh.named.name for mesh in used if other.intersection(mesh.places)})
         unchanged = "no change that is compared by meaning" if notes else f"no change: this is {COMMITTED}"
-        summary = f"{counted(len(changes), 'change')} against {COMMITTED}" if changes else unchanged
+        summary = f"{count_of(len(changes), 'change')} against {COMMITTED}" if changes else unchanged
         old_files = {**shown.meshes, **{name: outputs / name for name in committed}}
         self.taken.append(Picture(shown, before, old_files, inputs, changes, notes, summary))
 

@@ -37,7 +37,7 @@ class FrameEdge:
     type: str | None
 
     @classmethod
-    def of(cls, row: Row) -> FrameEdge:
+    def from_row(cls, row: Row) -> FrameEdge:
         """Return a row of the table of frames as an edge."""
         publisher, topic = (row.publisher, row.topic) if row.published else (None, None)
         rest = (row.why, topic, row.when, row.joint, row.kind)
@@ -124,7 +124,7 @@ def _frames(robot: Robot, modes: Mapping[str, bool], frame: str | None, publishe
         drawn = drawn if frame is None else way(drawn, frame)
         kept = [line.row for line in drawn if line.row and publisher in (None, line.row.publisher)]
         here = tuple(dict.fromkeys(line.frame for line in drawn)) if publisher is None else ()
-        situations.append(FrameSituation(tree.label, tree.modes, here, tuple(map(FrameEdge.of, kept))))
+        situations.append(FrameSituation(tree.label, tree.modes, here, tuple(map(FrameEdge.from_row, kept))))
     return Frames(robot.name, tuple(situations), robot=robot, trees=shown)
 
 

@@ -188,7 +188,7 @@ def svg(robot: Robot, trees: Sequence[Tree]) -> str:
     size = {"width": limit + _MARGIN, "height": bottom + (6 if whys else 12)}
     legend = {"title": title, "keys": placed_keys, "styles": styles, "styles_y": styles_y, "notes": notes}
     looks = {"colours": colour, "grey": GREY, "styles_of": _STYLES, "heads": _COLUMNS, "columns": columns, "whys": whys}
-    functions = {function.__name__: function for function in (right_of, cells_of, text_width, shortened)}
+    functions = {function.__name__: function for function in (right_of, cells_of, text_width, short_number)}
     return Templates.own("viewer/frames.svg.jinja", {**size, **legend, **looks, **functions, "panels": panels})
 
 
@@ -225,7 +225,7 @@ def text_width(text: str, size: float = _SIZE) -> float:
     return sum(0.61 if letter.isascii() else 1.1 for letter in text) * size
 
 
-def shortened(value: float) -> str:
+def short_number(value: float) -> str:
     """Return a number with one decimal place, or none where it is zero."""
     return f"{value:.1f}".removesuffix(".0")
 

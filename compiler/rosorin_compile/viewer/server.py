@@ -77,7 +77,7 @@ class Page:
         self.explain: Callable[[str], list[str]] = lambda _: []
         self.touching: Callable[[Mapping[str, Any]], list[list[str]]] | None = None
 
-    def changed(self) -> None:
+    def notify(self) -> None:
         """Notify every page that is open: another version of the robot, or an error now."""
         with self.change:
             self.changes += 1
@@ -292,7 +292,7 @@ class LiveRobot:
                 webbrowser.open(address)
             while True:
                 time.sleep(_INTERVAL)
-                if self.inputs.changed():
+                if self.inputs.has_changed():
                     self.inputs.settle()
                     self.inputs.read(self.compile)
         except KeyboardInterrupt:
@@ -318,12 +318,12 @@ class LiveRobot:
         else:
             if page.problem:
                 self.console.warn(f"{self.request.description.name}: that is corrected")
-            serving, explained = Serving(self.numbers), shown.explained
+            serving, explained = Serving(self.numbers), shown.explain
             data = {**shown.data, **tables(shown.robot, shown.meshes, serving)}
             page.files, page.touching, page.problem = serving.files, self._contacts_of(shown), ""
             page.explain = lambda frame: self._alone(explained, frame)
             self._publish({"robot": data})
-        page.changed()
+        page.notify()
 
     def _publish(self, data: Data) -> None:
         """Serve a new version of the page."""

@@ -45,7 +45,7 @@ class Shown:
         """The model."""
         return self.case.robot
 
-    def explained(self, frame: str) -> list[str]:
+    def explain(self, frame: str) -> list[str]:
         """Return where the numbers of a frame come from, as ``explain`` does; nothing for a foreign robot."""
         expanded, lowered = self.understood.expanded, self.understood.lowered
         if expanded.scope is None or lowered is None:
@@ -80,7 +80,7 @@ def look(request: Request) -> Looked:
         data.setdefault("warnings", []).append({"text": text, **({"where": _place(one.span)} if one.span else {})})
     arguments = {} if request.is_foreign else request.values()
     read = [*found.values(), *(side.file for file in found.values() for side in companions(file)[0])]
-    every = (*own_files, *read, *places.awaited(case.tree, found))
+    every = (*own_files, *read, *places.missing_paths(case.tree, found))
     return Looked(Shown(case, data, found, own_files, understood, arguments), diagnostics, every)
 
 
@@ -99,7 +99,7 @@ def on_disk(shown: Shown, embedding: Embedding | None) -> Data:
     links = list(data["links"])
     for number, link in enumerate(links if len(links) <= _EXPLAINED else ()):
         Progress.step("explaining", number, len(links))
-        indices = [table.setdefault(line, len(table)) for line in shown.explained(link["name"])]
+        indices = [table.setdefault(line, len(table)) for line in shown.explain(link["name"])]
         links[number] = {**link, **({"said": indices} if indices else {})}
     return nameless({**data, "links": links, **({"lines": list(table)} if table else {})}, shown.files)
 

@@ -14,7 +14,7 @@ from rosorin_compile import Artifact, Checked, Compiled, Diagnostic, Difference,
 from rosorin_compile.extend import ERROR, Case, Format, Span, Templates, did_you_mean, rule
 from rosorin_compile.model import Box, Joint, Link, Mesh, Output, Pose, Robot, Transform, Vector
 from rosorin_compile.output import OutputError, write_file
-from rosorin_compile.source.diagnostics import counted, has_errors, listed
+from rosorin_compile.source.diagnostics import count_of, has_errors, phrase
 from rosorin_compile.source.load import LoadError
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.units import Quantity
@@ -67,9 +67,9 @@ def reads(path: Path) -> list[str]:
     reading: Reading = rosorin_compile.read(path, lenient=True)
     wrong: bool = has_errors(reading.diagnostics)
     if reading.robot is None or wrong:
-        return [counted(len(reading.diagnostics), "problem")]
+        return [count_of(len(reading.diagnostics), "problem")]
     seen: Transform = reading.robot.transform("base_link", "laser", {"joint1": 0.5})
-    return [did_you_mean("lasr", [link.name for link in reading.robot.links]), listed(map(str, seen.xyz))]
+    return [did_you_mean("lasr", [link.name for link in reading.robot.links]), phrase(map(str, seen.xyz))]
 
 
 def same(name: str, file: Path) -> bool:

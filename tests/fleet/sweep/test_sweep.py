@@ -273,7 +273,7 @@ def test_a_second_run_into_the_folder_is_refused(capsys: Shown) -> None:
     reading, writing = os.pipe()
     child = os.fork()
     if not child:
-        with folder.opened():
+        with folder.hold():
             os.write(writing, b"1")
             time.sleep(60)
     try:

@@ -9,7 +9,7 @@ import yourdfpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.source.xml.elements import damage, indented
+from rosorin_compile.source.xml.elements import damage, indent_lines
 from support.images import png
 from support.paths import DATA
 from support.robots import compiled_text, sound
@@ -87,7 +87,7 @@ def test_indentation_changes_no_meaning(element):
     element.tail = None
     text = ET.tostring(element, encoding="unicode")
     assert damage(text) == ""
-    again = ET.fromstring(indented(text, "    "))
+    again = ET.fromstring(indent_lines(text, "    "))
     for one, other in zip(element.iter(), again.iter(), strict=True):
         assert (one.tag, one.attrib) == (other.tag, other.attrib) or "\n" in str(one.attrib)
         for a, b in ((one.text, other.text), (one.tail, other.tail)):

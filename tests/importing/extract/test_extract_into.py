@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.importing.extract.replace_map import changes, find_map, replaced
+from rosorin_compile.importing.extract.replace_map import changes, find_map, replace_map
 from rosorin_compile.model import HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem
 from rosorin_compile.source.diagnostics import Source
@@ -130,7 +130,7 @@ LAST_LINE += "          heights:\n            - [1]"
 def replace_in(folder: Path, text: str, made: HeightMap = MADE, note: str = "x", link: str | None = None) -> str:
     path = folder / "body.yaml"
     path.write_bytes(text.encode())
-    return replaced(find_map(path, link), made, "calculated", note)
+    return replace_map(find_map(path, link), made, "calculated", note)
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n"])

@@ -17,7 +17,7 @@ from rosorin_compile.model import Cylinder, HeightMap, Joint, Limit, Link, Mesh,
 from rosorin_compile.model.robot import JointPose  # noqa: E402
 from rosorin_compile.model.simulation import Contact  # noqa: E402
 from rosorin_compile.mujoco.mjcf.compare_models import may_touch  # noqa: E402
-from rosorin_compile.mujoco.mjcf.contacts import CANNOT, contacts, refused  # noqa: E402  # noqa: E402
+from rosorin_compile.mujoco.mjcf.contacts import CANNOT, contacts, refused_by_mjx  # noqa: E402  # noqa: E402
 from rosorin_compile.mujoco.mjcf.robot import read_mjcf  # noqa: E402
 from rosorin_compile.mujoco.mjcf.write import write  # noqa: E402
 from support.machines import BODY, robot_of  # noqa: E402
@@ -152,7 +152,7 @@ def test_what_mjx_is_told_not_to_collide_is_what_mujoco_would_look_at(seed: int,
     geoms = [at for at in range(model.ngeom) if model.geom_contype[at] or model.geom_conaffinity[at]]
     kinds = [KINDS[model.geom_type[at]] for at in geoms]
     meeting = {frozenset((kinds[one], kinds[other])) for one, other in np.argwhere(may_touch(model, geoms))}
-    assert {frozenset(kinds) for kinds, *_ in refused(robot, output)} == meeting & CANNOT
+    assert {frozenset(kinds) for kinds, *_ in refused_by_mjx(robot, output)} == meeting & CANNOT
 
 
 KINDS = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")

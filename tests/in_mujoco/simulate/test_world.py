@@ -166,7 +166,7 @@ def creeps(path: Path, mujoco: Any, option: dict[str, Any] | None = None) -> flo
     options = next((dict(one.options) for one in made.robot.outputs if one.backend == "mjcf"), {})
     options["option"] = {**options.get("option", {}), **(option or {})}
     output = Output("mjcf", "mjcf", "robot.xml", {**options, "base": FREE})
-    text, _ = FORMATS["mjcf"].written(made.robot, output, Templates())
+    text, _ = FORMATS["mjcf"].compile(made.robot, output, Templates())
     world = World(mujoco, made.robot, text, FREE, path.parent)
     world.reset(dict(home_of(made.robot).positions))
     for _ in world.run(1.0):  # it settles on the level

@@ -8,7 +8,7 @@ import pytest
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.output import MANIFEST
-from rosorin_compile.output.ros_packages import files_below, missing, undeclared
+from rosorin_compile.output.ros_packages import files_below, missing, undeclared_packages
 from support.launch import run
 from support.packages import LAUNCH, TEXTS, check, contents, deploy, package_of_people
 from support.paths import ROSORIN
@@ -318,4 +318,4 @@ def test_what_a_package_installs(tmp_path: Path, text: str, is_installed: bool) 
 def test_dependencies_of_launch_files(tmp_path: Path) -> None:
     (tmp_path / "package.xml").write_text("<package><depend>tf2_ros</depend></package>")
     launches = ["Node(package='tf2_ros'", "Node(package='robot_state_publisher'"]
-    assert undeclared(tmp_path, launches) == ["robot_state_publisher"]
+    assert undeclared_packages(tmp_path, launches) == ["robot_state_publisher"]

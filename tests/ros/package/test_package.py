@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.ros.package.copies import named, place_meshes
+from rosorin_compile.ros.package.copies import file_names, place_meshes
 from rosorin_compile.ros.package.options import is_legal, package_name
 from support.packages import EXAMPLES, describe, names_in, written
 from support.paths import ROOT, ROSORIN, data_text
@@ -117,7 +117,7 @@ def test_meshes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     said = capsys.readouterr().err
     assert (package / "meshes/body.stl").read_bytes() == b"\0\xff body"
     assert (package / "meshes/own.stl").read_bytes() == b"own"
-    assert named((package / "urdf/meshed.urdf").read_text("utf-8")) == [
+    assert file_names((package / "urdf/meshed.urdf").read_text("utf-8")) == [
         "package://meshed_description/meshes/body.stl",
         "package://other_robot/meshes/wheel.stl",
         "package://meshed_description/meshes/own.stl",

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import YAML, Side
-from rosorin_compile.compare.precision import printed
+from rosorin_compile.compare.precision import printed_precision
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.compiled import compile_robot
 from rosorin_compile.formats.reading import read_robot
@@ -160,7 +160,7 @@ def _read(robot: Robot, folder: Path, form: str) -> Side:
     assert imported.tree is not None, imported.diagnostics
     made = lower(imported.tree).robot
     assert made is not None
-    return Side(form, FORMATS["urdf"], made, printed(imported.tree.span.source.text))
+    return Side(form, FORMATS["urdf"], made, printed_precision(imported.tree.span.source.text))
 
 
 def test_a_file_of_mujoco_with_its_digits_is_the_same(arm: Path, tmp_path: Path) -> None:

@@ -45,7 +45,7 @@ SHARP = (
 
 
 def page(robot: Robot, **options: Any) -> str:
-    text, told = FORMATS["page"].written(robot, Output("page", "page", "r.html", options), Templates(Path()))
+    text, told = FORMATS["page"].compile(robot, Output("page", "page", "r.html", options), Templates(Path()))
     assert told == []
     return text
 

@@ -42,7 +42,7 @@ def scene_of(
     made = pieces(robot, poses, {}, visual=True, collision=False)
     corners = np.concatenate([piece.bounds for piece in made])
     bounds = np.array([corners.min(axis=0), corners.max(axis=0)])
-    return poses, Scene(made, bounds, THEMES["light"]), Camera.fitted(bounds, direction, *size)
+    return poses, Scene(made, bounds, THEMES["light"]), Camera.fit(bounds, direction, *size)
 
 
 def drawn(scene: Scene, camera: Camera, transparent: bool) -> np.ndarray:

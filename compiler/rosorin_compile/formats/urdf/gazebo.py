@@ -15,7 +15,7 @@ from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.model.simulation import CLASSIC, GazeboSensor
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic
 from rosorin_compile.source.numbers import number_format, vector
-from rosorin_compile.source.wording import plural, quoted
+from rosorin_compile.source.wording import plural, quote
 from rosorin_compile.source.xml.elements import tree_of
 
 from ..gazebo_elements import DISTRIBUTIONS, distribution, sensor_lines
@@ -36,7 +36,7 @@ def gazebo_blocks(content: Content) -> tuple[list[str], list[Diagnostic]]:
     blocks = [block for sensor, one in pairs if (block := writer.sensor(sensor, one))]
     lost = []
     for (why, way), names in writer.unseen.items():
-        message = f"Gazebo does not see {plural('sensor', len(names))} {quoted(names, 3)}: {why}"
+        message = f"Gazebo does not see {plural('sensor', len(names))} {quote(names, 3)}: {why}"
         help = f"{way}; or leave the sensor out: gazebo: []"
         lost.append(Diagnostic("gazebo-cannot-see", WARNING, message, help=help))
     physics, lost_physics = _physics(content)
@@ -73,10 +73,10 @@ def _physics(content: Content) -> tuple[list[str], list[Diagnostic]]:
         lines = [f"    <{tag}>{number(value)}</{tag}>" for tag, value in numbers.items()]
         blocks.append("\n".join([f"  <gazebo{attributes(reference=name)}>", *lines, "  </gazebo>"]))
     if balls:
-        message = f"Gazebo reads no springs of joints that move in several directions: {quoted(balls, 3)}"
+        message = f"Gazebo reads no springs of joints that move in several directions: {quote(balls, 3)}"
         lost.append((message, "make each of them several joints, one for each axis"))
     if mixed:
-        message = f"shapes of {quoted(mixed, 3)} differ in friction, and Gazebo reads one a link from a URDF: the least"
+        message = f"shapes of {quote(mixed, 3)} differ in friction, and Gazebo reads one a link from a URDF: the least"
         lost.append((message, "give each shape a link of its own, or use the SDF"))
     return blocks, [Diagnostic("urdf-cannot-say", WARNING, message, help=help) for message, help in lost]
 
@@ -103,7 +103,7 @@ class _Merged:
         for child in self.below.get(top, ()):
             yield from self.pieces(child)
 
-    def dropped(self, link: str) -> str:
+    def dropped_with(self, link: str) -> str:
         """Return the link without mass that Gazebo drops with all below it, this link among them; empty if none."""
         masses, link = self.content.masses, self.top(link)
         while any(piece in masses and masses[piece].mass > 0 for piece in self.pieces(link)):
@@ -140,7 +140,9 @@ class _SensorWriter:
         joints = {joint.name for joint in content.joints}
         at_joints = {one.link for sensor in self.robot.sensors for one in sensor.gazebo if one.at_joint} & joints
         ends = {name: self.robot.joint[name].child for name in at_joints}
-        self.measured = {name for name, end in ends.items() if not _Merged(content, {*self.kept, name}).dropped(end)}
+        self.measured = {
+            name for name, end in ends.items() if not _Merged(content, {*self.kept, name}).dropped_with(end)
+        }
         self.merged = _Merged(content, self.kept | self.measured)
         self.unseen: dict[tuple[str, str], list[str]] = {}
 
@@ -158,7 +160,7 @@ class _SensorWriter:
                     break
                 transform = above.origin.transform().then(transform)
                 link, pose = above.parent, pose_of(transform)
-            lost = frame if not link or (one.feels and link != frame) else self.merged.dropped(link)
+            lost = frame if not link or (one.feels and link != frame) else self.merged.dropped_with(link)
             names = self.merged.collisions(link) if one.feels and not lost else []
             if one.feels and not lost and not names:
                 reason = f'link "{link}" has no shape in this URDF that could feel', "give it a collision"

@@ -21,8 +21,8 @@ from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Sou
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.tree import Path as TreePath
-from rosorin_compile.source.wording import and_more, listed, masked
-from rosorin_compile.source.xml.markup import Document, Element, MarkupError, named, parse
+from rosorin_compile.source.wording import and_more, mask_controls, phrase
+from rosorin_compile.source.xml.markup import Document, Element, MarkupError, name_of, parse
 
 from ..imported import Imported, ReadOptions, comments_of
 from ..reading import accept, lower_artifact
@@ -88,7 +88,7 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
     diagnostics = reader.all_diagnostics()
     if tree is not None and not has_errors(diagnostics) and options.checked:
         tree, problems = accept(tree, options.lenient)
-        for one in map(Diagnostic.worded, problems):
+        for one in map(Diagnostic.with_help, problems):
             help = f"{one.help}; --lenient leaves the mimic out" if one.rule == "mimic-unknown" else one.help
             diagnostics.append(replace(one, help=help))
     tree = None if has_errors(diagnostics) else tree
@@ -137,7 +137,7 @@ class _Reader(Reading):
             if self.lenient("missing-attribute", problem, root.span, 'add name="..."', "takes the name of the file"):
                 put(tree, "robot", re.sub(r"[^\w.-]+", "_", path.name.split(".")[0]) or "robot", root)
         put(source, "status", "imported", root)
-        put(source, "note", f"from {masked(path.name)}", root)
+        put(source, "note", f"from {mask_controls(path.name)}", root)
         put(tree, "source", source, root)
         self.paths[id(root)] = ("robot",)
         self._materials(root, tree)
@@ -192,7 +192,7 @@ class _Reader(Reading):
             attribute, help = element.attributes[name], f"name a {name.removesuffix('name')}"
             entry.put(key, value, attribute.name_span, attribute.span)
             if not value.strip():
-                self.error("missing-attribute", f"{name} of {named(element)} is empty", attribute.span, help)
+                self.error("missing-attribute", f"{name} of {name_of(element)} is empty", attribute.span, help)
         return value
 
     def _check_name(self, element: Element) -> str | None:
@@ -242,12 +242,12 @@ class _Reader(Reading):
             part = self.single(element, tag)
             if part is None:
                 help = f"add <{tag}>, or remove <inertial> of a frame without mass"
-                self.error("missing-element", f"{named(element)} lacks <{tag}>", element.span, help)
+                self.error("missing-element", f"{name_of(element)} lacks <{tag}>", element.span, help)
             elif tag == "inertia":
                 mirrored = [name for name in ("iyx", "izx", "izy") if name in part.attributes]
                 mirrored = [name for name in mirrored if part.get(name) == part.get("".join(sorted(name)))]
                 for _ in mirrored:
-                    self.ignored("iyx, izx and izy of <inertia> say again what ixy, ixz and iyz say", part.span)
+                    self.ignore("iyx, izx and izy of <inertia> say again what ixy, ixz and iyz say", part.span)
                 self.check(part, (), (*NUMBERS[tag], *mirrored), None)
                 self.paths[id(part)], moments = (*path, tag), Map(part.span)
                 self.put_numbers(moments, part)
@@ -265,20 +265,20 @@ class _Reader(Reading):
         """Add a <visual> or a <collision> to its list; kept whole where the language has no key for its geometry."""
         geometry = self.single(element, "geometry")
         if geometry is None or not geometry.children:
-            message, span = f"{named(element)} has no shape in a <geometry>", (geometry or element).span
+            message, span = f"{name_of(element)} has no shape in a <geometry>", (geometry or element).span
             if self.lenient("missing-element", message, span, "add one, or remove it", "keeps it as it is"):
                 self.keep(element, link)
             return
         shapes, before = [child for child in geometry.children if child.tag in SHAPES], len(self.diagnostics)
         if len(shapes) > 1:
-            message = f"{named(geometry)} has {listed(f'<{child.tag}>' for child in shapes)}; it takes one"
+            message = f"{name_of(geometry)} has {phrase(f'<{child.tag}>' for child in shapes)}; it takes one"
             self.error("duplicate-element", message, shapes[1].span, "make a second <visual> or <collision> of it")
             return
         self.check_element(geometry, None if shapes else Map(geometry.span))
         if not shapes:
             if not has_errors(self.diagnostics[before:]):
-                what = listed(f"<{child.tag}>" for child in geometry.children)
-                message = f"{what} of {named(element)} is a shape of its own kind: kept as it is"
+                what = phrase(f"<{child.tag}>" for child in geometry.children)
+                message = f"{what} of {name_of(element)} is a shape of its own kind: kept as it is"
                 self.note("import-kept", message, geometry.span)
                 self.keep(element, link)
             return
@@ -316,12 +316,12 @@ class _Reader(Reading):
         attribute = origin.attributes.get("quat_xyzw")
         self.put_numbers(entry, origin, keys={"xyz": "xyz", **({} if attribute else {"rpy": "rpy"})})
         if attribute is not None and "rpy" in origin.attributes:
-            message = f"{named(origin)} has rpy and quat_xyzw; readers differ in which of them they take"
+            message = f"{name_of(origin)} has rpy and quat_xyzw; readers differ in which of them they take"
             self.error("duplicate-element", message, attribute.name_span, "remove one")
             return
         quaternion = numbers(origin, "quat_xyzw", 4, PLAIN, self)
         if attribute is not None and quaternion is not None and not any(quaternion):
-            message = f"quat_xyzw of {named(origin)} is zero: no rotation"
+            message = f"quat_xyzw of {name_of(origin)} is zero: no rotation"
             self.error("zero-quaternion", message, attribute.span, "correct it")
         elif attribute is not None and quaternion is not None:
             x, y, z, w = quaternion
@@ -329,14 +329,14 @@ class _Reader(Reading):
             for angle in Transform.of_quaternion((0.0, 0.0, 0.0), (w, x, y, z)).rpy():
                 made.put(angle + 0.0, attribute.span)
             entry.put("rpy", made, attribute.name_span, attribute.span)
-            message = f"quat_xyzw of {named(origin)} became rpy: the same rotation"
+            message = f"quat_xyzw of {name_of(origin)} became rpy: the same rotation"
             self.note("import-converted", message, attribute.span)
 
     def _joint(self, element: Element, path: TreePath) -> Map:
         entry = Map(element.span)
         kind = self._put_text(entry, "type", element, "type") or ""
         if kind.strip() and kind not in TYPES:
-            message = f'{named(element)} is of type "{kind}", which URDF does not have'
+            message = f'{name_of(element)} is of type "{kind}", which URDF does not have'
             self.error("joint-type", message, element.attributes["type"].span, Suggestion(kind, TYPES))
             entry.pop("type")
         kind = kind if kind in TYPES else ""
@@ -345,7 +345,7 @@ class _Reader(Reading):
             inner = self.single(element, end)
             if inner is None:
                 help = f'add <{end} link="..."/>'
-                self.error("missing-element", f"{named(element)} has no <{end}>", element.span, help)
+                self.error("missing-element", f"{name_of(element)} has no <{end}>", element.span, help)
                 continue
             self.check_element(inner, None, (*path, end))
             self._put_text(entry, end, inner, "link")
@@ -356,11 +356,11 @@ class _Reader(Reading):
                 self.check_element(part, None, (*path, tag))
                 self._joint_part(part, entry, TYPES[kind] if kind in _WITH_RANGE else PLAIN)
             elif part is not None and tag != "axis":
-                self.ignored(f"<{tag}> of a {kind} joint has no effect", part.span)
+                self.ignore(f"<{tag}> of a {kind} joint has no effect", part.span)
         if kind in _WITH_RANGE and all(child.tag != "limit" for child in element.children):
             help = 'add <limit lower="" upper="" effort="" velocity=""/>'
             help += ", or make it continuous" if kind == "revolute" else ""
-            message = f"{named(element)} is {kind} and has no <limit>"
+            message = f"{name_of(element)} is {kind} and has no <limit>"
             self.lenient("limit-missing", message, element.span, help, "takes it without")
         return entry
 
@@ -374,7 +374,7 @@ class _Reader(Reading):
             return
         leader = element.get("joint")
         if tag == "mimic" and leader and leader not in self.joints and self.options.lenient:
-            self.cannot_carry(named(element), element.span, "the joint that it follows is not there")
+            self.cannot_carry(name_of(element), element.span, "the joint that it follows is not there")
             return
         if tag == "mimic" and self._put_text(entry, "joint", element, "joint") is None:
             return
@@ -387,12 +387,12 @@ class _Reader(Reading):
             help = "add them, the largest torque or force and the largest speed: readers of URDF refuse a limit without"
             self.lenient("limit-incomplete", lacks(element, missing), element.span, help, "takes it without")
         elif tag == "dynamics" and not NUMBERS["dynamics"].keys() & element.attributes.keys():
-            message = f"{named(element)} has neither damping nor friction"
+            message = f"{name_of(element)} has neither damping nor friction"
             help = "add one, or remove the element: urdfdom, the reader of ROS, refuses the joint"
             self.lenient("missing-attribute", message, element.span, help, "leaves it out")
             return
         elif tag == "calibration" and not entry:
-            self.ignored("<calibration> without a value has no effect", element.span)
+            self.ignore("<calibration> without a value has no effect", element.span)
             return
         elif tag == "safety_controller":
             self.need(element, "k_velocity")
@@ -437,7 +437,7 @@ class _Reader(Reading):
         if texture is not None and texture.get("filename"):
             self._put_text(entry, "texture", texture, "filename")
         elif texture is not None:  # exporters write an empty <texture/>
-            self.ignored("a texture without a file name has no effect", texture.span)
+            self.ignore("a texture without a file name has no effect", texture.span)
         self.check_element(element)
 
     def _rename_materials(self, tree: Map) -> None:

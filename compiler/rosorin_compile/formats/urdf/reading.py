@@ -14,12 +14,12 @@ from typing import Any, NamedTuple
 from rosorin_compile.rules.check import acceptable
 from rosorin_compile.rules.magnitudes import FAR, FULL_TURN
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Help, Related, Span, error
-from rosorin_compile.source.messages import gathered
+from rosorin_compile.source.messages import gather
 from rosorin_compile.source.tree import Map, Path, Seq
 from rosorin_compile.source.units import ANGLE, LENGTH, Quantity
-from rosorin_compile.source.wording import and_more, counted, plural, quoted
-from rosorin_compile.source.xml.elements import canonical, kept, tree_of
-from rosorin_compile.source.xml.markup import Element, Word, correction, named
+from rosorin_compile.source.wording import and_more, count_of, plural, quote
+from rosorin_compile.source.xml.elements import canonical, kept_text, tree_of
+from rosorin_compile.source.xml.markup import Element, Word, correction, name_of
 
 from ..format import Placed, cannot_carry
 from ..imported import ReadOptions
@@ -66,7 +66,7 @@ class Reading:
     def cannot_carry(self, what: str, span: Span, help: str = "") -> None:
         self.diagnostics.append(cannot_carry(what, span, help))
 
-    def ignored(self, what: str, span: Span) -> None:
+    def ignore(self, what: str, span: Span) -> None:
         self.note("import-ignored", what, span)
 
     def lenient(self, rule: str, message: str, span: Span, help: Help, instead: str) -> bool:
@@ -79,11 +79,11 @@ class Reading:
 
     def spoilt(self, element: Element, what: str, before: int) -> bool:
         """Return True if there are errors from ``before`` on, which a warning replaces with --lenient."""
-        reported = [one.worded() for one in self.diagnostics[before:]]
+        reported = [one.with_help() for one in self.diagnostics[before:]]
         wrong = [one for one in reported if one.severity == ERROR]
         if wrong and self.options.lenient:
             self.diagnostics[before:] = [one for one in reported if one.severity != ERROR]
-            self.cannot_carry(named(element), element.span, wrong[0].message)
+            self.cannot_carry(name_of(element), element.span, wrong[0].message)
         elif wrong:
             for index, one in enumerate(reported, before):
                 if one.severity == ERROR and "--lenient" not in one.help:
@@ -97,20 +97,20 @@ class Reading:
         for index, one in enumerate(self.diagnostics):
             kind = (_NAME_IN_TAG.sub(r"\1>", one.message), one.help) if one.rule in _GATHERED else index
             groups.setdefault(kind, []).append(one)
-        return [*(gathered(some, (WARNING, NOTE))[0] for some in groups.values()), *self._other_units()]
+        return [*(gather(some, (WARNING, NOTE))[0] for some in groups.values()), *self._other_units()]
 
     def single(self, element: Element, tag: str) -> Element | None:
         """Return the only child of a tag, or None; a second one is an error if it decides on motion and differs."""
         children = [child for child in element.children if child.tag == tag]
         for again in children[1:]:
             if canonical(tree_of(children[0].verbatim)) == canonical(tree_of(again.verbatim)):
-                self.ignored(f"a second <{tag}>, the same as the first, has no effect", again.span)
+                self.ignore(f"a second <{tag}>, the same as the first, has no effect", again.span)
             elif tag in _DECIDING and not self.options.lenient:
-                message = f"{named(element)} has a second <{tag}>; readers differ in which of them they take"
+                message = f"{name_of(element)} has a second <{tag}>; readers differ in which of them they take"
                 related = [Related("the first", children[0].span)]
                 self.error("duplicate-element", message, again.span, "remove one; --lenient takes the first", related)
             else:
-                self.cannot_carry(f"a second <{tag}> of {named(element)}", again.span, "the first is taken")
+                self.cannot_carry(f"a second <{tag}> of {name_of(element)}", again.span, "the first is taken")
         return children[0] if children else None
 
     def attribute(self, element: Element, name: str) -> str | None:
@@ -135,11 +135,11 @@ class Reading:
             near = correction(child.tag, tags) if self.spelling else None
             if child.tag.startswith("xacro:"):
                 help = "readers of URDF pass over it; name the file NAME.xacro to have it expanded"
-                self.cannot_carry(f"<{child.tag}> in {named(element)}", child.span, help)
+                self.cannot_carry(f"<{child.tag}> in {name_of(element)}", child.span, help)
             elif near is not None:
                 self.misspelt(f"<{child.tag}>", f"<{near}>", element, child.span)
             elif keep is None:
-                self.cannot_carry(f"<{child.tag}> in {named(element)}", child.span)
+                self.cannot_carry(f"<{child.tag}> in {name_of(element)}", child.span)
             else:
                 self.keep(child, keep)
 
@@ -150,15 +150,15 @@ class Reading:
             what = f'the attribute "{attribute.name}"'
             near = correction(attribute.name, [name for name in attributes if name not in element.attributes])
             if near is None:
-                self.cannot_carry(f"{what} of {named(element)}", attribute.name_span)
+                self.cannot_carry(f"{what} of {name_of(element)}", attribute.name_span)
             else:
                 self.misspelt(what, f'"{near}"', element, attribute.name_span)
 
     def misspelt(self, what: str, near: str, element: Element, span: Span) -> None:
         if self.options.lenient:
-            self.cannot_carry(f"{what} of {named(element)}", span, f"did you mean {near}?")
+            self.cannot_carry(f"{what} of {name_of(element)}", span, f"did you mean {near}?")
         else:
-            message = f"{named(element)} has {what}, which no reader knows"
+            message = f"{name_of(element)} has {what}, which no reader knows"
             self.error("misspelt", message, span, f"did you mean {near}? --lenient leaves it out")
 
     def keep(self, element: Element, entry: Map) -> None:
@@ -166,14 +166,14 @@ class Reading:
         above = self.paths.get(id(element.parent), ())
         inside = () if above == ("robot",) else above
         self.paths[id(element)] = (*inside, "urdf_elements", len(entry["urdf_elements"]))
-        entry["urdf_elements"].put(kept(element), element.span)
+        entry["urdf_elements"].put(kept_text(element), element.span)
 
     def numbers(
         self, words: Sequence[Word], what: str, span: Span, count: int, unit: str = "", tag: str = ""
     ) -> list[Placed] | None:
         # A comma between numbers makes a word that is no number, which is the better message.
         if len(words) != count and (count == 1 or all(NUMBER.match(word.text) for word in words)):
-            have = "is empty" if not words else f"has {counted(len(words), 'number')}"
+            have = "is empty" if not words else f"has {count_of(len(words), 'number')}"
             message = f"{what} {have}; it takes {'one' if count == 1 else count}"
             self.error("wrong-count", message, span, f"give {'one number' if count == 1 else count}")
             return None
@@ -251,7 +251,7 @@ def _advice(text: str) -> str:
 
 def lacks(element: Element, names: Sequence[str]) -> str:
     """Return the message about attributes that an element lacks."""
-    return f"{named(element)} lacks the {plural('attribute', len(names))} {quoted(names)}"
+    return f"{name_of(element)} lacks the {plural('attribute', len(names))} {quote(names)}"
 
 
 def numbers(element: Element, name: str, count: int, unit: str, reading: Reading) -> Seq | None:
@@ -263,9 +263,9 @@ def numbers(element: Element, name: str, count: int, unit: str, reading: Reading
     words = attribute.words()
     if name == "scale" and (len(words) == 1 or len(words) > count) and reading.options.lenient:
         taken = "one number, which is taken for all three" if len(words) == 1 else "more than three numbers"
-        reading.note("wrong-count", f"scale of {named(element)} has {taken}", attribute.span)
+        reading.note("wrong-count", f"scale of {name_of(element)} has {taken}", attribute.span)
         words = (words * count)[:count]
-    found = reading.numbers(words, f"{name} of {named(element)}", attribute.span, count, unit, tag)
+    found = reading.numbers(words, f"{name} of {name_of(element)}", attribute.span, count, unit, tag)
     made = Seq(attribute.span)
     for one in found or ():
         made.put(one.value, one.span)

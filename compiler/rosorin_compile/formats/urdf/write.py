@@ -16,7 +16,7 @@ from typing import Any
 from markupsafe import Markup
 
 from rosorin_compile.model import Inertial, Joint, Link, Output, Pose, Robot
-from rosorin_compile.model.bounds import along, radius_about
+from rosorin_compile.model.bounds import radius_about, reach_along
 from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.geometry import IDENTITY, Transform, dot, minus, plane_axes, pose_of, unit
 from rosorin_compile.model.joint import Dynamics
@@ -28,8 +28,8 @@ from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.case import number as rounded
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, error
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
-from rosorin_compile.source.wording import counted, plural, quoted
-from rosorin_compile.source.xml.elements import indented
+from rosorin_compile.source.wording import count_of, plural, quote
+from rosorin_compile.source.xml.elements import indent_lines
 
 from ..gazebo_elements import distribution, drive_blocks
 from ..mesh_files import urdf_file_name
@@ -136,7 +136,7 @@ def _shapes_at(robot: Robot, link: str, carried: Set[str], purpose: str, output:
             key = ("moved", id(solid), transform)  # several formats and their proofs use it
             found: tuple[Shape, Shape] | None = robot.worked_out.get(key)
             if found is None or found[1] is not solid:  # as in a copy that was pickled
-                found = robot.worked_out[key] = (solid.moved(transform), solid)
+                found = robot.worked_out[key] = (solid.move(transform), solid)
             moved.append(found[0])
         neighbours = robot.fixed_neighbours(name)
         steps = [(n, transform.then(t)) for n, t in neighbours if n not in carried and n not in visited]
@@ -167,7 +167,7 @@ def _collisions(robot: Robot, link: str, carried: Set[str], output: Output) -> l
     if radius_about(lost, axis) <= radius_about(placed, axis):
         return own
     placed += lost
-    reaches = [along(solid, place) for solid, place in placed]
+    reaches = [reach_along(solid, place) for solid, place in placed]
     top, bottom = max(reach((x, y, z)) for reach in reaches), -max(reach((-x, -y, -z)) for reach in reaches)
     middle = (top + bottom) / 2
     (a, b, c), (d, e, f) = plane_axes(axis)
@@ -273,7 +273,7 @@ class Content:
         balls = [joint.name for joint in robot.in_urdf() if joint.type == "ball"]
         if balls:
             become = "becomes a floating joint" if len(balls) == 1 else "become floating joints"
-            notes.append((f"URDF has no ball joint: {quoted(balls, 3)} {become}", ""))
+            notes.append((f"URDF has no ball joint: {quote(balls, 3)} {become}", ""))
         owners = carriers(robot, self.carried).items()
         moving = {name for name, (carrier, _) in owners if robot.moves_between(name, carrier)}
         for link in robot.walk():
@@ -290,7 +290,7 @@ class Content:
             why = "they have no mass" if bodies else "robot_state_publisher does not publish them"
             notes.append((f"not in the URDF, because {why}: {', '.join(lost)}", ""))
         if still:
-            message = f"the mass of {plural('link', len(still))} {quoted(still, 3)} does not move in the URDF"
+            message = f"the mass of {plural('link', len(still))} {quote(still, 3)} does not move in the URDF"
             notes.append((message, 'robot_state_publisher does not publish what moves it; "frames: bodies" has it'))
         yield from (Diagnostic("urdf-cannot-say", NOTE, message, help=help) for message, help in notes)
 
@@ -299,7 +299,7 @@ class Content:
         counts = Counter(link for link, shape in pairs if isinstance(shape.geometry, kind))
         if counts:
             count, others = counts.total(), len(counts) - 1
-            where = f"link {next(iter(counts))}" + (f" and {counted(others, 'other link')}" if others else "")
+            where = f"link {next(iter(counts))}" + (f" and {count_of(others, 'other link')}" if others else "")
             become = f"are written as {plural(other, 2)}" if count > 1 else f"is written as a {other}"
             message = f"{version} has no {kind.__name__.lower()}: {count} on {where} {become} of the same {same}"
             yield Diagnostic("urdf-cannot-say", WARNING, message, help=help)
@@ -322,7 +322,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     has_inertials = "inertial" in elements_of(output)
     heavy = sum(link.inertial is not None and link.inertial.mass > 0 for link in case.robot.links)
     if heavy and not has_inertials and not any("inertial" in elements_of(one) for one in others):
-        message = f"{output.file} leaves out {counted(heavy, 'inertial')}: simulators drop links or invent masses"
+        message = f"{output.file} leaves out {count_of(heavy, 'inertial')}: simulators drop links or invent masses"
         help = "give simulators a second URDF, or accept urdf-without-mass with its reason"
         yield case.problem("urdf-without-mass", message, ("outputs", output.name, "elements"), help, severity=NOTE)
     # A step of dt takes damping * dt / inertia of a speed away; if that is more than twice of it, each step is faster
@@ -339,7 +339,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         ratio, joint, inertia = min(found, key=lambda one: one[0])
         units = ("N*s/m", "kg") if joint.type == "prismatic" else ("N*m*s/rad", "kg*m^2")
         path = case.joint(joint, "dynamics", "damping")
-        more = f"; so are {counted(len(found) - 1, 'other joint')}" if len(found) > 1 else ""
+        more = f"; so are {count_of(len(found) - 1, 'other joint')}" if len(found) > 1 else ""
         message = (
             f'joint "{joint.name}" has a damping of {rounded(inertia / ratio)} {units[0]}{case.stands_in(path)} on'
         )
@@ -389,7 +389,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         for link in map(shown.link.__getitem__, names):
             inertials = []
             if link.inertial is not None:
-                xx, yy, zz, xy, xz, yz = link.inertial.printed(number)
+                xx, yy, zz, xy, xz, yz = link.inertial.printed_inertia(number)
                 moments = attributes(ixx=xx, ixy=xy, ixz=xz, iyy=yy, iyz=yz, izz=zz)
                 mass = attributes(value=number(link.inertial.mass))
                 inertials.append((_origin(link.inertial.pose, number), mass, moments))
@@ -405,7 +405,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 
 def _indented(texts: Iterable[str], indent: str) -> list[str]:
-    return [indented(text, indent) for text in texts]
+    return [indent_lines(text, indent) for text in texts]
 
 
 def _look(rgba: Sequence[float] | None, texture: str, number: NumberFormat) -> str:

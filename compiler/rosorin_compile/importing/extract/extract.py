@@ -20,7 +20,7 @@ from rosorin_compile.source.files import resolve
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.packages import Packages as PackageFinder
 from rosorin_compile.source.progress import Progress
-from rosorin_compile.source.wording import masked
+from rosorin_compile.source.wording import mask_controls
 
 from . import replace_map, results
 from .sources import GridOptions as GridOptions
@@ -124,7 +124,7 @@ def extract_boxes(
         raise RequestError("--stack takes 1 to 100 boxes")
     check_digits(digits, "--digits")
     try:
-        TriangleMesh.needed()
+        TriangleMesh.require_packages()
         from .shapes import fit_shapes, measure_fits
 
         parts = source.file_parts(diagnostics) if source.are_files else source.link_parts(diagnostics)
@@ -207,18 +207,18 @@ def extract_height_map(
         raise RequestError("--bottom excludes --into and JSON; write a file with -o, and paste it")
     grid.check()
     try:
-        TriangleMesh.needed()
+        TriangleMesh.require_packages()
         from .height_map import make_height_map, summary
 
         existing = None if into_file is None else replace_map.find_map(into_file, frame)
         if existing is not None:
-            grid, frame = existing.completed(grid), existing.link
+            grid, frame = existing.complete(grid), existing.link
         triangles, meshes, frame = _surface(source, frame, pose, diagnostics)
         height_map, messages = make_height_map(triangles, grid, frame)
         diagnostics += messages
         note = note or f"top of {', '.join(meshes)}"
         if existing is not None and into_file is not None:
-            text = replace_map.replaced(existing, height_map, status, note)
+            text = replace_map.replace_map(existing, height_map, status, note)
             place = f"{into_file}:{existing.line}: height map of {existing.link}"
             report = [f"{place} unchanged"]
             if text != existing.source.text:
@@ -254,11 +254,11 @@ def _surface(
         part = robot.part(link, source.section)
         diagnostics += arrange(robot.diagnostics)
         if part is None:
-            raise ExtractProblem.of("mesh-empty", f"{link} has no mesh that can be read", "see above, or --from")
+            raise ExtractProblem.new("mesh-empty", f"{link} has no mesh that can be read", "see above, or --from")
         parts, transform = [part], transform.then(robot.robot.transform(frame, link, {}))
     triangles = np.concatenate([part.triangles for part in parts])
     meshes = tuple(name for part in parts for name in part.meshes)
-    return TriangleMesh.placed(triangles, transform.rows, transform.xyz), meshes, frame
+    return TriangleMesh.place(triangles, transform.rows, transform.xyz), meshes, frame
 
 
 def extract_factory(
@@ -302,7 +302,7 @@ def extract_factory(
     grid.check()
     path = None
     try:
-        TriangleMesh.needed()
+        TriangleMesh.require_packages()
         from . import factory
         from .height_map import summary
 
@@ -331,7 +331,7 @@ def _first_line(source: MeshSource, command: str) -> str:
     """Return the first line of a file that is made from these meshes."""
     names = [Path(name).name if Path(name).is_absolute() else name for name in source.names]
     words = [*names, *(f"{name}:={value}" for name, value in source.reading.arguments.items())]
-    return masked(f"{results.MARK} {command} {shlex.join(words)}".replace("\n", " ")) + "\n"
+    return mask_controls(f"{results.MARK} {command} {shlex.join(words)}".replace("\n", " ")) + "\n"
 
 
 def _diagnostics(problem: ExtractProblem) -> list[Diagnostic]:
@@ -339,6 +339,6 @@ def _diagnostics(problem: ExtractProblem) -> list[Diagnostic]:
     if isinstance(problem, SourceProblem):
         return arrange(problem.diagnostics)
     if isinstance(problem, NotThere):
-        found = problem.diagnostic.worded()
+        found = problem.diagnostic.with_help()
         raise RequestError(f"{found.message}; {found.help}" if found.help else found.message) from None
     return [problem.diagnostic]

@@ -13,7 +13,7 @@ from typing import Any
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Box, HeightMap
 from rosorin_compile.model.mesh_triangles import ExtractProblem, NotThere, TriangleMesh
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, listed
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, phrase
 from rosorin_compile.source.files import is_file, is_folder, read_bytes
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Map, Seq
@@ -57,30 +57,30 @@ def find_robot_file(package: Path, requested: str | None) -> Path:
     Raises NotThere if there is no such package or file, else ExtractProblem.
     """
     if not is_folder(package):
-        raise NotThere.of("factory-robot", f"{package} is not a folder", "name the folder of a description package")
+        raise NotThere.new("factory-robot", f"{package} is not a folder", "name the folder of a description package")
     candidates, choices = _candidates(package)
     if requested is not None:
         path = next((path for path in (package / requested, Path(requested)) if is_file(path)), None)
         if path is None:
             suggestion = Suggestion(requested, [str(path.relative_to(package)) for path in candidates])
-            raise NotThere.of("factory-robot", f'{package} has no file "{requested}"', suggestion)
+            raise NotThere.new("factory-robot", f'{package} has no file "{requested}"', suggestion)
         return path
     if len(candidates) == 1:
         return candidates[0]
     if not candidates:
-        raise ExtractProblem.of("factory-robot", f"{package} has no file of a robot", "name one with --robot FILE")
+        raise ExtractProblem.new("factory-robot", f"{package} has no file of a robot", "name one with --robot FILE")
     names = ", ".join(str(path.relative_to(package)) for path in candidates[:20])
     message, help = f"{package} has {len(candidates)} files of robots: {names}", "select one with --robot FILE"
     if choices:
         entry = next(iter(choices)).relative_to(package)
         message += "".join(f"; {path.relative_to(package)} {text}" for path, text in choices.items())
         help = f"use the file that chooses: --robot {entry}; or select one with --robot FILE"
-    raise ExtractProblem.of("factory-robot", message, help)
+    raise ExtractProblem.new("factory-robot", message, help)
 
 
 def _candidates(package: Path) -> tuple[list[Path], dict[Path, str]]:
     """Return the robot files of a package, and for files that choose between includes, how they choose."""
-    published = FORMATS.published()
+    published = FORMATS.published_format()
     formats = [one for one in FORMATS.values() if published.name in (one.name, one.becomes)]
     endings = {ending for one in formats for ending in one.endings}
     texts = {
@@ -117,7 +117,7 @@ def _choice(text: str) -> str:
             kind = "argument" if source[1] == "arg" else "environment variable"
             values.setdefault(f"the {kind} {source[2]}", {}).update({value: None} if value else {})
     chosen = [f"{name} ({', '.join(some)})" if some else name for name, some in values.items()]
-    return f"chooses by {listed(chosen)}" if chosen else ""
+    return f"chooses by {phrase(chosen)}" if chosen else ""
 
 
 def choice_of(path: Path) -> list[Diagnostic]:
@@ -164,9 +164,9 @@ def _add_height_map(
     part = source.part(link, section)
     try:
         if part is None:
-            raise ExtractProblem.of("height-map-empty", f"{link} has no mesh that can be read: no height map")
+            raise ExtractProblem.new("height-map-empty", f"{link} has no mesh that can be read: no height map")
         transform = source.robot.transform(frame, link, {})
-        triangles = TriangleMesh.placed(part.triangles, transform.rows, transform.xyz)
+        triangles = TriangleMesh.place(part.triangles, transform.rows, transform.xyz)
         taken.height_map, messages = make_height_map(triangles, grid, frame)
     except ExtractProblem as problem:
         taken.diagnostics.append(problem.diagnostic)

@@ -48,7 +48,9 @@ class Grid:
         """Raise ExtractProblem for an impossible grid."""
         if min(self.cells) < 1 or self.cells[0] * self.cells[1] > MAX_CELLS:
             message = f"a grid of {self.cells[0]:,} x {self.cells[1]:,} cells is empty, or has more than {MAX_CELLS:,}"
-            raise ExtractProblem.of("height-map-grid", message, "use a larger --cell, or a smaller grid: --cells 30x23")
+            raise ExtractProblem.new(
+                "height-map-grid", message, "use a larger --cell, or a smaller grid: --cells 30x23"
+            )
 
 
 def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tuple[HeightMap, list[Diagnostic]]:
@@ -59,12 +61,12 @@ def make_height_map(triangles: Floats, request: GridOptions, frame: str) -> tupl
         method += f"; nothing above {exact(request.below)} m"
         if not len(triangles):
             message = f"nothing of the mesh is below {request.below:g} m in {frame}"
-            raise ExtractProblem.of("height-map-empty", message, "correct --below, --xyz or --scale")
+            raise ExtractProblem.new("height-map-empty", message, "correct --below, --xyz or --scale")
     grid = _grid(triangles, request)
     heights = surface_heights(triangles, grid)
     if not heights.any():
         message = f"the mesh has no surface above z = 0 of {frame} over the grid"
-        raise ExtractProblem.of("height-map-empty", message, "correct --xyz, --rpy, --scale or --origin")
+        raise ExtractProblem.new("height-map-empty", message, "correct --xyz, --rpy, --scale or --origin")
     # Rounded up; a height above zero does not become zero. The tolerance is that of ``shapes.round_up``.
     scale = 10.0**request.digits
     rounded = np.ceil(heights * scale - min(1e-7 * scale, 0.05)).clip(1) / scale

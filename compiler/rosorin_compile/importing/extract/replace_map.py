@@ -51,7 +51,7 @@ class MapEntry:
         except (KeyError, TypeError, ValueError):
             return None
 
-    def completed(self, grid: GridOptions) -> GridOptions:
+    def complete(self, grid: GridOptions) -> GridOptions:
         """Return options with the grid and the step of this map as defaults. Raises ExtractProblem."""
         old = self.numbers
         if old is not None:
@@ -60,7 +60,7 @@ class MapEntry:
             return replace(grid, cell=cell, origin=origin, size=None if grid.cells else size, step=step)
         if None in (grid.cell, grid.origin) or (grid.cells is None and grid.size is None):
             message = f"the grid of the height map of {self.link} is not written in numbers"
-            raise ExtractProblem.of("extract-into", message, "give --cell, --origin and --cells")
+            raise ExtractProblem.new("extract-into", message, "give --cell, --origin and --cells")
         return grid
 
 
@@ -84,10 +84,10 @@ def find_map(path: Path, link: str | None) -> MapEntry:
     count = f"{len(matching)} height maps" if matching else "no height map"
     of_link = f' of the link "{link}"' if link is not None else ""
     message = f"{source.path} has {count}{of_link} under links: (existing: {', '.join(m.link for m in maps) or 'none'})"
-    raise ExtractProblem.of("extract-into", message, "name its link: --frame LINK; or write a file: -o FILE")
+    raise ExtractProblem.new("extract-into", message, "name its link: --frame LINK; or write a file: -o FILE")
 
 
-def replaced(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
+def replace_map(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
     """Return the text of the file with another height map. Raises ExtractProblem if it cannot be edited."""
     old, spans = entry.entry["height_map"], entry.entry.key_spans
     texts = {
@@ -96,7 +96,7 @@ def replaced(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
             ("origin", list(new.origin), row(new.origin)),
             ("cell", new.cell, length(new.cell)),
             ("step", new.step, length(new.step)),
-            ("method", new.method, Scalar(new.method).quoted()),
+            ("method", new.method, Scalar(new.method).in_quotes()),
         )
         if old.get(key, new.cell if key == "step" else None) != value
     }
@@ -127,7 +127,7 @@ def replaced(entry: MapEntry, new: HeightMap, status: str, note: str) -> str:
         is_right = False
     if not is_right or before != after:
         message = f"the height map of {entry.link} in {entry.source.path} is written in a way that cannot be edited"
-        raise ExtractProblem.of("extract-into", message, _HELP, spans["height_map"])
+        raise ExtractProblem.new("extract-into", message, _HELP, spans["height_map"])
     return text
 
 

@@ -16,7 +16,7 @@ from rosorin_compile.source import files
 from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.yaml_text import Scalar
 
-from ..layout import Verbatim, escaped, layout
+from ..layout import Verbatim, escape, layout
 
 if TYPE_CHECKING:
     from .shapes import Fit, FitQuality
@@ -56,7 +56,7 @@ def length(value: float) -> str:
 
 def source_line(status: str, note: str) -> str:
     """Return the key ``source`` with its value on one line."""
-    return f"source: {{status: {status}, note: {Scalar(note).quoted()}}}"
+    return f"source: {{status: {status}, note: {Scalar(note).in_quotes()}}}"
 
 
 def _sizes(shape: Shape) -> dict[str, dict[str, Any]]:
@@ -152,13 +152,13 @@ def height_map_yaml(link: str, height_map: HeightMap, status: str, note: str) ->
     cell = length(height_map.cell)
     lines = [
         "links:",
-        f"  {Scalar(escaped(link)).written(True)}:",
+        f"  {Scalar(escape(link)).as_text(True)}:",
         "    collision:",
         "      - height_map:",
         f"          origin: {row(height_map.origin)}",
         f"          cell: {cell}",
         *([f"          step: {length(height_map.step)}"] if height_map.step != height_map.cell else []),
-        f"          method: {Scalar(height_map.method).quoted()}",
+        f"          method: {Scalar(height_map.method).in_quotes()}",
         f"          heights:           # one row per {cell} of x, one number per {cell} of y; 0 means no body",
     ]
     lines += [f"            - {row(heights)}" for heights in height_map.heights]
@@ -176,7 +176,7 @@ def save(path: Path, text: str, force: bool = False) -> None:
             is_ours = False
         if not is_ours:
             message = f"{path} exists, and extract did not make it"
-            raise ExtractProblem.of("extract-file", message, "name another file, or add --force")
+            raise ExtractProblem.new("extract-file", message, "name another file, or add --force")
     replace(path, text)
 
 

@@ -124,7 +124,7 @@ class MeshSource:
         diagnostics += robot.diagnostics
         if not parts:
             message = f"{self.names[0]} has no link with a mesh that can be read"
-            raise ExtractProblem.of("mesh-empty", message, "see above, or --from")
+            raise ExtractProblem.new("mesh-empty", message, "see above, or --from")
         return parts
 
 
@@ -157,7 +157,7 @@ class RobotSource:
             try:
                 (description,) = Description.find([name])
             except NoDescription as problem:
-                raise NotThere.of("mesh-unreadable", str(problem), "or name mesh files, or a URDF") from None
+                raise NotThere.new("mesh-unreadable", str(problem), "or name mesh files, or a URDF") from None
             path = description.path
             compiled = Request.of(path, options.arguments, options.packages, warn=options.tell).read()
             robot, tree, diagnostics = compiled.robot, compiled.tree, compiled.diagnostics
@@ -177,7 +177,7 @@ class RobotSource:
         """Return the name of a link. Raises NotThere if the robot has no link of this name."""
         if name not in self.robot.link:
             help = Suggestion(name, self.robot.link)
-            raise NotThere.of("unknown-link", f'the robot has no link "{name}"', help)
+            raise NotThere.new("unknown-link", f'the robot has no link "{name}"', help)
         return name
 
     def part(self, link: str, section: str = AUTO) -> Part | None:
@@ -201,15 +201,15 @@ class RobotSource:
             try:
                 if path is None:
                     help = f"say where the package is: --package {address.split('://')[-1].split('/')[0]}=FOLDER"
-                    raise NotThere.of("mesh-missing", f"{section} of {link}: cannot find {address}", help)
+                    raise NotThere.new("mesh-missing", f"{section} of {link}: cannot find {address}", help)
                 if not files.is_file(path):
-                    raise NotThere.of("mesh-missing", f"{section} of {link}: there is no file {address}")
-                mesh = load_mesh(Path(files.shown(path)), shape.geometry.scale)
+                    raise NotThere.new("mesh-missing", f"{section} of {link}: there is no file {address}")
+                mesh = load_mesh(Path(files.label(path)), shape.geometry.scale)
             except ExtractProblem as problem:
                 span = self.tree.locate(("links", link, section, number, "mesh", "file")).span
                 self.diagnostics.append(replace(problem.diagnostic, severity=WARNING, span=span))
                 continue
             transform = shape.pose.transform()
-            pieces.append(TriangleMesh.placed(mesh.triangles, transform.rows, transform.xyz))
+            pieces.append(TriangleMesh.place(mesh.triangles, transform.rows, transform.xyz))
             names.append(mesh.name)
         return Part(link, np.concatenate(pieces), tuple(dict.fromkeys(names))) if pieces else None

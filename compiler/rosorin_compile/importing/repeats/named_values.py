@@ -11,7 +11,7 @@ from rosorin_compile.source.units import Quantity
 
 from ..description import free_name, identifier, is_default
 from ..layout import ROTATING, Expression, in_degrees, joint_unit
-from .nodes import flattened, table
+from .nodes import scalars, table
 
 _RESERVED = ("name", "mirrored", "prefix", "first")
 _MIN_PLACES = 3
@@ -27,9 +27,9 @@ def with_named_values(tree: Map) -> Map:
     for entry, path, is_rotating in _entries(tree):
         for key in _KEYS:
             value = entry.get(key)
-            items = [item for _, item in flattened(value)] if isinstance(value, (Map, Seq)) else []
+            items = [item for _, item in scalars(value)] if isinstance(value, (Map, Seq)) else []
             if any(items) and not any(isinstance(item, Expression) for item in items):
-                text = repr(sorted(map(repr, flattened(value))))
+                text = repr(sorted(map(repr, scalars(value))))
                 groups[(*path, key), text, is_rotating].append(entry)
     named: dict[str, Any] = {}
     for (path, _, is_rotating), entries in groups.items():
@@ -49,7 +49,7 @@ def with_named_values(tree: Map) -> Map:
             entry[key] = Expression(f"${{{name}}}")
     if not named:
         return tree
-    made = tree.copied()
+    made = tree.copy()
     made.put("let", table(tree.span, named), tree.span, tree.span)
     return made
 

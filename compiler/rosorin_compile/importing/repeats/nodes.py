@@ -92,7 +92,7 @@ def nodes_of(body: Map) -> list[Node]:
         entries = _with_defaults(table(body.span, {"link": deep_copy(links[link]), "joint": moves}))
         rank = link_rank[link], joint_rank.get(joint, -1)
         carrier = nodes[up].link if up >= 0 else MOUNT
-        nodes.append(Node(link, joint, carrier, up, rank, entries, dict(flattened(entries))))
+        nodes.append(Node(link, joint, carrier, up, rank, entries, dict(scalars(entries))))
         waiting += [(joints[name]["child"], name, len(nodes) - 1) for name in reversed(below[link])]
     for node in reversed(nodes):
         if node.up >= 0:
@@ -130,7 +130,7 @@ def table(span: Span, entries: Mapping[str, Any]) -> Map:
 def deep_copy(value: Any) -> Any:
     """Return a copy of a tree, with the same spans."""
     if isinstance(value, Map):
-        copy = value.copied()
+        copy = value.copy()
         copy.update({key: deep_copy(item) for key, item in value.items()})
         return copy
     if isinstance(value, Seq):
@@ -156,11 +156,11 @@ def _with_defaults(entries: Map) -> Map:
     return entries
 
 
-def flattened(value: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
+def scalars(value: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
     """Yield the path and value of each scalar."""
     if isinstance(value, (Mapping, list)) and value:
         for step, item in value.items() if isinstance(value, Mapping) else enumerate(value):
-            yield from flattened(item, (*path, step))
+            yield from scalars(item, (*path, step))
     else:
         yield path, value
 
@@ -172,7 +172,7 @@ def negative(value: float) -> float:
     return -value if value else value
 
 
-def mirrored(node: Node, mirror: str, is_root: bool) -> Values:
+def mirror_node(node: Node, mirror: str, is_root: bool) -> Values:
     """Return the values of a node as ``mirror`` of the language reflects them.
 
     The pose of a root is that of the use, which is not reflected.

@@ -17,7 +17,7 @@ from rosorin_compile.source.tree import Path
 from rosorin_compile.source.units import Quantity
 
 from ..description import free_name, identifier
-from ..layout import ROTATING, Expression, escaped, in_degrees
+from ..layout import ROTATING, Expression, escape, in_degrees
 from .nodes import is_number
 
 _TYPES = {
@@ -151,14 +151,14 @@ class Parameters:
                     for text, name in zip(texts, names, strict=True)
                 }
                 if len(rows) == 1 and len(pieces := rows.pop()) > 1:
-                    return f"${{{word}}}".join(map(escaped, pieces))
+                    return f"${{{word}}}".join(map(escape, pieces))
         before = after = ""
         if is_file:  # the parameter is what differs between folder and ending
             folders, endings = ({text.rpartition(sign)[i] for text in texts} for sign, i in (("/", 0), (".", 2)))
             before = f"{min(folders)}/" if len(folders) == 1 and all("/" in text for text in texts) else ""
             after = f".{min(endings)}" if len(endings) == 1 and all("." in t[len(before) :] for t in texts) else ""
         name = parameter("text", [text[len(before) : len(text) - len(after)] for text in texts])
-        return f"{escaped(before)}${{{name}}}{escaped(after)}"
+        return f"{escape(before)}${{{name}}}{escape(after)}"
 
 
 def _is_sign(values: Sequence[Any]) -> bool:

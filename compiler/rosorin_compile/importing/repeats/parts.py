@@ -14,7 +14,7 @@ from rosorin_compile.source.tree import Map, Path
 
 from ..description import free_name, lines_of
 from ..layout import Expression, Verbatim
-from .nodes import MOUNT, REFERENCES, Node, deep_copy, equal_shapes, is_number, is_pose, mirrored, nodes_of, table
+from .nodes import MOUNT, REFERENCES, Node, deep_copy, equal_shapes, is_number, is_pose, mirror_node, nodes_of, table
 from .parameters import Parameters
 from .part_names import is_left, part_name, split
 
@@ -52,7 +52,7 @@ class Result:
 def with_parts(tree: Map, comments: Iterable[Comment]) -> tuple[Map, list[Comment]]:
     """Return the tree of a robot whose repeated structures are parts and uses, with the comments in their places."""
     result = Result(tree.span, list(comments), _WORK * len(tree.get("links") or ()))
-    made = _Body(tree, (), result).factored()
+    made = _Body(tree, (), result).with_uses()
     if result.parts:
         use = made.pop("use")
         made.put("parts", table(tree.span, result.parts), tree.span, tree.span)
@@ -71,7 +71,7 @@ class _Body:
         # By section and name: the path in the part, that of the use, and if it is the top of the first instance.
         self.homes: dict[Path, tuple[Path, Path, bool, bool]] = {}
 
-    def factored(self) -> Map:
+    def with_uses(self) -> Map:
         """Return the body with uses instead of the links and joints that they make."""
         groups = equal_shapes(self.nodes)
         for number, group in enumerate(groups):
@@ -87,9 +87,9 @@ class _Body:
                     self._try(some)
         if not self.uses:
             return self.body
-        made = self.body.copied()
+        made = self.body.copy()
         for section in ("links", "joints"):
-            left = self.body[section].copied()
+            left = self.body[section].copy()
             for name in self.body[section]:
                 if (section, name) in self.homes:
                     del left[name]
@@ -122,7 +122,7 @@ class _Body:
             return False
         self.result.names.add(part.name)
         if part.has_prefix:
-            part.entry = _Body(part.entry, ("parts", part.name), self.result).factored()
+            part.entry = _Body(part.entry, ("parts", part.name), self.result).with_uses()
         self.result.parts[part.name] = part.entry
         first = min(rows, key=lambda row: row[0].rank[0])
         for start, row, use in zip(members, rows, part.uses, strict=True):
@@ -154,7 +154,7 @@ class _Body:
         renames = [dict(zip(some, parted.rests, strict=True)) for some in names]
         terms: list[dict[Path, Any]] = []
         for offset, nodes in enumerate(zip(*rows, strict=True)):
-            values = [mirrored(node, mirror, not offset) for node, mirror in zip(nodes, mirrors, strict=True)]
+            values = [mirror_node(node, mirror, not offset) for node, mirror in zip(nodes, mirrors, strict=True)]
             terms.append({})
             for path in (one for one in REFERENCES if one in values[0]):
                 targets = {renamed.get(some[path]) for renamed, some in zip(renames, values, strict=True)}

@@ -75,7 +75,7 @@ _KNOWN: Mapping[str, Plugin] = {
 }
 
 
-def driven(elements: Iterable[tuple[int, Element]], robot: Robot) -> Driven:
+def read_drives(elements: Iterable[tuple[int, Element]], robot: Robot) -> Driven:
     """Return what the plug-ins among elements specify about the drive and the transforms of a robot."""
     found = Driven({}, {}, {})
     for plugin in (child for _, element in elements if element.tag == "gazebo" for child in element):

@@ -25,9 +25,9 @@ from rosorin_compile.source.project import data_folder
 from rosorin_compile.source.tree import Map, Seq
 
 from .blocks import block
-from .drives import Driven, driven
-from .sensors import Seen, Unsayable, entry, gazebo_of, overlay, seen, without_collisions
-from .taking import CONTROL, SENSORS, Candidate, candidates, moved, put, trees, without
+from .drives import Driven, read_drives
+from .sensors import Seen, Unsayable, entry, gazebo_of, overlay, read_sensor, without_collisions
+from .taking import CONTROL, SENSORS, Candidate, candidates, move_comments, put, trees, without
 
 _FORMATS = ("urdf", "sdf")
 _UNROUNDED = {"number_format": "exact"}
@@ -46,7 +46,7 @@ class Worded(NamedTuple):
     kept: Mapping[str, str] = {}
 
 
-def worded(imported: Imported) -> Worded:
+def with_sections(imported: Imported) -> Worded:
     """Return a robot with sections instead of the elements of its URDF or SDF, as far as possible."""
     tree = imported.tree
     texts = tree.get("urdf_elements") if tree is not None else None
@@ -55,7 +55,7 @@ def worded(imported: Imported) -> Worded:
     found, robot = candidates(texts), imported.robot
     if robot is None or not (found or any("<plugin" in text for text in texts)):
         return Worded(imported)
-    return _Conversion(imported, tree, texts, robot).worded(found)
+    return _Conversion(imported, tree, texts, robot).convert(found)
 
 
 class _Conversion:
@@ -65,7 +65,7 @@ class _Conversion:
         self.imported, self.tree, self.texts, self.robot = imported, tree, texts, robot
         self.kept: dict[str, str] = {}
 
-    def worded(self, found: list[Candidate]) -> Worded:
+    def convert(self, found: list[Candidate]) -> Worded:
         """Return the robot with sections."""
         count = Counter((one.section, one.name) for one in found)
         for one in found:
@@ -86,7 +86,7 @@ class _Conversion:
             if self.imported.format == "sdf" and "gazebo" in options:
                 outputs["sdf"] = {**(outputs.get("sdf") or {}), "gazebo": gazebo}
             sections["outputs"] = outputs
-        comments = [*moved(self.imported.comments, rest.paths), *rest.comments]
+        comments = [*move_comments(self.imported.comments, rest.paths), *rest.comments]
         imported = self.imported._replace(tree=put(self.tree, sections), comments=comments)
         names = {"hardware block": list(control), "sensor": list(sensors), **drives.said}
         said = {key: value for key, value in names.items() if value}
@@ -111,7 +111,7 @@ class _Conversion:
         entries: dict[str, Any] = {}
         for one in found:
             try:
-                parsed[one.name] = seen(one.element, one.reference)
+                parsed[one.name] = read_sensor(one.element, one.reference)
             except Unsayable as problem:
                 self.kept[one.called] = f"there is no word for it: {problem}"
         gazebo = gazebo_of(list(parsed.values())) if parsed else ""
@@ -120,7 +120,7 @@ class _Conversion:
                 entries[one.name] = entry(parsed[one.name], self.robot, gazebo)
             except Unsayable as problem:
                 self.kept[one.called] = f"there is no word for it: {problem}"
-        self.kept |= self.refused(found, entries, SENSORS, {"gazebo": gazebo})
+        self.kept |= self.remove_refused(found, entries, SENSORS, {"gazebo": gazebo})
         robot = self.with_sections({SENSORS: entries})[0] if entries else None
         for sensor in robot.sensors if robot is not None else ():
             if sensor.name in entries and (changes := overlay(parsed[sensor.name], sensor, gazebo)):
@@ -130,7 +130,7 @@ class _Conversion:
 
     def drives(self) -> Driven:
         """Return what plug-ins specify about the drive and transforms, as far as no rule refuses it."""
-        found = driven(trees(self.texts), self.robot)
+        found = read_drives(trees(self.texts), self.robot)
         for word, keys in (("drive", ("drive",)), ("transform", ("publishers", "edges"))):
             some = {key: found.sections[key] for key in keys if key in found.sections}
             if some and (reason := self.error(some)):
@@ -149,10 +149,10 @@ class _Conversion:
         followers: Set[str] = frozenset(),
     ) -> dict[str, str]:
         """Remove the entries that a rule refuses or that are not written as they were, and return the reasons."""
-        reasons = self.refused(found, entries, section, options)
+        reasons = self.remove_refused(found, entries, section, options)
         while entries:  # the reason why one entry comes out differently may be another one
             wrong: dict[str, str] = {}
-            texts = self.written(section, entries, options)
+            texts = self.write(section, entries, options)
             for one in [one for one in found if one.name in entries]:
                 if reason := _difference(one, texts.get(one.called, []), followers):
                     wrong[one.name] = reasons[one.called] = reason
@@ -162,7 +162,7 @@ class _Conversion:
                 del entries[name]
         return reasons
 
-    def refused(
+    def remove_refused(
         self, found: list[Candidate], entries: dict[str, Any], section: str, options: Mapping[str, Any]
     ) -> dict[str, str]:
         """Remove the entries that a rule refuses, alone or together, and return the reasons."""
@@ -186,16 +186,16 @@ class _Conversion:
     ) -> tuple[Robot | None, str]:
         """Return the robot with more sections, or None and its first error."""
         output = {"file": "robot.urdf", **(options or {})}
-        tree, expansion = put(self.tree, {**sections, "outputs": {"urdf": output}}).copied(), Expansion()
+        tree, expansion = put(self.tree, {**sections, "outputs": {"urdf": output}}).copy(), Expansion()
         if isinstance(tree.get(SENSORS), Map):
-            tree[SENSORS] = tree[SENSORS].copied()
+            tree[SENSORS] = tree[SENSORS].copy()
             apply_types(tree, None, Scope(expansion), data_folder("parts_library") / "sensors.yaml")
         found = [*expansion.diagnostics, *validate(tree, FORMATS)]
         found = found if has_errors(found) else violations(tree)
         message = next((one.message for one in found if one.severity == ERROR), "")
         return (None if message else lower(tree).robot), message
 
-    def written(self, section: str, entries: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
+    def write(self, section: str, entries: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
         """Return the elements of the URDF that entries become, by name."""
         robot, brings = self.with_sections({section: entries}, options)[0], FORMATS["urdf"].brings
         found: dict[str, list[str]] = {}

@@ -79,7 +79,7 @@ class Seen(NamedTuple):
         return values
 
 
-def seen(element: Element, reference: str) -> Seen:
+def read_sensor(element: Element, reference: str) -> Seen:
     """Return the parts of a <sensor>. Raises Unsayable for a pose that is not six numbers."""
     made = _elements(element, exact=False)
     text = made.pop("pose", None) or "0 0 0 0 0 0"

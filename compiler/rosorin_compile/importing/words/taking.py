@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from rosorin_compile.formats.imported import Comment, as_tree
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.tree import Map, Path, Seq, Text
-from rosorin_compile.source.xml.elements import indented, tree_of
+from rosorin_compile.source.xml.elements import indent_lines, tree_of
 from rosorin_compile.source.xml.markup import COMMENT, Element, Remark, parse
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def _cut(text: str, taken: list[Candidate]) -> tuple[str, list[tuple[Path, str]]
         start, end = element.start - outer.start, element.end - outer.start
         rest = rest[:start].rstrip(" \t") + rest[end:].lstrip(" \t")
     lines = [line for line in rest.split("\n") if line.strip()]
-    return indented("\n".join(lines), ""), [(path, remark.text) for path, remark in remarks]
+    return indent_lines("\n".join(lines), ""), [(path, remark.text) for path, remark in remarks]
 
 
 def _comments(element: Element) -> list[Remark]:
@@ -125,7 +125,7 @@ def _comments(element: Element) -> list[Remark]:
     return [item for item in items if isinstance(item, Remark) and item.kind == COMMENT]
 
 
-def moved(comments: Any, paths: Mapping[int, Path]) -> list[Comment]:
+def move_comments(comments: Any, paths: Mapping[int, Path]) -> list[Comment]:
     """Return comments with the new paths of the elements that they belong to."""
     made = []
     for comment in comments:
@@ -138,7 +138,7 @@ def moved(comments: Any, paths: Mapping[int, Path]) -> list[Comment]:
 
 def put(tree: Map, sections: Mapping[str, Any]) -> Map:
     """Return a tree with more sections, whose values are plain; empty sections are removed."""
-    made = tree.copied()
+    made = tree.copy()
     for key, value in sections.items():
         if value:
             plain = value if isinstance(value, (Map, Seq)) else as_tree(value, tree.span, [key])

@@ -141,11 +141,11 @@ class Expansion:
         self.prepare(xacro)
         answer: dict[str, Any] = {}
         try:
-            document = self.expanded(xacro, dict(self.given))
+            document = self.expand(xacro, dict(self.given))
             _name_packages(document, self.packages, [*map(str, xacro.all_includes), self.file])
             answer["places"] = [_place(node) for node in elements(document)]
             answer["folders"] = _folders(self.packages, xacro.all_includes, self.file)
-            answer["packages"] = {name: str(folder) for name, folder in self.packages.found()}
+            answer["packages"] = {name: str(folder) for name, folder in self.packages.found_packages()}
             answer["text"] = document.toprettyxml(indent="  ")
         except Exception as problem:  # whatever the file does is an answer
             answer |= _error(problem) | {"at": _place_of_error(problem)}
@@ -158,7 +158,7 @@ class Expansion:
         answer["files"] = list(dict.fromkeys(map(str, xacro.all_includes)))
         return answer | {"read": list(self.files), "calls": self.calls}
 
-    def expanded(self, xacro: Any, arguments: dict[str, str]) -> Any:
+    def expand(self, xacro: Any, arguments: dict[str, str]) -> Any:
         """Return the expanded document, without the banner that names the file."""
         xacro.init_stacks(self.file)
         document = xacro.parse(self.text, self.file)
@@ -282,7 +282,7 @@ def _name_packages(document: Any, packages: Packages, files: Sequence[str]) -> N
 
 def _folders(packages: Packages, includes: Sequence[object], file: str) -> list[str]:
     """Return the folders of this machine that the expanded text may name: of packages, and of the files read."""
-    found = [str(folder) for _, folder in packages.found()]
+    found = [str(folder) for _, folder in packages.found_packages()]
     found += [str(Path(os.path.abspath(str(name))).parent) for name in (*includes, file)]
     return [folder for folder in dict.fromkeys(found) if len(Path(folder).parts) > 1]
 
@@ -293,7 +293,7 @@ def portable(name: str, packages: Packages, files: Sequence[str]) -> str:
     if not Path(path).is_absolute():
         return name
     path = os.path.normpath(path)
-    for package, folder in packages.found():
+    for package, folder in packages.found_packages():
         if path.startswith(f"{folder}{os.sep}"):
             return f"package://{package}/{Path(path).relative_to(folder).as_posix()}"
     folders = [Path(os.path.abspath(file)).parent for file in files]

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.source.files import read_text
 
 from .child import causes, portable
-from .nodes import Failed, call, literal, plain_node, variables_in, written
-from .symbols import UNKNOWN, Pieces, Restart, Symbol, is_known, joined, pieces_of, symbol_of, type_of
+from .nodes import Failed, as_text, call, literal, plain_node, variables_in
+from .symbols import UNKNOWN, Pieces, Restart, Symbol, is_known, join_pieces, pieces_of, symbol_of, type_of
 
 if TYPE_CHECKING:
     from .program import Program
@@ -39,7 +39,7 @@ class Conditions:
         node, positive = _without_not(test.as_truth())
         if not positive:
             then, other = other, then
-        if written(then.node) == written(other.node):
+        if as_text(then.node) == as_text(other.node):
             return then
         value: Any = UNKNOWN if test.value is UNKNOWN else (then if bool(test.value) == positive else other).value
         if then.declared_type == other.declared_type == "list":
@@ -59,7 +59,7 @@ class Conditions:
             if type(literal(test.value)) in (int, float):
                 program.note_comparison([test, symbol_of(0), symbol_of(1)])
             plain, positive = _without_not(test.as_flag())
-            found = self.assumed.get(written(plain))
+            found = self.assumed.get(as_text(plain))
             decided = None if found is None else found == positive
         if decided is None:
             self._branch(node, test, holds, macros, symbols)
@@ -77,7 +77,7 @@ class Conditions:
         before = list(self._state(symbols))
         defined = [(macro, macro.body) for _, values, _ in self._state(macros) for macro in values.values()]
         plain, positive = _without_not(test.node)
-        key = written(plain)
+        key = as_text(plain)
         self.assumed[key] = positive == holds
         node.removeAttribute("value")
         node.tagName = node.nodeName = "xacro-if"
@@ -92,7 +92,7 @@ class Conditions:
                 raise
             reason = f"with another value of it, {' '.join(str(problem).split())[:120] or type(problem).__name__}"
             if is_endless or any(isinstance(one, Failed) for one in chain):
-                if not program.blamed([test.node], reason):
+                if not program.blame([test.node], reason):
                     raise
                 raise Restart from None
             program.refused |= dict.fromkeys(variables_in([test.node]), reason)
@@ -155,16 +155,16 @@ class LoadedFiles:
                 one.names_file = True
             for path in self._candidates(name):
                 self._address(path)
-            node = symbol_of(joined(self.named(pieces_of(name)))).node
+            node = symbol_of(join_pieces(self.name_of(pieces_of(name)))).node
         value = self.program.xacro.load_yaml(str(name.value))
         return Symbol(call("load", node), value, type_of(value), name.known)
 
-    def named(self, pieces: Pieces) -> Pieces:
+    def name_of(self, pieces: Pieces) -> Pieces:
         """Return the name of a YAML file as the description has it: that of a package by its address."""
         first = pieces[0] if pieces else ""
         if not isinstance(first, Symbol) or not first.package:
             return pieces
-        start, *rest = pieces_of(joined([f"package://{first.package}", *pieces[1:]]))
+        start, *rest = pieces_of(join_pieces([f"package://{first.package}", *pieces[1:]]))
         return [self.program.packages_named.address(start), *rest]
 
     def _address(self, name: str) -> str:

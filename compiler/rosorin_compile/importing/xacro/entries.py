@@ -19,7 +19,7 @@ from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS
 from ..description import in_order
 from ..layout import Expression, Verbatim
 from .ir import Call, Comment, Element, If, Macro, Words
-from .nodes import Failed, all_of, call, folded, negated, plain_node, written
+from .nodes import Failed, all_of, as_text, call, fold, negate, plain_node
 from .symbols import Symbol
 from .values import Values
 
@@ -52,7 +52,7 @@ class Entries:
     def link(self, node: Element) -> Any:
         """Return an entry of ``links``."""
         self.inner = []
-        return self._sole_call(node) or self.finished(self.fragment(node.body, "link"))
+        return self._sole_call(node) or self.finish(self.fragment(node.body, "link"))
 
     def joint(self, node: Element) -> dict[str, Any]:
         """Return an entry of ``joints``."""
@@ -60,7 +60,7 @@ class Entries:
         self._kind = kind = self.values.text(node.attributes.get("type", []))
         turns, slides = kind in ("revolute", "continuous"), kind in ("prismatic", "planar")
         self._position = ANGLES if turns else LENGTHS if slides else ""
-        made = self.finished([("type", kind, None), *self.fragment(node.body, "joint")])
+        made = self.finish([("type", kind, None), *self.fragment(node.body, "joint")])
         for key in _WITHOUT_EFFECT.get(str(kind), ()):
             made.pop(key, None)
         limit = made.get("limit")
@@ -73,8 +73,8 @@ class Entries:
 
     def condition(self, node: If) -> ast.expr:
         """Return the condition of nodes as an expression."""
-        made = node.test.as_flag() if node.holds else negated(node.test.as_flag())
-        if folded(made) is None:
+        made = node.test.as_flag() if node.holds else negate(node.test.as_flag())
+        if fold(made) is None:
             self.values.spelt(made)
         return made
 
@@ -86,7 +86,7 @@ class Entries:
                 self.inner.append(node.text)
             elif isinstance(node, If):
                 condition = self.condition(node)
-                for key, value, when in self.fragment(node.body, level) if folded(condition) is not False else ():
+                for key, value, when in self.fragment(node.body, level) if fold(condition) is not False else ():
                     items.append((key, value, all_of(condition, when)))
             elif isinstance(node, Call):
                 items += self._call_items(node)
@@ -98,12 +98,12 @@ class Entries:
         """Yield the keys of one element in a link, a joint, or what those contain."""
         tag, values = node.tag, self.values
         if level == "link" and tag == "inertial":
-            yield tag, self.finished(self.fragment(node.body, tag)), None
+            yield tag, self.finish(self.fragment(node.body, tag)), None
         elif level == "link" and tag in ("visual", "collision"):
             name = node.attributes.get("name")
             items: list[Item] = [("name", values.text(name), None)] if name else []
             call = self._sole_call(node) if not items else None
-            yield tag, [call or self.finished([*items, *self.fragment(node.body, tag)])], None
+            yield tag, [call or self.finish([*items, *self.fragment(node.body, tag)])], None
         elif tag == "origin" and level in ("inertial", "visual", "collision", "joint"):
             if "quat_xyzw" in node.attributes:
                 raise Failed("quat_xyzw has no word")
@@ -141,7 +141,7 @@ class Entries:
         else:
             raise Failed(f"<{tag}> in <{level}> has no word")
 
-    def finished(self, items: list[Item]) -> dict[str, Any]:
+    def finish(self, items: list[Item]) -> dict[str, Any]:
         """Return an entry of its keys; those that several conditions have are one value that chooses."""
         made: dict[str, Any] = {}
         for key in dict.fromkeys(one[0] for one in items):
@@ -152,7 +152,7 @@ class Entries:
                 continue
             value = conditional(first, only)
             if len(found) > 1 or (only is not None and not isinstance(first, dict)):
-                value = merged(key, found)
+                value = merge(key, found)
             if value is None:
                 raise Failed(f"{key} has several values on different conditions")
             made[key] = value
@@ -195,7 +195,7 @@ class Entries:
         if macro.level == "xml":
             text = "\n".join(self.xml.lines(macro.body, ""))
             return Expression(text) if "${" in text else text, {}
-        entry = self.finished(self.fragment(macro.body, macro.level))
+        entry = self.finish(self.fragment(macro.body, macro.level))
         inner = [item for key, value in entry.items() for item in (value if key in _LISTS else [value])]
         if len(inner) > len(entry) or any(isinstance(one, dict) and IF in one for one in inner):
             raise Failed("it has several elements of a kind, or one on a condition")
@@ -247,7 +247,7 @@ class XmlText:
         lines: list[str] = []
         for at, node in enumerate(nodes):
             if isinstance(node, Words):
-                text = str(self.values.joined(node.pieces, escape))
+                text = str(self.values.join_pieces(node.pieces, escape))
                 lines += [pad + line.strip() for line in text.splitlines() if line.strip()]
             elif isinstance(node, Comment):
                 if "--" not in node.text and "${" not in node.text:
@@ -264,7 +264,7 @@ class XmlText:
     def _choice(self, node: If, following: list[Any], pad: str) -> list[str]:
         """Return what depends on a condition; ``following`` may have what is there otherwise."""
         condition = self.condition(node)
-        decided = folded(condition)
+        decided = fold(condition)
         other = following[0].body if following and _is_opposite(node, following[0]) else []
         if isinstance(decided, bool):
             return self.lines(node.body if decided else other, pad)
@@ -277,7 +277,7 @@ class XmlText:
             sides.append(made)
         if all(isinstance(one, ast.Constant) and one.value == "" for one in sides):
             return []
-        return [f"{pad}${{{written(ast.IfExp(condition, *sides))}}}"]
+        return [f"{pad}${{{as_text(ast.IfExp(condition, *sides))}}}"]
 
     def _element(self, node: Element, pad: str) -> list[str]:
         head = node.tag
@@ -288,7 +288,7 @@ class XmlText:
             is_file = name == "filename" and node.tag in ("mesh", "texture")
             value = str(self.values.text(pieces, name=is_name, file=is_file))
             if any(letter in value for letter in '&<"'):
-                value = str(self.values.joined(pieces, lambda one: escape(one, {'"': "&quot;"})))
+                value = str(self.values.join_pieces(pieces, lambda one: escape(one, {'"': "&quot;"})))
             head += f' {name}="{value}"'
         inner = self.lines(node.body, f"{pad}  ")
         if not inner:
@@ -302,7 +302,7 @@ class XmlText:
 def _is_opposite(one: Any, other: Any) -> bool:
     if not isinstance(one, If) or not isinstance(other, If):
         return False
-    return written(one.test.node) == written(other.test.node) and one.holds != other.holds
+    return as_text(one.test.node) == as_text(other.test.node) and one.holds != other.holds
 
 
 # Alternatives.
@@ -312,11 +312,11 @@ def conditional(value: Any, when: Condition) -> Any:
     """Return a value with its condition."""
     if when is None:
         return value
-    condition = Expression(f"${{{written(when)}}}")
+    condition = Expression(f"${{{as_text(when)}}}")
     return {IF: condition, **value} if isinstance(value, dict) else {IF: condition, "value": value}
 
 
-def merged(key: str, found: list[Alternative], sure: list[Condition] | None = None) -> Any:
+def merge(key: str, found: list[Alternative], sure: list[Condition] | None = None) -> Any:
     """Return alternatives as one value, or None if they cannot be one.
 
     ``sure`` are conditions of which one holds anyway.
@@ -340,14 +340,14 @@ def merged(key: str, found: list[Alternative], sure: list[Condition] | None = No
 
 def covers(whens: list[Condition], sure: list[Condition] | None = None) -> bool:
     """Return True if one of some conditions holds whenever one of ``sure`` does."""
-    known = {written(when) for when in whens if when is not None}
-    is_either = any(written(negated(when)) in known for when in whens if when is not None)
-    return None in whens or is_either or bool(sure and all(one is not None and written(one) in known for one in sure))
+    known = {as_text(when) for when in whens if when is not None}
+    is_either = any(as_text(negate(when)) in known for when in whens if when is not None)
+    return None in whens or is_either or bool(sure and all(one is not None and as_text(one) in known for one in sure))
 
 
 def any_of(whens: list[Condition]) -> Condition:
     """Return the condition that one of several holds, or None if that is always so."""
-    nodes = {written(when): when for when in whens if when is not None}
+    nodes = {as_text(when): when for when in whens if when is not None}
     if None in whens:
         return None
     return next(iter(nodes.values())) if len(nodes) == 1 else ast.BoolOp(ast.Or(), list(nodes.values()))
@@ -359,7 +359,7 @@ def _tables(found: list[Alternative]) -> dict[Any, Any] | None:
     sure = [when for _, when in found]
     made: dict[Any, Any] = {}
     for key in in_order(dict.fromkeys(key for value, _ in found for key in value)):
-        made[key] = merged(str(key), [(value[key], when) for value, when in found if key in value], sure)
+        made[key] = merge(str(key), [(value[key], when) for value, when in found if key in value], sure)
         if made[key] is None:
             return None
     return made
@@ -369,7 +369,7 @@ def _lists(found: list[Alternative]) -> list[Any] | None:
     """Return lists of mappings as one, each item on its condition."""
     if any(isinstance(item, dict) and IF in item for value, _ in found for item in value):
         return None
-    otherwise = all_of(*(negated(when) for _, when in found if when is not None))
+    otherwise = all_of(*(negate(when) for _, when in found if when is not None))
     return [conditional(item, when or otherwise) for value, when in found for item in value]
 
 
@@ -382,8 +382,8 @@ def _chain(key: str, found: list[Alternative], is_covered: bool) -> Any:
     for node, when in reversed(pairs):
         if node is None or last is None or when is None:
             return None
-        last = node if written(node) == written(last) else ast.IfExp(when, node, last)
-    return None if last is None else Expression(f"${{{written(last)}}}")
+        last = node if as_text(node) == as_text(last) else ast.IfExp(when, node, last)
+    return None if last is None else Expression(f"${{{as_text(last)}}}")
 
 
 def node_of(value: Any) -> ast.expr | None:

@@ -9,8 +9,8 @@ import ast
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from .nodes import Failed, call, literal, negated, plain_node, variables_in
-from .symbols import TOKEN, UNKNOWN, Symbol, example_of, is_known, joined, symbol_of, type_of, with_tokens
+from .nodes import Failed, call, literal, negate, plain_node, variables_in
+from .symbols import TOKEN, UNKNOWN, Symbol, example_of, is_known, join_pieces, symbol_of, type_of, with_tokens
 
 if TYPE_CHECKING:
     from .program import Program
@@ -121,7 +121,7 @@ class Evaluator:
     def _unaryop(self, tree: ast.UnaryOp) -> Symbol:
         item = self._symbol(tree.operand)
         if isinstance(tree.op, ast.Not):
-            return self._made(negated(item.as_truth()), ast.UnaryOp(ast.Not(), _part(0)), [item], "boolean")
+            return self._made(negate(item.as_truth()), ast.UnaryOp(ast.Not(), _part(0)), [item], "boolean")
         return self._made(ast.UnaryOp(tree.op, item.as_number()), ast.UnaryOp(tree.op, _part(0)), [item])
 
     def _binop(self, tree: ast.BinOp) -> Any:
@@ -129,7 +129,7 @@ class Evaluator:
         if isinstance(tree.op, ast.Mod) and left.type == "text":
             return self._computed(tree)
         if isinstance(tree.op, ast.Add) and left.type == right.type == "text":
-            return symbol_of(joined([left, right]))
+            return symbol_of(join_pieces([left, right]))
         template = ast.BinOp(_part(0), tree.op, _part(1))
         return self._made(ast.BinOp(left.node, tree.op, right.node), template, [left, right])
 
@@ -149,7 +149,7 @@ class Evaluator:
         if not isinstance(operator, (ast.Eq, ast.NotEq)) or not _is_constant(other) or not is_alike:
             return None
         if item.type == "boolean" and value in (0, 1):
-            return item.node if bool(value) == isinstance(operator, ast.Eq) else negated(item.node)
+            return item.node if bool(value) == isinstance(operator, ast.Eq) else negate(item.node)
         if item.type == "number" and isinstance(value, (bool, int, float)):
             number = plain_node(int(value) if isinstance(value, bool) else value)
             return ast.Compare(item.node, [operator], [number])

@@ -32,12 +32,12 @@ from rosorin_compile.source.diagnostics import (
     Span,
     error,
 )
-from rosorin_compile.source.files import record, shown
+from rosorin_compile.source.files import label, record
 from rosorin_compile.source.messages import with_calls
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import and_more
-from rosorin_compile.source.xml.markup import Document, MarkupError, named, parse, read_source
+from rosorin_compile.source.xml.markup import Document, MarkupError, name_of, parse, read_source
 
 from .child import out_of_time
 from .expand_errors import COMMENT, Origins, Sources, expand_errors
@@ -112,7 +112,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         (),
         "go on only with files of people whom you trust; --trust says that you do",
     )
-    trusted = options.trust or not untrusted([path])
+    trusted = options.trust or not untrusted_files([path])
     diagnostics = [] if trusted else [warning]
     if options.tell is not None:
         options.tell(replace(warning, numbers=TRUSTED) if trusted else warning)
@@ -122,8 +122,8 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     for name, version in answer.get("recorded", ()):
         record(name, tuple(version))
     files = _files(path, answer)
-    if trusted and not options.trust and (others := untrusted(files)):  # the list has the first file, not those
-        diagnostics.append(replace(warning, message=f"{warning.message}: {shown(others[0])} is not a trusted file"))
+    if trusted and not options.trust and (others := untrusted_files(files)):  # the list has the first file, not those
+        diagnostics.append(replace(warning, message=f"{warning.message}: {label(others[0])} is not a trusted file"))
     sources = Sources(_read_files(answer, document, path), answer.get("calls", ()))
     diagnostics += _remarks(answer, first)
     problems = expand_errors(answer, document, path, sources, list(options.arguments), files)
@@ -176,8 +176,8 @@ def _mount(made: Document) -> str:
 
 def _without_mount(tree: Map, mount: str) -> Map:
     """Return the robot of a macro without the link of another robot that it is attached to."""
-    made = tree.copied()
-    made["links"] = made["links"].copied()
+    made = tree.copy()
+    made["links"] = made["links"].copy()
     del made["links"][mount]
     accept = tree.get("accept")
     if accept is not None:
@@ -194,7 +194,7 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
         values = [(attribute.value, attribute.span) for attribute in element.attributes.values()]
         for value, span in (*values, (element.text, element.span)):
             if any(f"{folder}{os.sep}" in value for folder in folders):
-                found.append((f"{named(element)} names a file of this machine: {value.strip()[:200]}", span))
+                found.append((f"{name_of(element)} names a file of this machine: {value.strip()[:200]}", span))
     if found:
         (message, span), *more = found
         help = "artifacts have it, too; let the xacro write package://PACKAGE/FILE where the reader takes that"
@@ -272,7 +272,7 @@ def _remarks(answer: dict[str, Any], span: Span) -> list[Diagnostic]:
         if location is None:
             lines += [line.strip()] if line.strip() else []
         elif lines and location[1] and not lines[-1].endswith(")"):  # further lines say what that is included from
-            lines[-1] += f" ({shown(Path(location[1]))})"
+            lines[-1] += f" ({label(Path(location[1]))})"
     return [Diagnostic("xacro-says", NOTE, line[:200], span) for line in list(dict.fromkeys(lines))[:MAX_REMARKS]]
 
 
@@ -289,7 +289,7 @@ def _read_files(answer: dict[str, Any], document: Document, path: Path) -> dict[
     return found
 
 
-def untrusted(files: Iterable[Path]) -> list[Path]:
+def untrusted_files(files: Iterable[Path]) -> list[Path]:
     """Return the files that are trusted neither by the environment variable nor by a digest in the user's list.
 
     Trust comes from the person who runs the command; a description cannot grant it. Each line of the list begins with

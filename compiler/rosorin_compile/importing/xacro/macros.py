@@ -20,7 +20,7 @@ from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.language.expand.files import IncludeError, Reader
 from rosorin_compile.language.expand.placing import is_vector
 from rosorin_compile.language.expression.functions import FUNCTIONS, kind_of
-from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, Suggestion, error, listed, quoted
+from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, Suggestion, error, phrase, quote
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.units import ANGLE, LENGTH
@@ -93,7 +93,7 @@ def how_to_call(path: Path, macros: Mapping[str, Parameters]) -> str:
     needed = [key for key, default in parameters.items() if default is None and key not in passed]
     keys = _keys_for([*needed, *(key for key in _PARENTS if key in parameters)])
     entry = ", ".join([f"file: {path.name}", f"macro: {name}", *keys])
-    others = f"; its macros are {listed(macros)}" if len(macros) > 1 else ""
+    others = f"; its macros are {phrase(macros)}" if len(macros) > 1 else ""
     return f"call one in a description: include: [{{{entry}}}]{others}"
 
 
@@ -143,7 +143,7 @@ def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions)
             help = f"say where it is: packages: {{{package[1]}: FOLDER}}"
             problems.append(error("package-missing", f'the package "{package[1]}" is not found', span, help))
     if missing:
-        message = f'the macro "{name}" needs {quoted(parameter.lstrip("*") for parameter in missing)}'
+        message = f'the macro "{name}" needs {quote(parameter.lstrip("*") for parameter in missing)}'
         help = f"write {', '.join(_keys_for(missing))}"
         problems.append(error("missing-argument", message, entry.value_spans["macro"], help))
     if problems:
@@ -192,7 +192,7 @@ def _values(entry: Map, parameters: Parameters) -> tuple[Values, frozenset[str],
     for key in pose:
         if key not in passed and "parent" in passed:
             message = f'the macro "{name}" has no block "origin" and no parameter "{key}" to which "{key}" is passed'
-            help = f"pass the pose in with, by its parameters: {listed(keys)}"
+            help = f"pass the pose in with, by its parameters: {phrase(keys)}"
             problems.append(error("bad-argument", message, entry.key_spans[key], help))
     return values, frozenset(passed), problems
 

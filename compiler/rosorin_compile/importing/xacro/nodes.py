@@ -71,7 +71,7 @@ def call(name: str, *arguments: ast.expr) -> ast.Call:
     return ast.Call(ast.Name(name, ast.Load()), list(arguments), [])
 
 
-def negated(node: ast.expr) -> ast.expr:
+def negate(node: ast.expr) -> ast.expr:
     """Return the opposite of a condition."""
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
         return node.operand
@@ -88,15 +88,15 @@ def all_of(*nodes: ast.expr | None) -> ast.expr | None:
     """Return the condition that all hold, or None if there is none."""
     found: dict[str, ast.expr] = {}
     for node in nodes:
-        decided = None if node is None else folded(node)
+        decided = None if node is None else fold(node)
         if decided is False:
             return plain_node(False)
         if node is not None and decided is not True:
-            found.setdefault(written(node), node)
+            found.setdefault(as_text(node), node)
     return ast.BoolOp(ast.And(), [*found.values()]) if len(found) > 1 else next(iter(found.values()), None)
 
 
-def folded(node: ast.expr) -> Any:
+def fold(node: ast.expr) -> Any:
     """Return the value of an expression of constants, or None."""
     names = {one.id for one in ast.walk(node) if isinstance(one, ast.Name)}
     if any(name in _OUTSIDE or (name not in CONSTANTS and name not in functions()) for name in names):
@@ -104,12 +104,12 @@ def folded(node: ast.expr) -> Any:
     if any(hasattr(one, "variable") for one in ast.walk(node)):
         return None
     try:
-        return evaluate(written(node), dict[str, Any]().__getitem__)
+        return evaluate(as_text(node), dict[str, Any]().__getitem__)
     except ExpressionError:
         return None
 
 
-def written(node: ast.expr) -> str:
+def as_text(node: ast.expr) -> str:
     """Return an expression as text of the language."""
     for one in ast.walk(node):
         if isinstance(one, ast.Name) and hasattr(one, "variable"):

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections import Counter
 
 from .ir import Call, Element, Macro, expressions_in, walk
-from .nodes import usable, variables_in, written
-from .symbols import Pieces, Symbol, Variable, joined, pieces_of
+from .nodes import as_text, usable, variables_in
+from .symbols import Pieces, Symbol, Variable, join_pieces, pieces_of
 
 Prefix = tuple[Variable, str]  # the parameter that names begin with, and the text after it
 
@@ -49,7 +49,7 @@ class PartNames:
         if call.macro not in self.prefix:
             return []
         variable, more = self.prefix[call.macro]
-        return pieces_of(joined([call.given[variable.name][0], more]))
+        return pieces_of(join_pieces([call.given[variable.name][0], more]))
 
     def is_own(self, macro: Macro, rest: Pieces, is_xml: bool) -> bool:
         """Return True if a name without the prefix is that of a link or joint of the part or of its uses."""
@@ -152,4 +152,4 @@ def _sole(node: Element, tag: str, name: str) -> Variable | None:
 
 
 def _spelt(pieces: Pieces) -> str:
-    return "|".join(piece if isinstance(piece, str) else written(piece.node) for piece in pieces)
+    return "|".join(piece if isinstance(piece, str) else as_text(piece.node) for piece in pieces)

@@ -27,8 +27,19 @@ from .conditions import Conditions, LoadedFiles
 from .evaluate import Evaluator
 from .ir import COMMENTS, MARK, Macro
 from .macro_calls import Calls
-from .nodes import Failed, call, literal, usable, variables_in, written
-from .symbols import Restart, Symbol, Variable, example_of, is_known, joined, pieces_of, symbol_of, type_of, with_tokens
+from .nodes import Failed, as_text, call, literal, usable, variables_in
+from .symbols import (
+    Restart,
+    Symbol,
+    Variable,
+    example_of,
+    is_known,
+    join_pieces,
+    pieces_of,
+    symbol_of,
+    type_of,
+    with_tokens,
+)
 
 MAX_RUNS = 60
 _PRINTED = ("pi", "e", "tau")
@@ -66,7 +77,7 @@ class Program(Expansion):
         for _ in range(MAX_RUNS):
             self.reset()
             try:
-                document: Any = self.expanded(self.xacro, {})
+                document: Any = self.expand(self.xacro, {})
                 return Writer(self).answer(document)
             except Exception as problem:
                 chain = list(causes(problem))
@@ -74,7 +85,7 @@ class Program(Expansion):
                     continue
                 failed = next((one for one in chain if isinstance(one, Failed)), None)
                 reason = str(failed or problem) or repr(problem)
-                if failed is None or not self.blamed(failed.nodes, reason):
+                if failed is None or not self.blame(failed.nodes, reason):
                     return {"error": reason}
         return {"error": "too much of it cannot be translated"}
 
@@ -94,7 +105,7 @@ class Program(Expansion):
             if name not in self.fixed:
                 self.declare(name, text, None)
 
-    def blamed(self, nodes: Iterable[ast.AST], reason: str) -> bool:
+    def blame(self, nodes: Iterable[ast.AST], reason: str) -> bool:
         """Give up what expressions depend on: macros whose parameters they have, else arguments; return if any."""
         variables: dict[Variable, None] = {}
         waiting = list(variables_in(nodes))
@@ -135,7 +146,7 @@ class Program(Expansion):
             if not value.pieces:
                 return value
             first, *inner, last = value.pieces
-            return joined([first[1:], *inner, last[:-1]])
+            return join_pieces([first[1:], *inner, last[:-1]])
         if isinstance(made, bool):
             return Symbol(value.as_flag(), made, "boolean", value.known)
         return Symbol(value.as_number(), made, "number", value.known)
@@ -231,7 +242,7 @@ class Program(Expansion):
             if name in _PRINTED:
                 return Symbol(ast.Name(name, ast.Load()), value, "number", True)
             return symbol_of(value) if isinstance(value, (int, float)) else value
-        value = self.named(holder, name)
+        value = self.reference(holder, name)
         for macro in reversed(self.macro_calls.building) if not own else ():
             if holder.depth >= macro.depth:
                 break
@@ -249,10 +260,10 @@ class Program(Expansion):
         holder = table
         while not dict.__contains__(holder, name):
             holder = holder.parent
-        value = self.named(holder, name)
-        return written(value.node) if isinstance(value, Symbol) else str(id(value))
+        value = self.reference(holder, name)
+        return as_text(value.node) if isinstance(value, Symbol) else str(id(value))
 
-    def named(self, table: Any, name: str) -> Any:
+    def reference(self, table: Any, name: str) -> Any:
         """Return the value of a property as a reference to it."""
         value = table[name]
         macro: Macro | None = vars(table).get("rosorin_macro")
@@ -272,7 +283,7 @@ class Program(Expansion):
             return symbol
         if isinstance(value, float) and value == math.pi:
             return Symbol(ast.Name("pi", ast.Load()), value, "number", True)
-        text = written(symbol.node)
+        text = as_text(symbol.node)
         if before is not None and before[1] == text:  # it is set to the same value again
             self.bound[id(table), name] = (value, text, before[2])
             return before[2]

@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass, field
 from typing import Any
 
-from .nodes import call, folded, literal, number_node, plain_node
+from .nodes import call, fold, literal, number_node, plain_node
 
 TOKEN = re.compile("\ua657(\\d+)\ua657")  # a letter that no file uses: a token is a symbol in a text
 UNKNOWN = object()  # an example that cannot be computed
@@ -146,11 +146,11 @@ class Symbol:
         if self.pieces or self.constant is not None:
             return self.node
         if self.type == "boolean" and not isinstance(self.value, str):  # an argument is printed as it is given
-            decided = folded(self.node)
+            decided = fold(self.node)
             if isinstance(decided, bool):
                 return ast.Constant(str(decided))
             return ast.IfExp(self.node, ast.Constant("True"), ast.Constant("False"))
-        value = folded(self.node)
+        value = fold(self.node)
         if isinstance(value, int) and not isinstance(value, bool):
             return ast.Constant(str(value))
         if self.type == "list":
@@ -187,7 +187,7 @@ def is_list_text(value: Any) -> bool:
 # Texts in pieces.
 
 
-def joined(pieces: Pieces) -> Any:
+def join_pieces(pieces: Pieces) -> Any:
     """Return pieces as one text: a text of Python if nothing in it depends on anything, else a symbol."""
     made: Pieces = []
     for piece in pieces:
@@ -215,7 +215,7 @@ def pieces_of(value: Any) -> Pieces:
 def with_tokens(text: str) -> Any:
     """Return a text with the symbols that its tokens are."""
     parts = TOKEN.split(text)
-    return joined([Symbol.tokens[int(part)] if index % 2 else part for index, part in enumerate(parts)])
+    return join_pieces([Symbol.tokens[int(part)] if index % 2 else part for index, part in enumerate(parts)])
 
 
 def joined_node(pieces: Pieces) -> ast.expr:

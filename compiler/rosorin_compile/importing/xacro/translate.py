@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.imported import Imported, Outputs, ReadOptions
-from rosorin_compile.source.diagnostics import counted, listed
+from rosorin_compile.source.diagnostics import count_of, phrase
 from rosorin_compile.source.files import exists, read_text
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.xml.markup import MarkupError
@@ -24,7 +24,7 @@ from ..description import _Document, _written, sorted_sections, tree_of
 from ..layout import Remarks, Verbatim, layout
 from .expand import _expand
 from .verify import Combination, Comparison, Fault, Source, combinations, compare
-from .write_yaml import decoded
+from .write_yaml import decode
 
 MAX_ATTEMPTS = 25
 MAX_SECONDS = 45.0  # of CPU, with its children
@@ -133,14 +133,14 @@ class _Search:
             files = self.files(answer)
             packages = {**self.options.packages, **{name: Path(one) for name, one in answer["packages"].items()}}
             result = compare(files, self.source, rows, packages, self.is_late)
-            if not result.faults and self.accepted() != self.accepted_before:
+            if not result.faults and self.acceptances() != self.accepted_before:
                 continue  # other arguments break other rules
             if result.faults:
                 failing = result.faults[0].combination
                 self.give_up(answer, result.faults)
             elif not self.fix_refused(answer, rows, result.refused):
                 rows = [row for row in rows if row not in invented]
-                return self.finished(answer, files, result, rows, possible > len(rows))
+                return self.finish(answer, files, result, rows, possible > len(rows))
         raise _Flat("nothing that was given up makes it the same robot")
 
     def answer(self) -> dict[str, Any]:
@@ -158,7 +158,7 @@ class _Search:
     def is_late(self) -> bool:
         return _seconds() - self.began > MAX_SECONDS
 
-    def accepted(self) -> list[Any]:
+    def acceptances(self) -> list[Any]:
         """Return what the robots of all combinations have to be accepted for; each rule once."""
         made: dict[tuple[str, str], dict[str, Any]] = {}
         for imported in self.source.known.values():
@@ -172,7 +172,7 @@ class _Search:
 
     def give_up(self, answer: Mapping[str, Any], faults: Sequence[Fault]) -> None:
         """Give up the macros that differences name, else the arguments that were changed, else all macros."""
-        if self.accepted() != self.accepted_before:
+        if self.acceptances() != self.accepted_before:
             return  # other arguments break other rules
         text, _, row = faults[0]
         named = {name for fault in faults for name in fault.macros}
@@ -207,7 +207,7 @@ class _Search:
     def files(self, answer: Mapping[str, Any]) -> dict[str, str]:
         """Return the files of the description."""
         tree, root = tree_of(self.imported), Description.ROOT_FILE
-        documents: dict[str, Any] = decoded(answer["documents"])
+        documents: dict[str, Any] = decode(answer["documents"])
         documents = {name: {key: one for key, one in made.items() if one} for name, made in documents.items()}
         remarks: dict[str, dict[tuple[Any, ...], list[str]]] = {}
         for file, path, lines in answer["remarks"]:
@@ -220,19 +220,19 @@ class _Search:
         made = {name: text(name, one) for name, one in documents.items() if name != root and one}
         if not answer["copied"]:  # tables are named from the file
             made = {self.target.address(name, one): one for name, one in made.items()}
-        head: dict[str, Any] = {"rosorin_compile": Verbatim("1"), "robot": self.target.name or decoded(answer["name"])}
+        head: dict[str, Any] = {"rosorin_compile": Verbatim("1"), "robot": self.target.name or decode(answer["name"])}
         head |= {"source": dict(tree["source"])} if "source" in tree else {}
         head |= {"include": list(made)} if made else {}
         document = _Document(tree)
         others = {name: value for name, value in tree.items() if name not in (*_HEAD, *_TAIL)}
         tail = {name: document.value(value, (name,), None) for name, value in sorted_sections(others).items()}
-        self.accepted_before = self.accepted()
+        self.accepted_before = self.acceptances()
         tail["accept"] = self.accepted_before
         tail["outputs"] = {one: _written(entry) for one, entry in self.outputs.items()}
         first = [f"yaml-language-server: $schema={self.target.schema}"] if self.target.schema else []
         return {root: text(root, {**head, **tail, **documents.get(root, {})}, first), **made, **answer["copied"]}
 
-    def finished(
+    def finish(
         self,
         answer: Mapping[str, Any],
         files: dict[str, str],
@@ -260,29 +260,29 @@ class _Search:
         unused = [one["name"] for one in answer["arguments"] if one["name"] not in (*used, *self.fixed)]
         environment = [one["name"] for one in answer["arguments"] if one["environment"] and one["name"] in used]
         if used:
-            yield f"arguments kept: {listed(list(used))}"
+            yield f"arguments kept: {phrase(list(used))}"
         if unused:
-            yield f"arguments left out, because nothing uses {_them(unused)}: {listed(unused)}"
+            yield f"arguments left out, because nothing uses {_them(unused)}: {phrase(unused)}"
         if environment:
-            yield f"variables of the environment that are arguments now: {listed(environment)}"
+            yield f"variables of the environment that are arguments now: {phrase(environment)}"
         if self.fixed:
             values = [f"{name} ({' '.join(text.split())})" if text else name for name, (text, _) in self.fixed.items()]
-            yield f"arguments replaced by their value: {listed(values)}"
+            yield f"arguments replaced by their value: {phrase(values)}"
         for reason, names in groupby(self.fixed, lambda name: self.fixed[name][1]):
-            yield f"  {listed(list(names))}: {reason}"
+            yield f"  {phrase(list(names))}: {reason}"
 
 
 def _report_macros(kept: Sequence[str], lost: Sequence[WrittenOut], answer: Mapping[str, Any]) -> Iterator[str]:
     if kept or lost:
-        line = f"{len(kept)} of {counted(len(kept) + len(lost), 'macro')} kept"
+        line = f"{len(kept)} of {count_of(len(kept) + len(lost), 'macro')} kept"
         how = f", {len(lost)} written out where {'it is' if len(lost) == 1 else 'they are'} called"
         yield f"{line}{how}" if lost else line
     yield from (f"  {one.name}: {one.reason}{f' ({one.at})' if one.at else ''}" for one in lost)
     executed, idle = answer["silent"], list(dict.fromkeys(answer["uncalled"]))
     if executed:
-        yield f"named values where they are called, because they only set properties: {listed(executed)}"
+        yield f"named values where they are called, because they only set properties: {phrase(executed)}"
     if idle:
-        yield f"left out, because nothing calls {_them(idle)}: {listed(idle)}"
+        yield f"left out, because nothing calls {_them(idle)}: {phrase(idle)}"
 
 
 def _report_proof(
@@ -293,7 +293,7 @@ def _report_proof(
         how += " (the defaults, and each argument changed alone)"
     yield f"the same robot as xacro makes it, with {how}"
     if late:
-        yield f"not compared, because that takes too long: {counted(late, 'combination')}"
+        yield f"not compared, because that takes too long: {count_of(late, 'combination')}"
     if refused:
         first = " ".join(f"{name}:={value}" for name, value in refused[0])
         yield f"not compared, because xacro refuses it: {first}"

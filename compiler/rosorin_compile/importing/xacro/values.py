@@ -16,9 +16,9 @@ from rosorin_compile.source.numbers import exact
 from ..layout import Expression, Verbatim, in_degrees
 from .child import portable
 from .ir import Macro
-from .nodes import Failed, folded, literal, written
+from .nodes import Failed, as_text, fold, literal
 from .part_names import PartNames
-from .symbols import Pieces, Symbol, Variable, joined, joined_node, pieces_of, symbol_of, words_of
+from .symbols import Pieces, Symbol, Variable, join_pieces, joined_node, pieces_of, symbol_of, words_of
 
 if TYPE_CHECKING:
     from .program import Program
@@ -48,7 +48,7 @@ class Values:
                     self.program.packages_named.unfound[name] = None
             if hasattr(one, "variable"):
                 one.variable.used = True
-        return written(node)
+        return as_text(node)
 
     def expression(self, node: ast.expr) -> Expression:
         """Return an expression of the language as a value."""
@@ -56,7 +56,7 @@ class Values:
 
     def number(self, pieces: Pieces, unit: str = "") -> Any:
         """Return a number. Raises Failed if a text is none."""
-        symbol = symbol_of(joined(pieces))
+        symbol = symbol_of(join_pieces(pieces))
         return self._plain(symbol.as_number(), unit) if symbol.constant is None else number(symbol.constant, unit)
 
     def list_of(self, pieces: Pieces, count: int, unit: str = "") -> Any:
@@ -66,7 +66,7 @@ class Values:
             return [self.number(word, unit) for word in words]
         if len(words) != 1 or (isinstance(words[0][0], str) and len(words[0]) == 1):
             raise Failed(f"{len(words)} numbers, not {count}")
-        return self._list(symbol_of(joined(words[0])), unit)
+        return self._list(symbol_of(join_pieces(words[0])), unit)
 
     def text(self, pieces: Pieces, name: bool = False, file: bool = False) -> Any:
         """Return a text with the expressions in it; a name without the prefix of the part."""
@@ -80,7 +80,7 @@ class Values:
         elif macro is not None and macro in self.names.mount and len(pieces) == 1 and name:
             is_mount = isinstance(pieces[0], Symbol) and pieces[0].variable is self.names.mount[macro]
             pieces = ["mount"] if is_mount else pieces
-        return self.joined(self._file_name(pieces) if file else pieces)
+        return self.join_pieces(self._file_name(pieces) if file else pieces)
 
     def _file_name(self, pieces: Pieces) -> Pieces:
         """Return the name of a file: of a package by its address."""
@@ -88,14 +88,14 @@ class Values:
         if first == "file://":
             return self._file_name(pieces[1:])
         if isinstance(first, Symbol):
-            return pieces_of(joined([f"package://{first.package}", *pieces[1:]])) if first.package else pieces
+            return pieces_of(join_pieces([f"package://{first.package}", *pieces[1:]])) if first.package else pieces
         program = self.program
         first = portable(f"{first}x", program.packages, [*map(str, program.xacro.all_includes), program.file])[:-1]
         if self.meshes and "://" not in first and not first.startswith("/"):
             first = f"{self.meshes.rstrip('/')}/{first}"
         return [first, *pieces[1:]]
 
-    def joined(self, pieces: Pieces, escape: Callable[[str], str] = lambda text: text) -> Any:
+    def join_pieces(self, pieces: Pieces, escape: Callable[[str], str] = lambda text: text) -> Any:
         """Return pieces as one text."""
         made, is_plain = "", True
         for piece in pieces:
@@ -104,7 +104,7 @@ class Values:
                 continue
             is_raw = isinstance(piece.value, str) or piece.type in ("number", "", "table")
             node = piece.node if is_raw and piece.type != "list" else piece.as_text()
-            value = folded(node)
+            value = fold(node)
             if isinstance(value, str) or (isinstance(value, int) and not isinstance(value, bool)):
                 made += escape(str(value)).replace("${", "$${")
                 continue
@@ -122,7 +122,7 @@ class Values:
             return self._list(symbol, unit)
         if variable.type == "boolean":
             made = symbol.as_flag()
-            decided = folded(made)
+            decided = fold(made)
             return decided if isinstance(decided, bool) else self.expression(made)
         if variable.type == "number":
             return self.number([symbol])
@@ -131,7 +131,7 @@ class Values:
         if symbol.pieces or symbol.constant is not None or symbol.package or variable.type == "text":
             pieces = pieces_of(symbol)
             if variable.names_file:
-                pieces = self.program.loaded.named(pieces)
+                pieces = self.program.loaded.name_of(pieces)
             is_passed = len(pieces) == 1 and isinstance(pieces[0], Symbol)
             return self.expression(pieces[0].node) if is_passed else self.text(pieces)
         return self._plain(node)
@@ -165,13 +165,13 @@ class Values:
             return [self._plain(item, unit) for item in node.elts]
         if isinstance(node, ast.Name) and node.id in ("true", "false", "none"):
             return {"true": True, "false": False, "none": None}[node.id]
-        value = folded(node)
+        value = fold(node)
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             is_negative = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub)
             is_literal = isinstance(node.operand if is_negative else node, ast.Constant)  # type: ignore[attr-defined]
             degrees = in_degrees(float(value), "deg") if unit == ANGLES and value else ""
             if is_literal or value == 0 or degrees:
-                return number(written(node).replace(" ", ""), unit) if is_literal else Verbatim(degrees or "0")
+                return number(as_text(node).replace(" ", ""), unit) if is_literal else Verbatim(degrees or "0")
         return self.expression(_as_angle(node) if unit == ANGLES else node)
 
 

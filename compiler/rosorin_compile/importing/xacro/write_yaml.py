@@ -17,10 +17,10 @@ from rosorin_compile.source.project import Description
 from rosorin_compile.source.xml.markup import COMMENT
 from rosorin_compile.source.yaml_text import Scalar
 
-from ..layout import Expression, Verbatim, cleaned
-from .entries import Entries, conditional, merged
+from ..layout import Expression, Verbatim, clean_comment
+from .entries import Entries, conditional, merge
 from .ir import Call, Comment, Element, If, Macro, Words, expressions_in, nodes_of, walk
-from .nodes import Failed, all_of, folded, literal, usable, variables_in, written
+from .nodes import Failed, all_of, as_text, fold, literal, usable, variables_in
 from .part_names import PartNames
 from .symbols import Pieces, Restart, Symbol, Variable, pieces_of, symbol_of, with_tokens
 from .values import Values, number
@@ -57,7 +57,7 @@ class Writer:
             self.write_macro(macro)
         with self._within(None):
             self._body(body, None)
-            name = self.values.joined(pieces_of(with_tokens(root.getAttribute("name"))))
+            name = self.values.join_pieces(pieces_of(with_tokens(root.getAttribute("name"))))
         self._propagate()
         before = -1
         while before != (before := sum(one.used for one in program.variables)):
@@ -69,10 +69,10 @@ class Writer:
         calls, defined = program.macro_calls, program.defined
         lost = {key: reason for key, reason in program.inlined.items() if key in calls.called and key in defined}
         return {
-            "documents": encoded(self.documents),
+            "documents": encode(self.documents),
             "heads": {self.file_names[index]: comments_before(one) for index, one in program.parsed.items()},
             "remarks": self.remarks,
-            "name": encoded(name),
+            "name": encode(name),
             "copied": program.loaded.copied,
             "packages": program.packages_named.folders,
             "unfound": list(program.packages_named.unfound),
@@ -151,7 +151,7 @@ class Writer:
         return self.file_names[place[0]] if place is not None else Description.ROOT_FILE
 
     def _remark(self, place: Any, path: tuple[Any, ...], comments: Iterable[str]) -> None:
-        lines = [line for comment in comments for line in cleaned(comment)]
+        lines = [line for comment in comments for line in clean_comment(comment)]
         remark = (self._file(place), path, lines)
         if lines and remark not in self.remarks:
             self.remarks.append(remark)
@@ -168,7 +168,7 @@ class Writer:
             nodes = problem.nodes or [expression for one in inner for expression in expressions_in(one)]
             if macro is not None:
                 self.program.inlined[macro.key] = str(problem)
-            elif not self.program.blamed(nodes, str(problem)):
+            elif not self.program.blame(nodes, str(problem)):
                 raise
             raise Restart from None
         finally:
@@ -185,7 +185,7 @@ class Writer:
                 continue
             if isinstance(node, If):
                 condition = all_of(when, self.entries.condition(node))
-                if condition is None or folded(condition) is not False:
+                if condition is None or fold(condition) is not False:
                     self._body([*map(Comment, comments), *node.body], condition)
             elif isinstance(node, Words):
                 raise Failed("text among links")
@@ -206,7 +206,7 @@ class Writer:
         place, path, document = self._place_of(node)
         if node.tag == "material":
             name = self.values.text(node.attributes.get("name", []))
-            value = self.entries.finished(self.entries.fragment(node.body, "material"))
+            value = self.entries.finish(self.entries.fragment(node.body, "material"))
             holder = next((one for one in self.documents.values() if name in one.get("materials", ())), document)
             section = holder.setdefault("materials", {})
             known = self._alternatives.get((id(section), str(name)), [])
@@ -228,7 +228,7 @@ class Writer:
         """Add an entry; entries of one name on different conditions become one."""
         known = self._alternatives.setdefault((id(section), str(key)), [])
         known.append((value, when))
-        chosen = merged("", known)
+        chosen = merge("", known)
         if chosen is None:
             raise Failed(f'there are several entries "{key}"', *(one for _, one in known if one is not None))
         section[key] = chosen
@@ -270,7 +270,7 @@ class Writer:
 
     def _default_of(self, macro: Macro, name: str) -> Symbol | None:
         """Return the default of a parameter, if it is the same in all calls."""
-        found = {written(one.given[name][0].node): one.given[name][0] for one in macro.calls if one.given[name][1]}
+        found = {as_text(one.given[name][0].node): one.given[name][0] for one in macro.calls if one.given[name][1]}
         if len(found) != 1:
             return None
         symbol = next(iter(found.values()))
@@ -329,7 +329,7 @@ class Writer:
         pieces: Pieces = self.names.prefix_of(call)
         rest = self.names.short(self.values.macro, pieces)
         pieces = pieces if rest is None else rest
-        text = self.values.joined(pieces)
+        text = self.values.join_pieces(pieces)
         tail = text if not isinstance(text, Expression) else pieces[-1] if isinstance(pieces[-1], str) else ""
         return _as_key(tail) or macro.ours, text
 
@@ -403,33 +403,33 @@ class Writer:
         return sorted(compared), [PROBE] if is_free else []
 
 
-def encoded(value: Any) -> Any:
+def encode(value: Any) -> Any:
     """Return a value of a document as JSON; keys are texts as they are in the document, or expressions."""
     if isinstance(value, dict):
-        return {"map": [[encoded(key), encoded(item)] for key, item in value.items()]}
+        return {"map": [[encode(key), encode(item)] for key, item in value.items()]}
     if isinstance(value, list):
-        return [encoded(item) for item in value]
+        return [encode(item) for item in value]
     kind = next(
         (name for name, of in (("expression", Expression), ("verbatim", Verbatim)) if isinstance(value, of)), ""
     )
     return {kind: str(value)} if kind else value
 
 
-def decoded(value: Any) -> Any:
+def decode(value: Any) -> Any:
     """Return the value of a document that ``encoded`` has made JSON."""
     if isinstance(value, list):
-        return [decoded(item) for item in value]
+        return [decode(item) for item in value]
     if not isinstance(value, dict):
         return value
     if "map" in value:
-        return {decoded(key): decoded(item) for key, item in value["map"]}
+        return {decode(key): decode(item) for key, item in value["map"]}
     return Expression(value["expression"]) if "expression" in value else Verbatim(value["verbatim"])
 
 
 def comments_before(document: Any) -> list[str]:
     """Return the lines of the comments at the top of a file."""
     remarks = [one.text for one in document.before if one.kind == COMMENT]
-    return [line for text in remarks if "autogenerated by xacro" not in text for line in cleaned(text)]
+    return [line for text in remarks if "autogenerated by xacro" not in text for line in clean_comment(text)]
 
 
 def _file_names(program: Program) -> dict[int, str]:

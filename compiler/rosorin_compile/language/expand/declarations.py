@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 from rosorin_compile.source.diagnostics import Help, Related, Suggestion, error, nearest
 from rosorin_compile.source.tree import Map, Place, Seq
 from rosorin_compile.source.units import ANGLE, DIMENSIONS, LENGTH, NUMBER, Dimension, Quantity, describe, in_si
-from rosorin_compile.source.wording import in_words, quoted, unseen
+from rosorin_compile.source.wording import hidden_letter, in_words, quote
 
 from ..annotations import ENTRIES, ITEMS
 from ..expression import CHOICES
 from ..expression.functions import kind_of
-from ..schema import merged, of_parts, of_types, resolve, schema
+from ..schema import merged_sections, of_parts, of_types, resolve, schema
 from ..suggestions import flag_meant, key_of_entry_meant, number_meant, text_tails, word_meant
 from .expansion import Failed
 from .placing import AXES, is_number, is_vector
@@ -109,7 +109,7 @@ def given_places(given: Map, declared: Any) -> dict[str, Place]:
 
 def _report_missing(scope: Scope, missing: list[Parameter], owner: str, user: Place | None) -> None:
     way, names, first = "with: {{{}: VALUE}}" if user else "-a {}=VALUE", [one.name for one in missing], missing[0]
-    what = f'argument "{names[0]}"' if len(names) == 1 else f"arguments {quoted(names)}"
+    what = f'argument "{names[0]}"' if len(names) == 1 else f"arguments {quote(names)}"
     help = f"give {'it' if len(names) == 1 else 'them'}: {way.format(': VALUE, '.join(names))}"
     help += f"; {first.help}" if first.help and len(names) == 1 else ""
     place = user or first.place
@@ -217,7 +217,7 @@ def check_part(name: str, parts: Map, scope: Scope) -> bool:
         return False
     kinds = dict.fromkeys(("params", "let", "use"), Map)
     good = check_entry(owner, body, scope, (*_PART_KEYS, *of_parts()), kinds, "part")
-    good &= check_controls(f"{owner} ", body, (*merged(ENTRIES, in_parts=True), "use"), scope)
+    good &= check_controls(f"{owner} ", body, (*merged_sections(ENTRIES, in_parts=True), "use"), scope)
     return check_sections(owner, body, scope, evaluated=False) and good
 
 
@@ -241,7 +241,7 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
     if mirror is not None and not (isinstance(mirror, str) and mirror in AXES):
         shown = f'"{mirror}"' if isinstance(mirror, str) else kind_of(mirror)
         help = "one of x, y, z: the axis that is reversed"
-        raise scope.failed("wrong-value", f"mirror cannot be {shown}", value_place(entry, "mirror"), help)
+        raise scope.fail("wrong-value", f"mirror cannot be {shown}", value_place(entry, "mirror"), help)
     if not good:
         raise Failed
 
@@ -249,7 +249,7 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
 def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
     """Report an invisible letter in a text that all names of a part or of a robot begin with; return True for one."""
     value = entry.get(key)
-    letter = unseen(value) if isinstance(value, str) else ""
+    letter = hidden_letter(value) if isinstance(value, str) else ""
     if letter:
         message = f'{key} "{value}" has an invisible letter: {in_words(letter)}'
         scope.report("invisible-letter", message, place_of(entry, key, scope), "type it again, without this letter")
@@ -278,7 +278,7 @@ def check_content(name: str, entry: Any, scope: Scope) -> None:
     """
     content = entry.get("content") if isinstance(entry, Map) else None
     owner = f'content of use "{name}" '
-    if isinstance(content, Map) and not check_controls(owner, content, merged(ENTRIES, in_parts=True), scope):
+    if isinstance(content, Map) and not check_controls(owner, content, merged_sections(ENTRIES, in_parts=True), scope):
         raise Failed
 
 
@@ -295,7 +295,7 @@ def _is_control(section: str, control: str, value: Any) -> bool:
 
 def check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool = True) -> bool:
     """Report sections of the wrong kind; return True if there is none. Before evaluation, expressions are allowed."""
-    lists = merged(ITEMS, in_parts=True)
+    lists = merged_sections(ITEMS, in_parts=True)
     texts = () if evaluated else [key for key, value in tree.items() if isinstance(value, str) and "$" in value]
     kinds = {key: Seq if key in lists else Map for key in of_parts() if key not in texts}
     return check_entry(owner, tree, scope, None, kinds)

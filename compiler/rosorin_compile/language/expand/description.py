@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, MadeSpan, Related, Span, Suggestion, error, has_errors
 from rosorin_compile.source.load import plain_scalar
-from rosorin_compile.source.messages import merge_by_name, offer, placed
+from rosorin_compile.source.messages import merge_by_name, move_to_name, offer
 from rosorin_compile.source.project import Resolved, data_folder
 from rosorin_compile.source.tree import Map, Place, Seq
 from rosorin_compile.source.wording import suggest, swaps
 
 from ..annotations import ENTRIES
-from ..schema import keys_of_xml, merged, of_parts, schema
+from ..schema import keys_of_xml, merged_sections, of_parts, schema
 from ..symbols import SymbolTable
-from ..unused import check_letters, unused
+from ..unused import check_letters, unused_names
 from ..validate import validate
 from .declarations import check_controls, declare
 from .expansion import Failed
@@ -89,7 +89,7 @@ def expand(
     tree = _evaluate(root, scope, reader, fragments)
     if tree is not None and included:
         included.settle(tree)
-    with expansion.unlimited():
+    with expansion.without_limits():
         scope.evaluate_rest()
     offered = [*reader.offered, *(robot.item for robot in reader.robots)]
     symbols = SymbolTable(root, reader.lets, offered, expansion.is_constant)
@@ -100,12 +100,12 @@ def expand(
             top.put("robot", "robot", root.span, root.span)
             top.put("source", file["source"], file.key_spans["source"], file.value_spans["source"])
             expansion.diagnostics += validate(top, {})
-    warnings = unused(symbols, reader.files) if tree is not None else []
+    warnings = unused_names(symbols, reader.files) if tree is not None else []
     diagnostics = expansion.diagnostics if tree is not None else _without_misnamed(root, expansion.diagnostics)
     if reader.unread:  # names that a file would define are not missing
         diagnostics = [one for one in diagnostics if not _is_missing(one)]
     if has_errors(diagnostics):  # each missing name is reported once, where it is written
-        diagnostics = merge_by_name(placed(one, offer(one)) for one in diagnostics)
+        diagnostics = merge_by_name(move_to_name(one, offer(one)) for one in diagnostics)
     diagnostics += included.diagnostics if included else []
     resolved = tuple(dict.fromkeys(reader.resolved))
     return Expanded(tree, diagnostics, tuple(reader.files), scope, resolved, tuple(warnings), symbols)
@@ -113,7 +113,7 @@ def expand(
 
 def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Return the diagnostics; if a section or a loop is misspelt that, and not all names that are missing by it."""
-    sections = root.copied()
+    sections = root.copy()
     for key in (*schema("description")["properties"], *_FORMS):
         sections.pop(key, None)
     misnamed = [one for one in validate(sections, {}) if one.rule == "unknown-key"] if sections else []
@@ -142,7 +142,7 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
         made = value
         try:
             if key not in _NOT_EVALUATED:
-                if key in merged(ENTRIES) and not check_controls("", root, (key,), scope):
+                if key in merged_sections(ENTRIES) and not check_controls("", root, (key,), scope):
                     raise Failed
                 made = scope.resolve(value, Place(root.value_spans[key], None), key in keys_of_xml())
         except Failed:

@@ -44,7 +44,7 @@ class _Dropped:
         if self.wild:
             return "".join(".+?" if piece.is_expression else re.escape(piece.text) for piece in pieces(text))
         expansion, reported = self.scope.expansion, len(self.scope.expansion.diagnostics)
-        with expansion.unlimited(), suppress(Failed):
+        with expansion.without_limits(), suppress(Failed):
             name: str = self.scope.name(text, self.entry.item.span, self.scope.via)
             return re.escape(name)
         del expansion.diagnostics[reported:]
@@ -57,7 +57,7 @@ class _Dropped:
         begin = re.match(self.pattern, name)
         return begin is not None and not any(one.startswith(begin[0]) for one in existing)
 
-    def explained(self, group: list[Diagnostic]) -> Diagnostic:
+    def explain(self, group: list[Diagnostic]) -> Diagnostic:
         """Return the first of the diagnostics that this causes, with the others."""
         first, *others = group
         item, key, is_empty = self.entry.item, self.entry.key, self.entry.is_empty
@@ -104,7 +104,7 @@ def explain_missing_names(scope: Scope, tree: Map, diagnostics: list[Diagnostic]
             others.append(diagnostic)
         else:
             groups.setdefault((cause, diagnostic.severity), []).append(diagnostic)
-    return [*others, *(cause.explained(arrange(group)) for (cause, _), group in groups.items())]
+    return [*others, *(cause.explain(arrange(group)) for (cause, _), group in groups.items())]
 
 
 def _frames(item: Any) -> list[str]:

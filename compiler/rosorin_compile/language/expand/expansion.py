@@ -60,7 +60,7 @@ class Expansion:
         return EFFORT.total - self._start
 
     @contextmanager
-    def unlimited(self) -> Iterator[None]:
+    def without_limits(self) -> Iterator[None]:
         """Evaluate something of which nothing is used, only to find its errors: no limit applies to it."""
         nodes, work, is_full = self.nodes, self.work, self.is_full
         reported, disabled = len(self.diagnostics), len(self.disabled)
@@ -88,7 +88,7 @@ class Expansion:
         """Return an entry without its loop and condition; if only ``value`` is left, the value of that."""
         body = self._bodies.get(id(entry), _MISSING)
         if body is _MISSING:
-            body = entry.copied()
+            body = entry.copy()
             for control in ("for", "if"):
                 body.pop(control, None)
             body = self._bodies[id(entry)] = body["value"] if list(body) == ["value"] else body

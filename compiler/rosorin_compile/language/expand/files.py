@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, Span
-from rosorin_compile.source.files import exists, is_file, is_folder, resolve, shown
+from rosorin_compile.source.files import exists, is_file, is_folder, label, resolve
 from rosorin_compile.source.load import LoadError, load_mapping, parse_yaml, read_utf8
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.progress import Progress
@@ -32,7 +32,7 @@ from ..expression.functions import ExpressionError
 from ..schema import sections
 from .declarations import check_entry
 from .expansion import Expansion
-from .joining import join, sourced
+from .joining import join, with_sources
 from .scope import Scope, key_place, value_place
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class Reader:
     ) -> None:
         # Without a reader of robots every file that is no YAML is taken for one.
         self.robot_endings = robots.endings if robots else lambda: ("",)
-        self.root, self.folder, self.projects = root, resolve(root.parent), Description.at(root).projects
+        self.root, self.folder, self.projects = root, resolve(root.parent), Description.from_path(root).projects
         self.packages, self.cache = dict(packages or {}), {} if cache is None else cache
         self.files: list[Path] = []
         self.resolved: list[Resolved] = []
@@ -91,7 +91,7 @@ class Reader:
 
     def whole(self) -> Map | None:
         """Return the description, joined; None if its first file cannot be read."""
-        return self._read(self.root, shown(self.root), None, None, ())
+        return self._read(self.root, label(self.root), None, None, ())
 
     def _read(
         self, path: Path, name: str, include: Span | None, via: Instance | None, within: tuple[Path, ...]
@@ -172,8 +172,8 @@ class Reader:
         before = len(self.diagnostics)
         via = Include("included here", place.span, place.via)
         via.included = self._includes
-        self._includes.setdefault(shown(target), via)
-        made = self._read(target, shown(target), place.span, via, within)
+        self._includes.setdefault(label(target), via)
+        made = self._read(target, label(target), place.span, via, within)
         if made is None:
             self.diagnostics[before:] = [with_nearest_file(one, name, target) for one in self.diagnostics[before:]]
         return made
@@ -207,7 +207,7 @@ class Reader:
             message = f'{file} is outside the folder of the package "{package}"' if file else "a package is no file"
             raise IncludeError("include-outside", message, f"name a file in the package: {ADDRESS}{package}/FILE")
         self._package_folders[Path(os.path.abspath(folder))] = package
-        return Path(shown(folder / inner))
+        return Path(label(folder / inner))
 
     def packages_of(self, item: Map, by: Path) -> dict[str, Path]:
         """Return the folders of packages that an include names; those of the caller take precedence."""
@@ -248,7 +248,7 @@ class Reader:
                 continue
             has_source = key == "use" or (key in sections() and sections()[key].sourced)
             if has_source and isinstance(value, Map) and "source" in file:
-                value = sourced(value, file)
+                value = with_sources(value, file)
             made.put(key, value, file.key_spans[key], file.value_spans[key])
         return made
 
@@ -277,8 +277,8 @@ class Reader:
                     path = self.target(name, None, self.root, self.packages)
                     path = path if name.startswith(ADDRESS) else self.folder / name
                     self.files.append(path)
-                    read = partial(parse_yaml, read_utf8(path, shown(path)))
-                    loaded[name] = self._cached(path, path, shown(path), None, read)
+                    read = partial(parse_yaml, read_utf8(path, label(path)))
+                    loaded[name] = self._cached(path, path, label(path), None, read)
                 except IncludeError as problem:
                     raise ExpressionError(problem.message, help=problem.help) from None
                 except LoadError as problem:

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, error
-from rosorin_compile.source.files import shown
+from rosorin_compile.source.files import label
 from rosorin_compile.source.tree import Instance, Map, Place, Seq, Text
 from rosorin_compile.source.wording import first_of
 
-from ..element_names import Reference, renamed, with_files
+from ..element_names import Reference, rename_references, with_files
 from ..expression.functions import FUNCTIONS, KindError, kind_of
 from ..expression.syntax import weight
 from ..schema import backend_of, sections
@@ -28,8 +28,8 @@ from ..symbols import THINGS, SymbolTable
 from .declarations import hides_letters, place_of
 from .expansion import Failed
 from .files import ADDRESS, INCLUDE_KINDS, IncludeError, check_include, with_nearest_file
-from .joining import copy, sourced
-from .placing import Use, map_items, map_table, placed
+from .joining import copy, with_sources
+from .placing import Use, map_items, map_table, place_fragment
 from .scope import Scope
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class IncludedRobots:
         self.included.append((include, tree))
         include.scope.count(weight(tree), *include.place)
         prefix = entry.get("prefix") or ""
-        made, changed = prefixed(tree, prefix, include.via)
+        made, changed = with_prefix(tree, prefix, include.via)
         if changed:
             names = [f"{name} ({count})" if count > 1 else name for name, count in changed.items()]
             message = f'in elements that are kept as they are, "{prefix}" was put before {first_of(names, _FEW)}'
@@ -115,18 +115,18 @@ class IncludedRobots:
         owner = entry if entry.get("source") is not None else tree
         for section, node in sections().items():
             if node.sourced and isinstance(made.get(section), Map):
-                made[section] = sourced(made[section], owner)
+                made[section] = with_sources(made[section], owner)
         return made
 
     def _robot(self, include: Included) -> Imported:
         entry, scope, place, by, _ = include
         packages, package = self.reader.packages_of(entry, by), entry.get("package")
         try:
-            path = Path(shown(self.reader.target(entry["file"], package, by, packages)))
+            path = Path(label(self.reader.target(entry["file"], package, by, packages)))
         except IncludeError as problem:
             key = "package" if package and problem.rule == "package-missing" else "file"
             place = place_of(entry, key, scope) if package or entry["file"].startswith(ADDRESS) else place
-            raise scope.failed(problem.rule, problem.message, place, problem.help) from None
+            raise scope.fail(problem.rule, problem.message, place, problem.help) from None
         texts = {name: _argument(entry["args"], name, scope) for name in entry.get("args") or ()}
         if "trust" in entry:
             message = "trust of an include has no effect: trust comes from the person who runs the command"
@@ -142,7 +142,7 @@ class IncludedRobots:
             how = f'with the prefix "{prefix}"' if prefix else "without a prefix"
             message = f"{path.name} is included twice {how}: all of its names would stand twice"
             related = [Related("first included here", first.span)]
-            raise scope.failed("duplicate-name", message, place, "give each its own prefix: left_, right_", related)
+            raise scope.fail("duplicate-name", message, place, "give each its own prefix: left_, right_", related)
         same = (str(path), call, tuple(texts.items()), tuple(packages.items()), bool(entry.get("lenient")))
         if same not in self.read:
             self.read[same] = self._read(path, texts, packages, include)
@@ -304,7 +304,7 @@ def _as_in_include(joint: Map, include: Map) -> Map:
     """Return the joint that a macro makes on the parent of an include, with the places of values in the include."""
     if joint["parent"] != include["parent"]:
         return joint
-    made = joint.copied()
+    made = joint.copy()
     for key in ("parent", "xyz", "rpy", "publisher"):
         if include.get(key) is not None and (key == "publisher" or joint.get(key) == include[key]):
             made.put(key, include[key], include.key_spans[key], include.value_spans[key])
@@ -327,7 +327,7 @@ def _check_include(entry: Map, scope: Scope) -> None:
     prefix = entry.get("prefix")
     if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):
         help = "no markup, no quotes; spaces only within"
-        raise scope.failed("bad-name", f'no name can begin with "{prefix}"', place_of(entry, "prefix", scope), help)
+        raise scope.fail("bad-name", f'no name can begin with "{prefix}"', place_of(entry, "prefix", scope), help)
     if hides_letters("prefix", entry, scope) or not good:
         raise Failed
 
@@ -337,16 +337,16 @@ def _argument(values: Map, name: str, scope: Scope) -> str:
         return str(FUNCTIONS["str"](values[name]))
     except KindError:
         message = f'the argument "{name}" of a xacro is text or a number, not {kind_of(values[name])}'
-        raise scope.failed("bad-argument", message, place_of(values, name, scope)) from None
+        raise scope.fail("bad-argument", message, place_of(values, name, scope)) from None
 
 
-def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
+def with_prefix(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
     """Return the sections of an imported robot with ``prefix`` before its names; ``via`` tells how it came here."""
-    fragment = tree.by(via).copied()
+    fragment = tree.made_by(via).copy()
     for key in (key for key, node in sections().items() if node.whole):
         fragment.pop(key, None)
     if not prefix:
-        return placed(fragment, Use(prefix), elements=lambda text: text), Counter()
+        return place_fragment(fragment, Use(prefix), elements=lambda text: text), Counter()
     names = SymbolTable(fragment)
     things, materials = names.among(THINGS), fragment.get("materials") or ()
     changed: Counter[str] = Counter()
@@ -367,7 +367,9 @@ def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
         if text in things and not _NO_NAMES.search(tag):
             yield Reference(text, "", "", "")
 
-    made = placed(fragment, Use(prefix), names, lambda text: Text(renamed(text, with_prefix, references)))
+    made = place_fragment(
+        fragment, Use(prefix), names, lambda text: Text(rename_references(text, with_prefix, references))
+    )
     if isinstance(made.get("materials"), Map):
         made["materials"] = map_table(made["materials"], lambda name: prefix + name)
     if isinstance(made.get("accept"), Seq):
@@ -382,7 +384,7 @@ def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
 
 def map_files(tree: Map, rename: Callable[[str], str]) -> Map:
     """Return the tree of a robot in which each name of a mesh or texture file is what ``rename`` makes of it."""
-    made = tree.copied()
+    made = tree.copy()
     for key, value in tree.items():
         if key != "outputs":  # those are files too, of another kind
             made[key] = _mapped(value, rename, key)
@@ -404,7 +406,7 @@ def move_files(tree: Map, folder: str) -> Map:
 
 def _mapped(node: Any, rename: Callable[[str], str], key: str) -> Any:
     if isinstance(node, Map):
-        made = node.copied()
+        made = node.copy()
         for name, value in node.items():
             # In a section mjcf, they are names of textures.
             is_file = key != "mjcf" and name in ("file", "texture") and isinstance(value, str)

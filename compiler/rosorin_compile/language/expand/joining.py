@@ -9,7 +9,7 @@ from rosorin_compile.source.diagnostics import Related
 from rosorin_compile.source.tree import Include, Map, Place, Seq
 
 from ..annotations import ENTRIES, ITEMS
-from ..schema import holds_many, is_one_entry, keys_of, merged
+from ..schema import holds_many, is_one_entry, keys_of, merged_sections
 from ..suggestions import word_meant
 from ..validate import validate
 from .provenance import argument_behind
@@ -31,7 +31,7 @@ def join(tree: Map, more: Map, scope: Scope, parts: bool = False) -> bool:
         if have is None:
             if value is not None or not parts:
                 tree.put(section, copy(value), more.key_spans[section], more.value_spans[section])
-        elif isinstance(have, Seq) and isinstance(value, Seq) and section in merged(ITEMS):
+        elif isinstance(have, Seq) and isinstance(value, Seq) and section in merged_sections(ITEMS):
             _extend(have, value)
         elif isinstance(have, Map) and isinstance(value, Map) and _is_joined(section):
             if holds_many(section):
@@ -68,7 +68,7 @@ def _report_section(section: str, tree: Map, more: Map, scope: Scope) -> bool:
             alone.put(section, fragment[section], fragment.key_spans[section], fragment.value_spans[section])
             scope.expansion.diagnostics += validate(alone, {})
         return False
-    is_list = section in merged(ITEMS)
+    is_list = section in merged_sections(ITEMS)
     if not isinstance(tree[section], Seq if is_list else Map):
         return True
     message = f"{section} is {'a list' if is_list else 'a mapping'} in every file"
@@ -85,7 +85,7 @@ def _report(rule: str, message: str, help: str, name: str, first: Map, second: M
 
 
 def _is_joined(section: str) -> bool:
-    return section in merged(ENTRIES, ITEMS) or holds_many(section) or section in OF_PARTS
+    return section in merged_sections(ENTRIES, ITEMS) or holds_many(section) or section in OF_PARTS
 
 
 def _extend(have: Seq, more: Seq) -> None:
@@ -136,7 +136,7 @@ def _is_same(key: str, have: Map, more: Map) -> bool:
 def copy(value: Any) -> Any:
     """Return a mapping or a list of the same entries, which may grow."""
     if isinstance(value, Map):
-        return value.copied()
+        return value.copy()
     if isinstance(value, Seq):
         made = Seq(value.span, value.via)
         _extend(made, value)
@@ -147,16 +147,18 @@ def copy(value: Any) -> Any:
 def with_source(tree: Map, owner: Map) -> Map:
     """Return sections in which every entry has a source: its own, or that of ``owner``, a use."""
     maps = {key: entries for key, entries in tree.items() if isinstance(entries, Map) and not holds_many(key)}
-    return tree.like({key: (_sourced if is_one_entry(key) else sourced)(part, owner) for key, part in maps.items()})
+    return tree.like(
+        {key: (_sourced if is_one_entry(key) else with_sources)(part, owner) for key, part in maps.items()}
+    )
 
 
-def sourced(section: Map, owner: Map) -> Map:
+def with_sources(section: Map, owner: Map) -> Map:
     """Return a section in which every entry has a source: its own, or that of ``owner``, a file or a use."""
     return section.like({name: _sourced(entry, owner) for name, entry in section.items() if isinstance(entry, Map)})
 
 
 def _sourced(entry: Map, owner: Map) -> Map:
-    made = entry.copied()
+    made = entry.copy()
     if "source" not in entry:
         made.put("source", owner["source"], owner.key_spans["source"], owner.value_spans["source"])
     return made

@@ -30,7 +30,7 @@ from . import declarations
 from .declarations import declare, given_places
 from .expansion import Failed
 from .joining import copy, join, with_source
-from .placing import Use, placed
+from .placing import Use, place_fragment
 from .scope import Scope, value_place
 
 MAX_NESTED = 40
@@ -77,7 +77,7 @@ class Parts:
     def instance(self, name: str, entry: Any, scope: Scope, place: Place, depth: int = 0) -> Map:
         """Return the sections that a ``use`` entry makes. Raises Failed after reporting."""
         if not isinstance(entry, Map):
-            raise scope.failed("wrong-type", f'use "{name}" is a mapping that names a part', place, "write part: NAME")
+            raise scope.fail("wrong-type", f'use "{name}" is a mapping that names a part', place, "write part: NAME")
         self.expansion.parts += 1
         declarations.check_use(name, entry, scope)
         part = self._find(entry, scope, place)
@@ -105,7 +105,7 @@ class Parts:
         use = Use(prefix, *map(entry.get, ("parent", "xyz", "rpy", "mirror")))
         if use.mirror is not None:
             _check_elements(name, fragment, inner)
-        made = placed(fragment, use, names)
+        made = place_fragment(fragment, use, names)
         return with_source(made, entry) if "source" in entry else made
 
     def _bind(self, inner: Scope, name: str, entry: Map, part: Part) -> None:
@@ -147,7 +147,7 @@ class Parts:
     def _check_parent(self, name: str, mounted: bool, entry: Map, scope: Scope, place: Place) -> None:
         if mounted and entry.get("parent") is None:
             help = "the part is attached to a frame: write parent: FRAME"
-            raise scope.failed("missing-key", f'use "{name}" needs the key "parent"', place, help)
+            raise scope.fail("missing-key", f'use "{name}" needs the key "parent"', place, help)
         ignored = [key for key in ("parent", "xyz", "rpy") if entry.get(key) is not None]
         if ignored and not mounted:
             help = "in the part, write parent: mount where it is attached; or remove the key"
@@ -166,7 +166,7 @@ class Parts:
         name = entry.get("part")
         if not isinstance(name, str):
             help = "name a part of parts: or of the library"
-            raise scope.failed("missing-key", 'a use needs the key "part"', place, help)
+            raise scope.fail("missing-key", 'a use needs the key "part"', place, help)
         if name not in self.found:
             self.found[name] = self._look_up(name, scope, Place(entry.value_spans["part"], scope.via or entry.via))
         return self.found[name]
@@ -180,13 +180,13 @@ class Parts:
             loaded = self._load(path, file, place.span) if path is not None else None
             if loaded is None:
                 help = self._near(short) or "see docs/parts-library.md"
-                raise scope.failed("unknown-part", f'there is no file "{file}" of parts', place, help)
+                raise scope.fail("unknown-part", f'there is no file "{file}" of parts', place, help)
             parts, home = loaded[0].get("parts") or {}, loaded[1]
         if short not in parts:
             places = {f"{file}{slash}{part}": parts.key_spans[part] for part in parts}
             instead, none = self._near(short), "define it under parts"
             suggestion = Suggestion(name, places, instead=instead, none=none, places=places)
-            raise scope.failed("unknown-part", f'there is no part "{name}"', place, suggestion)
+            raise scope.fail("unknown-part", f'there is no part "{name}"', place, suggestion)
         body = parts[short]
         if id(body) not in self.sound:
             self.sound[id(body)] = declarations.check_part(short, parts, home)
@@ -278,7 +278,7 @@ def _with_type(name: str, kind: str, sensor: Map, definition: Map, scope: Scope)
     scope.define_all(definition.get("let"))
     if len(scope.expansion.diagnostics) > before:
         raise Failed
-    made = sensor.copied()
+    made = sensor.copy()
     made.pop("with", None)
     changes = sensor["gazebo"] if isinstance(sensor.get("gazebo"), Map) else None
     for key in of_types():
@@ -306,7 +306,7 @@ def _changed(brought: Any, sensor: Map, kind: str, scope: Scope) -> Seq:
         brings = f"{count} sensors" if count else "no sensor"
         message = f'sensor type "{kind}" brings {brings} of Gazebo: a mapping changes the one there is'
         place = Place(sensor.key_spans["gazebo"], sensor.via)
-        raise scope.failed("ignored-key", message, place, "write a list: gazebo: [{sensor: TYPE, elements: {...}}]")
+        raise scope.fail("ignored-key", message, place, "write a list: gazebo: [{sensor: TYPE, elements: {...}}]")
     made = ChangedSensor(changes.span, changes.via)
     made.brought = None if "mjcf" in sensor else only
     made.put(_merged(only, changes), changes.span)
@@ -314,7 +314,7 @@ def _changed(brought: Any, sensor: Map, kind: str, scope: Scope) -> Seq:
 
 
 def _merged(base: Map, changes: Map) -> Map:
-    made = base.copied()
+    made = base.copy()
     made.span, made.via = changes.span, changes.via
     for key, value in changes.items():
         before = made.get(key)
@@ -338,6 +338,6 @@ def _check_elements(use: str, fragment: Map, scope: Scope) -> None:
                 if words := sorted(_SPATIAL.intersection(found.attributes)):
                     message = f'<{found.tags[-1]}> has {words[0]}, which use "{use}" does not mirror'
                     help = "write it with words of the language, such as sites; or make a part for each side"
-                    failed = scope.failed("mirrored-element", message, Place(span, scope.via), help)
+                    failed = scope.fail("mirrored-element", message, Place(span, scope.via), help)
     if failed is not None:
         raise failed

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.language.element_names import renamed
+from rosorin_compile.language.element_names import rename_references
 from rosorin_compile.model import Pose
 from rosorin_compile.model.geometry import pose_of
 from rosorin_compile.source.tree import Instance, Kept, Map, Seq
@@ -41,14 +41,14 @@ class Use(NamedTuple):
     mirror: str | None = None
 
 
-def placed(fragment: Map, use: Use, names: SymbolTable | None = None, elements: Rename | None = None) -> Map:
+def place_fragment(fragment: Map, use: Use, names: SymbolTable | None = None, elements: Rename | None = None) -> Map:
     """Return a fragment with prefixed names, mirrored and attached.
 
     ``names`` are those of the fragment, if they are known. ``elements`` renames in elements for the URDF; by default
     links and joints get their names there.
     """
     placer = _Placer(names or SymbolTable(fragment), use, elements)
-    made = fragment.copied()
+    made = fragment.copy()
     for section, node in sections().items():
         if fragment.get(section) and node.in_parts:
             made[section] = placer.value(node, _tagged(section, fragment[section], fragment.via))
@@ -68,10 +68,10 @@ def _tagged(section: str, value: Any, via: Instance | None) -> Any:
             entry = map_items(entry, lambda item: item)
             entry.via = via
             return entry
-        return entry.by(via) if isinstance(entry, Map) else entry
+        return entry.made_by(via) if isinstance(entry, Map) else entry
 
     if holds_many(section) and isinstance(value, Map):
-        nodes = {key: sections()[section].at(key) for key, item in value.items() if isinstance(item, Map)}
+        nodes = {key: sections()[section].value_of(key) for key, item in value.items() if isinstance(item, Map)}
         tables = [key for key, node in nodes.items() if node is not None and node.keys is not None]
         # Its tables and lists of entries, not its settings.
         entries = {key: map_items(item, tag) for key, item in value.items() if key in tables or isinstance(item, Seq)}
@@ -107,7 +107,7 @@ def _renamed_text(text: Any, change: Rename) -> Any:
 def _with(entry: Map, changes: dict[str, Any]) -> Map:
     if changes.keys() <= entry.keys():
         return entry.like(changes) if changes else entry
-    made = entry.copied()
+    made = entry.copy()
     for key, value in changes.items():
         if key in entry:
             made[key] = value
@@ -154,7 +154,7 @@ class _Placer:
             for how in node.mirror:
                 changes |= MIRRORED[how](entry, self.mirror) if how in MIRRORED else {}
         for key, value in entry.items():
-            below = node.at(key)
+            below = node.value_of(key)
             if below is not None and not self.active.isdisjoint(below.of):
                 changes[key] = self.value(below, value)
                 if below.attached and value == MOUNT and (self.use.xyz, self.use.rpy) != (None, None):
@@ -184,8 +184,8 @@ class _Placer:
             return {}  # validation reports what is wrong
         outer = Pose(_vector(xyz), _vector(rpy)).transform()
         pose = pose_of(outer.then(Pose(_vector(own["xyz"]), _vector(own["rpy"])).transform()))
-        made = {"xyz": listed(pose.xyz, entry), "rpy": listed(pose.rpy, entry)}
-        made |= {key: listed(outer.rotate(_vector(own[key])), own[key]) for key in directions}
+        made = {"xyz": sequence_like(pose.xyz, entry), "rpy": sequence_like(pose.rpy, entry)}
+        made |= {key: sequence_like(outer.rotate(_vector(own[key])), own[key]) for key in directions}
         return {key: value for key, value in made.items() if key in keys}
 
     def _inside(self, how: str, value: Any) -> Any:
@@ -193,7 +193,7 @@ class _Placer:
             return self._parameters(value)
         if how == "urdf":
             rename = self._among(self.names.among(IN_URDF).__contains__)
-            return _renamed_text(value, self.elements or (lambda text: renamed(text, rename)))
+            return _renamed_text(value, self.elements or (lambda text: rename_references(text, rename)))
         if how in ("mjcf", "mjcf_body"):
             names = self.names.among(IN_MJCF)
             rename = self._among(lambda name: name in names or self.names.makes(name))
@@ -226,7 +226,7 @@ def _vector(value: Any) -> tuple[float, float, float]:
 def _vectors(polar: tuple[str, ...], axial: tuple[str, ...] = ()) -> Callable[[Map, int], dict[str, Any]]:
     def changes(entry: Map, axis: int) -> dict[str, Any]:
         found = {key: entry[key] for key in (*polar, *axial) if entry.get(key) is not None and is_vector(entry[key])}
-        return {key: listed(_reflected(values, axis, key in axial), values) for key, values in found.items()}
+        return {key: sequence_like(_reflected(values, axis, key in axial), values) for key, values in found.items()}
 
     return changes
 
@@ -236,8 +236,8 @@ def _axis(joint: Map, axis: int) -> dict[str, Any]:
     kind = joint.get("type", "revolute" if values is not None else "")  # what has no type is no joint
     if kind not in ("revolute", "continuous", "prismatic", "planar") or not is_vector(values):
         return {}
-    values = listed((1, 0, 0), joint) if values is None else values
-    return {"axis": listed(_reflected(values, axis, kind != "prismatic"), values)}
+    values = sequence_like((1, 0, 0), joint) if values is None else values
+    return {"axis": sequence_like(_reflected(values, axis, kind != "prismatic"), values)}
 
 
 def _grid(grid: Map, axis: int) -> dict[str, Any]:
@@ -251,16 +251,18 @@ def _grid(grid: Map, axis: int) -> dict[str, Any]:
     if not isinstance(origin, Seq) or len(origin) != 2 or not all(map(is_number, (*origin, cell))):
         return {}
     if axis == AXES["z"]:
-        negative = [listed([_negative(v) if is_number(v) else v for v in row], row) for row in heights]
-        return {"heights": listed(negative, heights)}
+        negative = [sequence_like([_negative(v) if is_number(v) else v for v in row], row) for row in heights]
+        return {"heights": sequence_like(negative, heights)}
     count = len(heights) if axis == AXES["x"] else len(heights[0])
     high = float(origin[axis]) + count * float(cell or 0)
-    changes: dict[str, Any] = {"origin": listed([-high if i == axis else v for i, v in enumerate(origin)], origin)}
+    changes: dict[str, Any] = {
+        "origin": sequence_like([-high if i == axis else v for i, v in enumerate(origin)], origin)
+    }
     for key in ("heights", "bottom"):
         rows = grid.get(key)
         if isinstance(rows, Seq) and all(isinstance(row, Seq) for row in rows):
-            lines = rows[::-1] if axis == AXES["x"] else [listed(row[::-1], row) for row in rows]
-            changes[key] = listed(lines, rows)
+            lines = rows[::-1] if axis == AXES["x"] else [sequence_like(row[::-1], row) for row in rows]
+            changes[key] = sequence_like(lines, rows)
     return changes
 
 
@@ -274,18 +276,18 @@ def _bounds(box: Map, axis: int) -> dict[str, Any]:
         return {}
     low, high = list(box["min"]), list(box["max"])
     low[axis], high[axis] = _negative(high[axis]), _negative(low[axis])
-    return {"min": listed(low, box["min"]), "max": listed(high, box["max"])}
+    return {"min": sequence_like(low, box["min"]), "max": sequence_like(high, box["max"])}
 
 
 def _scale(mesh: Map, axis: int) -> dict[str, Any]:
-    return _vectors(("scale",))(_with(mesh, {"scale": mesh.get("scale") or listed((1, 1, 1), mesh)}), axis)
+    return _vectors(("scale",))(_with(mesh, {"scale": mesh.get("scale") or sequence_like((1, 1, 1), mesh)}), axis)
 
 
 def _gear(actuator: Map, axis: int) -> dict[str, Any]:
     gear = actuator.get("gear")
     if not isinstance(gear, list) or len(gear) not in (3, 6) or not all(map(is_number, gear)):
         return {}
-    return {"gear": listed([*_reflected(gear[:-3], axis, False), *_reflected(gear[-3:], axis, True)], gear)}
+    return {"gear": sequence_like([*_reflected(gear[:-3], axis, False), *_reflected(gear[-3:], axis, True)], gear)}
 
 
 # By the annotation ``x-mirror``, whose keys are ``annotations.MIRRORED_KEYS``.
@@ -314,7 +316,7 @@ def is_vector(value: Any, dimension: Dimension | None = None) -> bool:
     return all(is_number(v, dimension) and math.isfinite(v) for v in value)
 
 
-def listed(values: Iterable[Any], like: Any) -> Seq:
+def sequence_like(values: Iterable[Any], like: Any) -> Seq:
     """Return a sequence of values with the places of another one, or the place of a mapping."""
     made = Seq(like.span, like.via)
     spans = getattr(like, "value_spans", None)

@@ -13,7 +13,7 @@ from types import NoneType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.source.diagnostics import Diagnostic, Help, Related, Span, error
-from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, at, exists, has, maker, written
+from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, exists, has, maker, value_at, written_place
 
 from ..expression import names_in, pieces
 from ..symbols import MOUNT
@@ -42,7 +42,7 @@ class Origin(NamedTuple):
     span: Span
     others: tuple[Span, ...] = ()
 
-    def related(self, used: Span) -> tuple[Related, ...]:
+    def related_places(self, used: Span) -> tuple[Related, ...]:
         """Return related places: where the value is used, and where its other values are defined."""
         return (Related(USED, used), *(Related("it depends on this, too", span) for span in self.others))
 
@@ -75,16 +75,16 @@ def mistake_place(
 
     ``root`` is the scope of the description, if there is one; ``key`` and ``within`` as in ``tree.written``.
     """
-    place, use = written(tree, path, key, within)
+    place, use = written_place(tree, path, key, within)
     origin = None
     if root is not None and key and rule in _OF_NAMES:
         origin = argument_behind(root, place)
-    elif root is not None and not key and not within and not isinstance(at(tree, path), (Map, Seq, NoneType)):
+    elif root is not None and not key and not within and not isinstance(value_at(tree, path), (Map, Seq, NoneType)):
         scope = scope_of(root, maker(tree, path) if len(path) > 1 else place.via)
         origin = _Search(root, rule in OF_KINDS).origin(scope, place.span)
     if origin is None:
         return place, (Related(USED, use),) if use else ()
-    return Place(origin.span, place.via), origin.related(use or place.span)
+    return Place(origin.span, place.via), origin.related_places(use or place.span)
 
 
 def problem_at(
@@ -134,18 +134,18 @@ class _Search:
 
     def origin(self, scope: Scope, span: Span) -> Origin | None:
         """Return where the value at a place, which a scope evaluated, was written; None if it was written there."""
-        place, inside = self.written(scope, span, MAX_STEPS)
+        place, inside = self.follow_names(scope, span, MAX_STEPS)
         outside = _first(self.arguments(inside, _names_at(place)))
         return outside or (None if place == span else Origin(place))
 
-    def written(self, scope: Scope, span: Span, steps: int) -> tuple[Span, Scope]:
+    def follow_names(self, scope: Scope, span: Span, steps: int) -> tuple[Span, Scope]:
         """Follow names that stand alone, to the last place where a person may have written a value."""
         name, keys = _lone_name(span) if steps else ("", "")
         definition = self.definition(scope, name, keys) if name else None
         # A default of a part of another file is no value of the description.
         if definition is None or self.is_foreign(definition.scope) or (self.of_kinds and definition.keeps_kind):
             return span, scope
-        return self.written(definition.scope, definition.span, steps - 1)
+        return self.follow_names(definition.scope, definition.span, steps - 1)
 
     def arguments(self, scope: Scope, names: Iterable[str], depth: int = 0) -> Iterator[tuple[Span, Any]]:
         """Yield the places and the values of the outermost arguments that some names depend on."""
@@ -156,7 +156,7 @@ class _Search:
             self.visited.add(found.span)
             outer = list(self.arguments(found.scope, _names_at(found.span), depth + 1))
             if not outer and found.argument and not self.is_foreign(found.scope):
-                outer = [(self.written(found.scope, found.span, MAX_STEPS)[0], found.value)]
+                outer = [(self.follow_names(found.scope, found.span, MAX_STEPS)[0], found.value)]
             yield from outer
 
     def definition(self, scope: Scope, name: str, keys: str = "") -> _Definition | None:

@@ -15,10 +15,10 @@ from rosorin_compile.source.diagnostics import Help, Related, Span, Suggestion, 
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Instance, Kept, Map, Place, Seq
 from rosorin_compile.source.units import UNITS
-from rosorin_compile.source.wording import MAX_LISTED, counted, first_of
-from rosorin_compile.source.xml.elements import fitted
+from rosorin_compile.source.wording import MAX_LISTED, count_of, first_of
+from rosorin_compile.source.xml.elements import escape_for
 
-from ..expression import CHOICES, Piece, compiled, evaluate, names_in, pieces
+from ..expression import CHOICES, Piece, compile_expression, evaluate, names_in, pieces
 from ..expression.functions import CONSTANTS, FUNCTIONS, OF_DESCRIPTIONS, ExpressionError, KindError, functions, kind_of
 from ..expression.syntax import weight
 from ..schema import keys_of_xml
@@ -91,7 +91,7 @@ class Scope:
         """Return the value of ``box(x, y)`` under ``let``, whose body sees the names here and its arguments."""
         signature, count = f"{name}({', '.join(parameters)})", len(parameters)
         if len(arguments) != count:
-            raise ExpressionError(f"{signature} takes {counted(count, 'value')}, not {len(arguments)}")
+            raise ExpressionError(f"{signature} takes {count_of(count, 'value')}, not {len(arguments)}")
         mark = f"{name}()@{id(self)}"
         if self.running.count(mark) > MAX_CALLED:
             raise ExpressionError(f"{signature} calls itself without end")
@@ -136,7 +136,7 @@ class Scope:
             related = [Related(f'"{step}" is named here', self.places[step].span) for step in steps]
             message = f"{' -> '.join(chain)}: the value needs itself"
             self.broken.update(chain)
-            raise self.failed("cycle", message, self.places[chain[0]], "give one of them a value of its own", related)
+            raise self.fail("cycle", message, self.places[chain[0]], "give one of them a value of its own", related)
         self.running.append(mark)
         try:
             self.values[name] = self.resolve(*self.pending[name])
@@ -183,7 +183,7 @@ class Scope:
         origin = None if rule in _OF_ENTRIES else argument_at(self, place.span, kinds)
         self.report_origin(rule, message, place, help, related, origin)
 
-    def failed(self, rule: str, message: str, place: Place, help: Help = "", related: Sequence[Related] = ()) -> Failed:
+    def fail(self, rule: str, message: str, place: Place, help: Help = "", related: Sequence[Related] = ()) -> Failed:
         """Add an error as ``report`` does, and return the exception to raise."""
         self.report(rule, message, place, help, related)
         return Failed()
@@ -193,7 +193,7 @@ class Scope:
     ) -> None:
         """Add an error at the origin of a value, if it has one; of all errors of expressions there only the first."""
         stack = tuple(self.via.stack()) if self.via else place.stack()
-        uses = origin.related(place.span) if origin else ()
+        uses = origin.related_places(place.span) if origin else ()
         span = origin.span if origin else place.span
         if origin and rule == "expression":
             if (span, stack[-1:]) in self.expansion.blamed:
@@ -259,10 +259,10 @@ class Scope:
                 related = [Related("first defined here", made.key_spans[name])]
                 help = "use the loop's value in the name" if isinstance(item, Map) and "for" in item else ""
                 message = f'the key "{name}" is repeated in one mapping'
-                raise self.failed("duplicate-key", message, Place(key_span, via), help, related)
+                raise self.fail("duplicate-key", message, Place(key_span, via), help, related)
             entry = scope.resolve(entry, Place(span, via))
             if "$" in key and isinstance(entry, Map) and scope is not self:
-                entry = entry.by(scope.via)  # an entry that is the same in every round does not know its round
+                entry = entry.made_by(scope.via)  # an entry that is the same in every round does not know its round
             made.put(name, entry, key_span, span)
 
     def name(self, key: str, span: Span, via: Instance | None) -> str:
@@ -270,7 +270,7 @@ class Scope:
         name = self.text(key, span, via)
         if isinstance(name, (str, int, float)):
             return str(FUNCTIONS["str"](name))
-        raise self.failed("wrong-type", f"a name is text, not {kind_of(name)}", Place(span, via), "put it inside text")
+        raise self.fail("wrong-type", f"a name is text, not {kind_of(name)}", Place(span, via), "put it inside text")
 
     def _sequence(self, value: Seq, xml: bool) -> Seq:
         via = self.via or value.via
@@ -312,7 +312,7 @@ class Scope:
         elsewhere = isinstance(value, str) and "$" in value and argument_at(self, place.span, of_kinds=True) is None
         if help.startswith("write") and elsewhere:
             help = f"where the value comes from, {help}"
-        raise self.failed("wrong-type", f"a condition is true or false, not {what}", place, help)
+        raise self.fail("wrong-type", f"a condition is true or false, not {what}", place, help)
 
     def text(self, text: str, span: Span, via: Instance | None, xml: bool = False) -> Any:
         """Return text with its ``${...}`` replaced; text that is one expression has the type of its value.
@@ -329,7 +329,7 @@ class Scope:
                 continue
             if piece.unclosed:
                 where = _within(place, text, piece.offset)
-                raise self.failed("expression", 'the "}" of an expression is missing', where, "close it")
+                raise self.fail("expression", 'the "}" of an expression is missing', where, "close it")
             try:
                 value = evaluate(piece.text, self.lookup)
                 if self.expansion.work > MAX_WORK:
@@ -340,7 +340,7 @@ class Scope:
                 if piece.is_whole:
                     return _as_tree(value, span, via) if type(value) is list else value
                 worded = FUNCTIONS["str"](value)
-                parts.append(fitted("".join(parts), worded) if xml else worded)
+                parts.append(escape_for("".join(parts), worded) if xml else worded)
             except ExpressionError as problem:
                 self._report_expression(problem, piece, text, place)
                 raise Failed from None
@@ -353,7 +353,7 @@ class Scope:
             ways_out = {"find": f"write package://{name}", "eval": f"write ${{{rest}}}", "dirname": "write the path"}
             way_out = ways_out.get(found[1], f"write ${{{name}}}, with {name} under args")
             where = _within(place, text, piece.offset + found.start())
-            raise self.failed("expression", f'"{found[0]}" has a meaning in xacro, and none here', where, way_out)
+            raise self.fail("expression", f'"{found[0]}" has a meaning in xacro, and none here', where, way_out)
 
     def _report_expression(self, problem: ExpressionError, piece: Piece, text: str, place: Place) -> None:
         where, help = self._place_and_help(problem, piece, text, place)
@@ -372,7 +372,7 @@ class Scope:
             help = f'"{empty[0]}" has no value: write one behind its name, or ask: != none' if empty else ""
         origin: Origin | None = None
         with suppress(ExpressionError):  # only an expression that can be read depends on arguments
-            compiled(piece.text)
+            compile_expression(piece.text)
             origin = argument_of(self, names, isinstance(problem, KindError))
         elsewhere = (origin.span, *origin.others) if origin else ()
         first = list(names.items())[:3]
@@ -414,7 +414,7 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
         return
     if not isinstance(loops, Map) or not loops:
         place, help = Place(item.value_spans["for"], via), "write for: {side: [left, right]}"
-        raise outer.failed("wrong-type", "for maps a name to the values that it takes", place, help)
+        raise outer.fail("wrong-type", "for maps a name to the values that it takes", place, help)
     for names, values in loops.items():
         where = Place(loops.value_spans[names], via)
         split = [name.strip() for name in names.split(",")]
@@ -435,7 +435,7 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
                 row = value if len(split) > 1 else [value]
                 if not isinstance(row, list) or len(row) != len(split):
                     message = f"a round of this loop does not give {len(split)} values"
-                    raise inner.failed("wrong-type", message, Place(at, where.via))
+                    raise inner.fail("wrong-type", message, Place(at, where.via))
                 for name, one in zip(split, row, strict=True):
                     inner.bind(name, one, Place(at, where.via))
                 inner.looped = dict.fromkeys(split, loops.key_spans[names])
@@ -451,7 +451,7 @@ def _loop_values(scope: Scope, values: Any, place: Place) -> tuple[Sequence[Any]
         return list(resolved), [spans.get(key, place.span) for key in resolved]
     if isinstance(resolved, list):
         return resolved, resolved.value_spans if isinstance(resolved, Seq) else [place.span] * len(resolved)
-    raise scope.failed("wrong-type", "a loop runs over a list or a table", place, "write a list, or ${range(4)}")
+    raise scope.fail("wrong-type", "a loop runs over a list or a table", place, "write a list, or ${range(4)}")
 
 
 def _short(value: Any) -> str:

@@ -15,9 +15,18 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError, KindError, functions
-from .syntax import CHOICES, EFFORT, Literal, Lookup, bounded, check, masked, mistake, value_of
+from .syntax import CHOICES, EFFORT, Literal, Lookup, check, check_size, mask_quantities, mistake, value_of
 
-__all__ = ["CHOICES", "CONSTANTS", "FUNCTIONS", "ExpressionError", "compiled", "evaluate", "names_in", "parsed"]
+__all__ = [
+    "CHOICES",
+    "CONSTANTS",
+    "FUNCTIONS",
+    "ExpressionError",
+    "compile_expression",
+    "evaluate",
+    "names_in",
+    "parse_expression",
+]
 
 MAX_LENGTH = 2_000
 _FAILURES = (TypeError, ValueError, ArithmeticError, LookupError, RecursionError, MemoryError, AttributeError)
@@ -30,10 +39,10 @@ def evaluate(text: str, lookup: Lookup) -> Any:
     ``lookup`` returns the value of a name and raises KeyError if there is none; units, constants and functions need no
     lookup. Raises ExpressionError, with its column, for what is not allowed or has no value.
     """
-    tree = compiled(text)
+    tree = compile_expression(text)
     before, EFFORT.done = EFFORT.done, 0
     try:
-        return bounded(value_of(tree, lookup))
+        return check_size(value_of(tree, lookup))
     except ExpressionError as problem:
         if problem.column < 0:
             problem.column = _blame(tree, lookup)
@@ -63,12 +72,12 @@ def _blame(node: ast.AST, lookup: Lookup) -> int:
 
 
 @lru_cache(maxsize=20_000)
-def compiled(text: str) -> ast.expr:
+def compile_expression(text: str) -> ast.expr:
     """Return the syntax tree of an expression that may be evaluated. Raises ExpressionError."""
     if len(text) > MAX_LENGTH:
         raise ExpressionError(f"the expression is longer than {MAX_LENGTH} characters")
     try:
-        tree = parsed(text).body
+        tree = parse_expression(text).body
     except SyntaxError as problem:
         raise mistake(text.strip(), problem) from None
     except ValueError:
@@ -77,13 +86,13 @@ def compiled(text: str) -> ast.expr:
     return tree
 
 
-def parsed(text: str) -> ast.Expression:
+def parse_expression(text: str) -> ast.Expression:
     """Return the syntax tree of an expression, with a constant for each quantity.
 
     Raises ExpressionError for a quantity that is not clear, SyntaxError, and ValueError if the text is nested too deep
     for the parser.
     """
-    plain, literals = masked(text.strip())
+    plain, literals = mask_quantities(text.strip())
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SyntaxWarning)
         try:
@@ -107,7 +116,7 @@ class _Literals(ast.NodeTransformer):
 def all_names(text: str) -> tuple[str, ...]:
     """Return the names in an expression, in order, each once; none if it is not an expression."""
     try:
-        tree = parsed(text) if len(text) <= MAX_LENGTH else ast.Module([], [])
+        tree = parse_expression(text) if len(text) <= MAX_LENGTH else ast.Module([], [])
     except (ExpressionError, SyntaxError, ValueError):
         return ()
     return tuple(dict.fromkeys(node.id for node in ast.walk(tree) if isinstance(node, ast.Name)))

@@ -261,7 +261,7 @@ CONSTANTS |= {"true": True, "false": False, "none": None}
 
 
 @cache
-def plugged() -> tuple[Sequence[tuple[Plugin, Function]], Sequence[Diagnostic]]:
+def plugin_functions() -> tuple[Sequence[tuple[Plugin, Function]], Sequence[Diagnostic]]:
     """Return the functions of plug-ins (entry points of ``rosorin_compile.functions``), and problems with them."""
     taken = {*FUNCTIONS, *OF_DESCRIPTIONS, *CONSTANTS, *UNITS}
     return load("functions", Function, _names, taken.__contains__)
@@ -280,7 +280,7 @@ def _names(one: Function) -> list[str]:
 @cache
 def functions() -> Mapping[str, Callable[..., Any]]:
     """Return the functions by name, including those of plug-ins."""
-    more = plugged()[0]
+    more = plugin_functions()[0]
     return {**FUNCTIONS, **{one.name: _guarded(plugin, one) for plugin, one in more}} if more else FUNCTIONS
 
 

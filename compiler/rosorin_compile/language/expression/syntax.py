@@ -52,7 +52,7 @@ class Literal(NamedTuple):
     factors: tuple[str, ...]
 
 
-def masked(text: str) -> tuple[str, dict[tuple[int, int], Literal]]:
+def mask_quantities(text: str) -> tuple[str, dict[tuple[int, int], Literal]]:
     """Return an expression with a name of the same length for each quantity, and the quantities by line and column."""
     parts: list[str] = []
     found: dict[tuple[int, int], Literal] = {}
@@ -167,7 +167,7 @@ def weight(value: Any) -> int:
     return total
 
 
-def bounded(value: Any) -> Any:
+def check_size(value: Any) -> Any:
     """Return a value. Raises ExpressionError if it is larger than a description can need, or not a number."""
     if isinstance(value, float):
         if not abs(value) < MAX_MAGNITUDE:
@@ -212,7 +212,7 @@ def _check_node(node: Any) -> None:
             problem = "only numbers and text are values here"
         elif isinstance(node.value, str) and any("\ud800" <= letter <= "\udfff" for letter in node.value):
             problem = "half a letter (a lone surrogate) cannot stand in a file"
-        bounded(node.value)
+        check_size(node.value)
     elif isinstance(node, ast.BinOp) and type(node.op) not in _BINARY:
         problem, help = "this operator is not allowed here", _OTHER_OPERATORS.get(type(node.op), "")
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Invert):
@@ -281,7 +281,7 @@ def _binary(node: ast.BinOp, lookup: Lookup) -> Any:
             dimension = None if dimension == NUMBER else dimension
     else:
         dimension = first if first == second else common_dimension([left, right])
-    result = bounded(_BINARY[kind](left, right))
+    result = check_size(_BINARY[kind](left, right))
     return result if dimension is None or kind is ast.FloorDiv else Quantity(result, dimension)
 
 
@@ -302,7 +302,7 @@ def _power(base: Any, exponent: Any) -> Any:
         raise KindError(f"an exponent is a plain number, not {kind_of(exponent)}")
     dimension = dimension_of(base)
     if dimension is None:
-        return bounded(base**exponent)
+        return check_size(base**exponent)
     if int(exponent) != exponent:
         raise ExpressionError("a quantity may only be raised to a whole power")
     return Quantity(float(base) ** exponent, add(NUMBER, dimension, int(exponent)))
@@ -444,7 +444,7 @@ def _call(node: ast.Call, lookup: Lookup) -> Any:
     values = [value_of(item, lookup) for item in node.args]
     EFFORT.spend(*values)
     try:
-        result = bounded(function(*values))
+        result = check_size(function(*values))
     except (TypeError, AttributeError):
         kinds = ", ".join(map(kind_of, values)) or "nothing"
         raise KindError(f"{name}() does not take {kinds}") from None

@@ -19,7 +19,7 @@ from rosorin_compile.model.servos import ServoGroup
 from rosorin_compile.model.shape import Material
 from rosorin_compile.model.simulation import Root
 from rosorin_compile.source.tree import Path
-from rosorin_compile.source.wording import listed
+from rosorin_compile.source.wording import phrase
 
 from ..lowering import Lowering
 from ..records import Problem, entries_of, pose_of_entry, record_of, renamed_values, values_of
@@ -67,7 +67,7 @@ def _drive(tree: Mapping[str, Any], problem: Problem) -> Drive | None:
     entry = tree["drive"]
     kinds = [kind for kind in ROLES if kind in entry]
     if len(kinds) != 1:
-        message = f"drive has one of {', '.join(ROLES)}; this one has {listed(kinds) or 'none'}"
+        message = f"drive has one of {', '.join(ROLES)}; this one has {phrase(kinds) or 'none'}"
         problem("drive-kind", message, ("drive",), "say which kind of base it is, and its wheels")
         return None
     wheels = {role: entry[kinds[0]][role] for role in ROLES[kinds[0]] if role in entry[kinds[0]]}

@@ -56,7 +56,7 @@ def drives_of(reading: Reading) -> dict[int, Drive]:
         if len(kept) > 0 and kept[0] not in reading.reported:
             reading.reported.add(kept[0])
             what = f"the actuator <{kept[0].tag}> is behind those that the language has words for"
-            reading.changed(f"{what}: its control is not where it was", kept[0].span)
+            reading.change(f"{what}: its control is not where it was", kept[0].span)
         index = fact["trnid"][0] if "joint" in attributes and fact["trnid"][0] in reading.joint_of else None
         before = drives.get(index) if index is not None else None
         entry = Map(element.span)
@@ -72,7 +72,7 @@ def drives_of(reading: Reading) -> dict[int, Drive]:
             targets = {word: attributes[word] for word in _TARGETS if word in attributes}
             made_up = f"{next(iter(targets.values()), 'robot')}_{element.tag}"
             name = reading.name("actuator", fact["name"], made_up)
-            targets = {word: reading.called(_KINDS.get(word, "site"), text) for word, text in targets.items()}
+            targets = {word: reading.name_of(_KINDS.get(word, "site"), text) for word, text in targets.items()}
             convert.put_words(entry, targets, "other_actuator", element, _WORDS)
             _fill(reading, entry, "other_actuator", fact, attributes, element, index)
             others.put(name, entry, element.span, element.span)

@@ -65,7 +65,7 @@ def reference(joint: model.Joint) -> float:
     return value if isinstance(value, (int, float)) else 0.0
 
 
-def shifted(coefficients: Sequence[float], by: float) -> list[float]:
+def shift_polynomial(coefficients: Sequence[float], by: float) -> list[float]:
     """Return the coefficients of the polynomial of ``x + by`` as one of ``x``, from the lowest up.
 
     >>> shifted([1, 2, 3], 1)
@@ -130,9 +130,9 @@ class Masks:
         shapes = [(link.name, shape) for link in robot.links for shape in link.collision]
         self._of_links: dict[str, set[Mask]] = {link.name: set() for link in robot.links}
         for name, shape in shapes:
-            self._of_links[name].add(self.of(name, shape))
+            self._of_links[name].add(self.mask_of(name, shape))
 
-    def of(self, link: str, shape: model.Shape) -> Mask:
+    def mask_of(self, link: str, shape: model.Shape) -> Mask:
         if link in self.rolling:
             return ROLLS
         contact = shape.contact
@@ -147,7 +147,7 @@ class Masks:
         return any(mask.meets(theirs) for mask in self._of_links[one] for theirs in self._of_links[other])
 
     def pair(self, one: Geom, other: Geom) -> bool:
-        return self.of(one.link, one.solid.shape).meets(self.of(other.link, other.solid.shape))
+        return self.mask_of(one.link, one.solid.shape).meets(self.mask_of(other.link, other.solid.shape))
 
 
 @of_robot

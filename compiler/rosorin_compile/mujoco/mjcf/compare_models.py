@@ -142,11 +142,11 @@ class Model:
             kinds = ["site" if kind == "geom" else "" for kind in kinds]
         return list(zip(kinds, numbers, strict=True))
 
-    def called(self, kind: str, index: int) -> str:
+    def name_of(self, kind: str, index: int) -> str:
         name = self.names[kind][index]
         if name or kind not in _FRAMES or kind == "body":
             return f"{kind} {name or index}"
-        return f"{kind} {index} of {self.called('body', self.body_of(kind, index))}"
+        return f"{kind} {index} of {self.name_of('body', self.body_of(kind, index))}"
 
     def body_of(self, kind: str, index: int) -> int:
         return int(getattr(self.mj, "body_parentid" if kind == "body" else f"{KINDS[kind]}_bodyid")[index])
@@ -213,7 +213,7 @@ class Comparison:
     def report(self, kind: str, index: int, field: str, text: str) -> None:
         """Add a difference of an object of the source, or with ``index`` -1 of the whole model."""
         self.differences.append(
-            Difference(kind, field, text if index < 0 else f"{self.source.called(kind, index)}: {text}")
+            Difference(kind, field, text if index < 0 else f"{self.source.name_of(kind, index)}: {text}")
         )
 
     def values(self, kind: str, index: int, field: str, one: Any, other: Any, word: str = "") -> None:
@@ -305,7 +305,7 @@ class Comparison:
                     or (kind == "key" and ours.names["key"][index] == "home")  # every robot of ours has it
                 )
                 if not is_harmless:
-                    self.report(kind, -1, "", f"{ours.called(kind, index)} is in ours alone")
+                    self.report(kind, -1, "", f"{ours.name_of(kind, index)} is in ours alone")
 
     def _array(self, array: str, extent: str) -> None:
         """Compare an array of mjModel object by object; those of flexible bodies and plugins as one piece."""
@@ -353,7 +353,7 @@ class Comparison:
         theirs, own = self.source.references(array, extent, one), self.ours.references(array, extent, other)
         if len(theirs) != len(own) or not all(map(self._is_same, theirs, own)):
             texts = [
-                ", ".join("none" if n < 0 else model.called(of, int(n)) if of else f"{n:g}" for of, n in pairs)
+                ", ".join("none" if n < 0 else model.name_of(of, int(n)) if of else f"{n:g}" for of, n in pairs)
                 for model, pairs in ((self.source, theirs), (self.ours, own))
             ]
             field = array.partition("_")[2]
@@ -441,7 +441,7 @@ class Comparison:
                 is_turn = field in ("qpos", "mquat") and len(theirs) == len(own) > 0
                 if not (_same_position(theirs, own) if is_turn else close(theirs, own)):
                     self.report(
-                        "key", key[0], field, f"{word} of {self.source.called(kind, at)} {in_words(theirs, own)}"
+                        "key", key[0], field, f"{word} of {self.source.name_of(kind, at)} {in_words(theirs, own)}"
                     )
 
     def _order(self) -> None:
@@ -459,7 +459,7 @@ class Comparison:
         texts = set()
         for a, b in zip(*np.nonzero(np.triu(theirs != own)), strict=True):
             bodies = sorted(int(source.mj.geom_bodyid[geoms[at]]) for at in (a, b))
-            names = " and ".join(source.called("body", body) for body in bodies)
+            names = " and ".join(source.name_of("body", body) for body in bodies)
             texts.add(f"{names} may touch in {'the source' if theirs[a, b] else 'ours'} alone")
         for text in sorted(texts):
             self.report("contact", -1, "", text)
@@ -498,11 +498,11 @@ class Comparison:
                 self.mujoco.mj_forward(model.mj, model.data)
             for one, other in self.maps["body"].items():
                 pairs = zip(source.frame("body", one), ours.frame("body", other), strict=True)
-                found.append((max(float(np.abs(a - b).max()) for a, b in pairs), source.called("body", one)))
+                found.append((max(float(np.abs(a - b).max()) for a, b in pairs), source.name_of("body", one)))
             scale = max(1.0, float(np.abs(first.qacc).max(initial=0)))
             for one, other in self.maps["joint"].items():
                 apart = np.abs(first.qacc[source.piece("nv", one)] - second.qacc[ours.piece("nv", other)]).max()
-                found.append((float(np.nan_to_num(apart, nan=np.inf)) / scale, source.called("joint", one)))
+                found.append((float(np.nan_to_num(apart, nan=np.inf)) / scale, source.name_of("joint", one)))
         return max(found)
 
 

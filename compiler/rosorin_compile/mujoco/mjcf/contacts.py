@@ -122,7 +122,7 @@ class Touching:
         self._moved = [piece for solid in moved for piece in solid.pieces]
         self._last: tuple[Solid, Solid] | None = None  # a pair in contact will be a little further on, too
 
-    def at(self, way: Transform) -> bool:
+    def touches(self, way: Transform) -> bool:
         """Return True if they touch where ``way`` is the pose of the moved group in the frame of the fixed one."""
         if self._last is not None and self._are_close(*self._last, way):
             return True
@@ -331,14 +331,14 @@ def _always_touch(
         positions += [ends[0] + (ends[1] - ends[0]) * step / STEPS for step in range(STEPS + 1)] if ends else []
     base = one.inverse().then(places[joint.parent]).then(joint.origin.transform())
     ways = (motion(joint.type, joint.axis, at) for at in dict.fromkeys(positions))
-    return all(touching.at(base.then(way).then(other)) for way in ways)
+    return all(touching.touches(base.then(way).then(other)) for way in ways)
 
 
 _ROUND = ("cylinder", "ellipsoid")
 CANNOT = {*(frozenset((one, other)) for one in _ROUND for other in ("box", "mesh", HFIELD)), frozenset((HFIELD,))}
 
 
-def refused(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, str], tuple[str, int], tuple[str, int]]]:
+def refused_by_mjx(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, str], tuple[str, int], tuple[str, int]]]:
     """Yield two kinds of shapes that MJX does not collide and MuJoCo does, with link and number of the first of each.
 
     Each two kinds come once.
@@ -351,7 +351,7 @@ def refused(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, str], tup
         for number, shape in enumerate(link.collision):
             kind = _kind(robot, shape, form)
             if kind:
-                looks.setdefault((link.name, kind, masks.of(link.name, shape)), number)
+                looks.setdefault((link.name, kind, masks.mask_of(link.name, shape)), number)
     paired = {frozenset((geom.link, _kind(robot, geom.solid.shape, form)) for geom in pair) for pair in touching.pairs}
     excluded = set(map(frozenset, touching.excluded))
     top_of = {name: top for top, names in weld_groups(robot).items() for name in names}
@@ -386,7 +386,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Yield a note for each two kinds of shapes that may touch and that MJX does not collide: on the first of them."""
     if not case.robot.is_tree:  # reported by the rules about joints
         return
-    for kinds, (link, number), (other, _) in refused(case.robot, output):
+    for kinds, (link, number), (other, _) in refused_by_mjx(case.robot, output):
         message = f"MJX does not collide a {kinds[0]} with a {kinds[1]}, which may touch:"
         message += f' links "{link}" and "{other}"; it does not load the MJCF'
         help = "make one of them a capsule, or keep them apart: by the bits of their contact, or wheels by a drive"

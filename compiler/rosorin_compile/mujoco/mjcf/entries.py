@@ -10,12 +10,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.language.element_names import kind_of_name
-from rosorin_compile.source.diagnostics import Span, counted
+from rosorin_compile.source.diagnostics import Span, count_of
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.xml.markup import Element
 
 from . import convert
-from .bodies import STIFF, shifted
+from .bodies import STIFF, shift_polynomial
 from .reading import BALL, Reading
 from .shapes import ASSETS, is_scene, keep_asset, whole_geom
 
@@ -61,7 +61,7 @@ def _keep_of_scene(reading: Reading, kind: str, name: str) -> None:
         if thing["name"] == name and thing["bodyid"] == 0 and (kind, name) not in reading.of_scene:
             reading.of_scene.add((kind, name))
             node = whole_geom(reading, thing) if kind == "geom" else thing["element"]
-            span = reading.places.of(f"{kind}s", index).span
+            span = reading.places.place_of(f"{kind}s", index).span
             reading.keep_in_section("worldbody", node, f"{kind} of the world", span)
 
 
@@ -100,7 +100,7 @@ def add_sensors(reading: Reading) -> None:
         reading.sensor_order = [names[at] for at in sorted(order)]
     elif order != sorted(order):
         message = "the sensors that other formats know come first: sensor data is in another order"
-        reading.changed(message, elements[order[0]].span)
+        reading.change(message, elements[order[0]].span)
 
 
 def _sensor(reading: Reading, link: str, kind: str, name: str, members: Sequence[_Measured]) -> Map:
@@ -115,8 +115,8 @@ def _sensor(reading: Reading, link: str, kind: str, name: str, members: Sequence
         if one.name != name:
             convert.put(made, "name", one.name.removeprefix(f"{name}_"))
         for word, text in one.node["attributes"].items():
-            if word == "site" and reading.called("site", text) != link:
-                convert.put(attributes, word, reading.called("site", text))
+            if word == "site" and reading.name_of("site", text) != link:
+                convert.put(attributes, word, reading.name_of("site", text))
             elif word not in ("name", "site"):
                 convert.put(attributes, word, _number_or_text(text))
         if attributes:
@@ -210,14 +210,14 @@ def _add_constraint(
         for one in names:
             _keep_of_scene(reading, word, one)
         if names:
-            convert.put(entry, key, convert.listing([reading.called(word, one) for one in names], element))
+            convert.put(entry, key, convert.listing([reading.name_of(word, one) for one in names], element))
     pose = convert.floats({"relpose": rest.pop("relpose", "")}, "relpose", [0, 1, 0, 0, 0, 0, 0])
     if any(pose[3:]):  # where one link of a weld is in the other; a quaternion of zeros is the first pose
         convert.put(entry, "xyz", convert.numbers([convert.tidy(value) for value in pose[:3]], element))
         convert.put_pose(entry, convert.transform(pose[:3], pose[3:]), element)
     first, second = _zeros(reading, fact) if fact["type"] == _EQ_JOINT else (0.0, 0.0)
     if first or second:
-        offset, *others = shifted(convert.floats(rest, "polycoef", [0, 1, 0, 0, 0]), -second)
+        offset, *others = shift_polynomial(convert.floats(rest, "polycoef", [0, 1, 0, 0, 0]), -second)
         rest["polycoef"] = " ".join(repr(convert.tidy(value)) for value in (offset + first, *others))
     known = node["tag"] in ("connect", "weld", "joint")
     if not known or convert.put_words(entry, rest, "constraint", element, _OF_CONSTRAINT):
@@ -251,7 +251,9 @@ def add_contacts(reading: Reading) -> None:
 
 
 def _excludes(reading: Reading) -> Iterator[tuple[list[str], Element]]:
-    written = {frozenset((e.get("body1"), e.get("body2"))): e for e in reading.markup.listed("contact", "exclude")}
+    written = {
+        frozenset((e.get("body1"), e.get("body2"))): e for e in reading.markup.section_elements("contact", "exclude")
+    }
     for signature in reading.facts["exclude_signature"]:
         bodies = (signature >> 16, signature & 0xFFFF)  # which MuJoCo has sorted
         names = [reading.link_of.get(index, "") for index in bodies]
@@ -262,7 +264,7 @@ def _excludes(reading: Reading) -> Iterator[tuple[list[str], Element]]:
         elif element not in reading.reported:
             reading.reported.add(element)
             what = "a contact with the world that is excluded: the scene is no part of the robot"
-            reading.ignored(what, element.span)
+            reading.ignore(what, element.span)
 
 
 def _filtered(
@@ -314,7 +316,7 @@ def add_kept(reading: Reading) -> None:
         texts = convert.listing(map(convert.text_of, nodes), reading.markup.root)
         convert.put(reading.links[link] if link else reading.tree, "mjcf_elements" if link else "mjcf", texts)
     for tag, spans in by_tag.items():
-        what = f"{counted(len(spans), 'element')} ({tag})" if len(spans) > 1 else f"an element ({tag})"
+        what = f"{count_of(len(spans), 'element')} ({tag})" if len(spans) > 1 else f"an element ({tag})"
         message = f"{what}, for which the language has no keys: kept as XML under mjcf"
         reading.note("import-verbatim", message, spans[0], others=spans[1:])
 
@@ -337,5 +339,5 @@ def _renamed(reading: Reading, node: convert.Node) -> convert.Node:
     for word, text in attributes.items():
         kind = kind_of_name(word, attributes)
         if kind and kind != "material":
-            attributes[word] = reading.called(kind, text)
+            attributes[word] = reading.name_of(kind, text)
     return {**node, "attributes": attributes, "inner": [_renamed(reading, one) for one in node["inner"]]}

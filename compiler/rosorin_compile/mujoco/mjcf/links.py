@@ -24,7 +24,7 @@ from typing import Any
 from rosorin_compile.model import Link, Transform, Vector
 from rosorin_compile.model.geometry import rotation_about
 from rosorin_compile.model.link import limited_fields
-from rosorin_compile.source.diagnostics import counted, first_of, listed
+from rosorin_compile.source.diagnostics import count_of, first_of, phrase
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.units import Quantity
 from rosorin_compile.source.xml.markup import Element
@@ -65,7 +65,7 @@ def name_all(reading: Reading) -> None:
             reading.rename("body", body["name"], link)
             if link != body["name"]:
                 message = f'the body "{body["name"]}" becomes the link "{link}": names hold no markup or quotes'
-                reading.changed(message, reading.places.body(index).span)
+                reading.change(message, reading.places.body(index).span)
     if reading.ground:
         reading.link_of[0] = reading.unique("link", GROUND)
         reading.renamed.setdefault("body", {})["world"] = reading.link_of[0]
@@ -95,7 +95,7 @@ def add_links(reading: Reading) -> None:
         if 0 < body["mass"] <= NO_MASS:
             light.append(index)
         elif body["mass"] > 0 or any(body["inertia"]):
-            own = next((one for one in reading.markup.children(element) if one.tag == "inertial"), element)
+            own = next((one for one in reading.markup.child_elements(element) if one.tag == "inertial"), element)
             convert.put(link, "inertial", _inertial(body, own))
         more = {key: text for key, text in body["element"]["attributes"].items() if key not in _POSED}
         reading.put_words(link, more, "link", element, f'the body "{name}"', words)
@@ -104,7 +104,7 @@ def add_links(reading: Reading) -> None:
     if light:
         names = first_of([reading.link_of[index] for index in light], 5)
         message = f"what MuJoCo has for mass where there is none is left out ({names})"
-        reading.changed(message, reading.places.body(light[0]).span)
+        reading.change(message, reading.places.body(light[0]).span)
 
 
 def _inertial(body: Mapping[str, Any], element: Element) -> Map:
@@ -141,13 +141,13 @@ def add_marks(reading: Reading) -> None:
             if thing["bodyid"] in reading.link_of:
                 _add_mark(reading, kind, index, thing)
             else:
-                reading.skip_scene(kind[:-1], reading.places.of(kind, index).span)
+                reading.skip_scene(kind[:-1], reading.places.place_of(kind, index).span)
 
 
 def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any]) -> None:
     """Add a site, a camera or a light to its link; one that the language cannot express is kept as it is."""
     tag, form = _MARKS[kind]
-    link, element, node = reading.link_of[thing["bodyid"]], reading.places.of(kind, index), thing["element"]
+    link, element, node = reading.link_of[thing["bodyid"]], reading.places.place_of(kind, index), thing["element"]
     place, name = convert.transform(thing["pos"], thing.get("quat")), thing["name"]
     more = {key: text for key, text in node["attributes"].items() if key not in _POSED}
     is_at_origin = convert.tidy_vector(place.xyz) == _ORIGIN and convert.is_unturned(place)
@@ -156,7 +156,7 @@ def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any])
     if tag == "site" and name in reading.taken["link"]:  # each link has a site of its own
         given = reading.name(tag, f"{name}_site")
         reading.rename(tag, name, given)
-        reading.changed(f'the site "{name}" is called "{given}": a link has the name', element.span)
+        reading.change(f'the site "{name}" is called "{given}": a link has the name', element.span)
         name = given
     else:
         name = reading.name(tag, name, f"{link}_{tag}")
@@ -165,7 +165,7 @@ def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any])
         more["dir"] = " ".join(repr(convert.tidy(value)) for value in thing["dir"])
     entry, kinds = Map(element.span), {"target": "body", "material": "material"}
     convert.put_pose(entry, place, element)
-    named = {word: reading.called(kinds[word], text) if word in kinds else text for word, text in more.items()}
+    named = {word: reading.name_of(kinds[word], text) if word in kinds else text for word, text in more.items()}
     rest = convert.put_words(entry, named, form, element)
     if rest or node["inner"]:
         reading.keep({**node, "attributes": {"name": name, **more, **convert.placing(place)}}, tag, element.span, link)
@@ -186,7 +186,7 @@ def add_joints(reading: Reading, drives: Drives) -> None:
         if held and held[0][1]["type"] != FREE:
             _add_chain(reading, index, place, held, drives)
         else:
-            own = reading.places.of("joints", held[0][0]) if held else element
+            own = reading.places.place_of("joints", held[0][0]) if held else element
             name = held[0][1]["name"] if held and held[0][1]["name"] else f"{ends[1]}_joint"
             kind = "floating" if held else "fixed"
             joint = reading.add_joint(reading.unique("joint", name), kind, *ends, own)
@@ -212,7 +212,7 @@ def add_root(reading: Reading) -> None:
     convert.put_pose(entry, place, element)
     if reading.free_base:
         index = reading.joints_in[top][0]
-        joint, own = reading.facts["joints"][index], reading.places.of("joints", index)
+        joint, own = reading.facts["joints"][index], reading.places.place_of("joints", index)
         if joint["name"]:
             convert.put(entry, "joint", reading.unique("joint", joint["name"]))
         more = {key: text for key, text in joint["element"]["attributes"].items() if key not in (*_READ, *_OF_LIMITS)}
@@ -227,7 +227,7 @@ def _add_chain(reading: Reading, index: int, place: Transform, held: Sequence[tu
     above = reading.link_of[reading.facts["bodies"][index]["parentid"]]
     at = _ORIGIN  # where in the body, not turned, the link is that the chain has reached
     for number, (which, joint) in enumerate(held, 1):
-        kind, span = joint["type"], reading.places.of("joints", which)
+        kind, span = joint["type"], reading.places.place_of("joints", which)
         name, axis = (reading.ball_of if kind == BALL else reading.joint_of)[which], convert.unit(joint["axis"])
         anchor, child = (at if kind == SLIDE else convert.tidy_vector(joint["pos"])), body
         if number < len(held) or anchor != _ORIGIN:
@@ -302,7 +302,7 @@ def _limit(reading: Reading, name: str, joint: Mapping[str, Any], element: Eleme
     if missing:
         convert.put(limit, "stand_ins", convert.listing(missing, element))
         verb, them = ("is a stand-in", "it") if len(missing) == 1 else ("are stand-ins", "them")
-        convert.put_source(limit, "stand_in", f"{listed(missing)} {verb}: the MJCF does not limit {them}")
+        convert.put_source(limit, "stand_in", f"{phrase(missing)} {verb}: the MJCF does not limit {them}")
     for key in missing:
         word = "range" if key in ("lower", "upper") else key
         reading.stand_ins.setdefault(word, []).append((name, limit[key], element.span))
@@ -316,11 +316,11 @@ def _report_joints(reading: Reading) -> None:
         if not entries:
             continue
         names = list(dict.fromkeys(name for name, _, _ in entries))
-        whose = f'joint "{names[0]}" has' if len(names) == 1 else f"{counted(len(names), 'joint')} have"
+        whose = f'joint "{names[0]}" has' if len(names) == 1 else f"{count_of(len(names), 'joint')} have"
         which = f" ({first_of(names, 3)})" if len(names) > 1 else ""
         numbers = list(dict.fromkeys(f"{value:g}" for _, value, _ in entries))
         written = "is written as a stand-in" if len(numbers) == 1 else "are written as stand-ins"
-        message = f"{whose} no {word} limit in the MJCF{which}: {listed(numbers)} {written}"
+        message = f"{whose} no {word} limit in the MJCF{which}: {phrase(numbers)} {written}"
         reading.note("import-stand-in", message, entries[0][2], "put in what the robot really has")
     bodies = enumerate(reading.facts["bodies"])
     several = [(index, body) for index, body in bodies if len(reading.joints_in.get(index, ())) > 1]
@@ -328,7 +328,7 @@ def _report_joints(reading: Reading) -> None:
     if light:
         message = f"{first_of([reading.link_of[index] for index in light], 3)}: next to no inertia, and several joints;"
         message += f" the links between them need {LEAST:g} kg*m^2 in MuJoCo: such small parts move a little otherwise"
-        reading.changed(message, reading.places.body(light[0]).span)
+        reading.change(message, reading.places.body(light[0]).span)
 
 
 def _put_dynamics(entry: Map, attributes: Mapping[str, str], element: Element) -> dict[str, str]:

@@ -79,7 +79,7 @@ def is_textured(robot: Robot, texture: str) -> bool:
     return bool(texture_path(texture)) and texture not in robot.missing_meshes
 
 
-def named(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
+def check_names(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
     """Yield an error for each geom that an MJCF names and does not have; ``left_out`` are those, each with its link."""
     from html import unescape  # that of xml.sax.saxutils would load http
 
@@ -97,11 +97,11 @@ def position_range(joint: Joint) -> tuple[float, float] | None:
     limit = joint.limit if joint.moves else None
     if joint.type == "continuous" or limit is None:
         return None
-    lower, upper = limit.known("lower"), limit.known("upper")
+    lower, upper = limit.known_value("lower"), limit.known_value("upper")
     return None if lower is None or upper is None else (lower, upper)
 
 
-def refused(robot: Robot, free: bool) -> Iterator[Diagnostic]:
+def check_loadable(robot: Robot, free: bool) -> Iterator[Diagnostic]:
     """Yield an error for each thing that MuJoCo does not load; ``free``: the base floats."""
     yield from masses(robot, free)
     for sensor, part in [(one, part) for one in robot.sensors for part in one.simulated]:
@@ -117,10 +117,10 @@ def _omitted(message: str, help: str = "", severity: str = WARNING) -> Diagnosti
     return Diagnostic("mjcf-cannot-say", severity, message, help=help)
 
 
-def omitted(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
+def report_omissions(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
     """Yield what joints, meshes and textures have that MJCF cannot express."""
     for joint in joints:
-        ends, effort = position_range(joint), joint.limit.known("effort") if joint.limit else None
+        ends, effort = position_range(joint), joint.limit.known_value("effort") if joint.limit else None
         if ends and ends[0] >= ends[1]:
             message = f'joint "{joint.name}" is limited to {ends[0]:g} to {ends[1]:g}: MuJoCo ignores an empty range'
             yield _omitted(message, "make the joint fixed, or its range wider")
@@ -157,7 +157,7 @@ def omitted(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
         yield _omitted(message, severity=NOTE)
 
 
-def unpaired(links: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
+def report_unpaired(links: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
     """Yield a note on links that may collide, and have too many shapes for pairs."""
     if links:
         which = first_of([f'"{one}" and "{other}"' for one, other in links], 3)

@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from rosorin_compile.formats.imported import Imported, Proof
-from rosorin_compile.source.diagnostics import listed
+from rosorin_compile.source.diagnostics import phrase
 
 from .process import prove as prove_in_child
 
@@ -53,7 +53,7 @@ def prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
         by_feature.setdefault(f"{kind} {field}".strip(), []).append(text)
     if wrong:
         return Proof(wrong, known)
-    but = f"except for what is listed above ({listed(list(known))})" if known else "in every field but its appearance"
+    but = f"except for what is listed above ({phrase(list(known))})" if known else "in every field but its appearance"
     motion = f"; frames and accelerations {answer['motion']}" if "motion" in answer else ""
     return Proof(wrong, known, f"MuJoCo's model of the MJCF is that of the source, {but}{motion}")
 

@@ -82,7 +82,7 @@ def _joint_view(joint: model.Joint, robot: model.Robot) -> model.Joint:
         return model.Joint(name, joint.type, *place, axis)
     reach = position_range(joint)
     kind = "continuous" if joint.type == "revolute" and reach is None else joint.type
-    effort = joint.limit.known("effort") if joint.limit is not None else None
+    effort = joint.limit.known_value("effort") if joint.limit is not None else None
     lower, upper = reach or (None, None)
     if effort is not None and (effort <= 0 or "actuatorfrcrange" in joint.mjcf or is_clamped(robot, joint, effort)):
         effort = None  # an attribute of MuJoCo or the actuators set it

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats.format import cannot_carry
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, counted, listed
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Span, count_of, phrase
 from rosorin_compile.source.messages import and_here
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.xml.markup import Element
@@ -87,7 +87,7 @@ class Reading:
         if name and given != name:
             self.renamed.setdefault(kind, {})[name] = given
 
-    def called(self, kind: str, name: str) -> str:
+    def name_of(self, kind: str, name: str) -> str:
         return self.renamed.get(kind, {}).get(name) or convert.legal(name)
 
     def keep(self, node: Node, tag: str, span: Span, link: str = "") -> None:
@@ -99,11 +99,11 @@ class Reading:
 
     def elements_of(self, section: str, nodes: Sequence[Node], tag: str = "") -> list[Element]:
         """Return where each element of a section is in the text; those of attached models are found by name."""
-        found = self.markup.listed(section, tag)
+        found = self.markup.section_elements(section, tag)
         if len(found) == len(nodes):
             return found
         names = (node["attributes"].get("name", "") for node in nodes)
-        return [self.markup.named(section, name) or self.markup.root for name in names]
+        return [self.markup.find(section, name) or self.markup.root for name in names]
 
     def put_words(
         self,
@@ -124,7 +124,7 @@ class Reading:
     def note(self, rule: str, message: str, span: Span, help: str = "", others: Sequence[Span] = ()) -> None:
         self.diagnostics.append(Diagnostic(rule, NOTE, message, span, and_here(others), help))
 
-    def ignored(self, message: str, span: Span) -> None:
+    def ignore(self, message: str, span: Span) -> None:
         self.note("import-ignored", message, span)
 
     def skip_scene(self, kind: str, span: Span) -> None:
@@ -134,13 +134,13 @@ class Reading:
     def report_scene(self) -> None:
         if self.scene:
             counts = Counter(kind for kind, _ in self.scene)
-            what = listed([counted(count, kind) for kind, count in counts.items()])
-            self.ignored(f"{what} of the world: the scene is no part of the robot", self.scene[0][1])
+            what = phrase([count_of(count, kind) for kind, count in counts.items()])
+            self.ignore(f"{what} of the world: the scene is no part of the robot", self.scene[0][1])
 
-    def changed(self, message: str, span: Span) -> None:
+    def change(self, message: str, span: Span) -> None:
         self.note("import-changed", message, span)
 
-    def warned(self, message: str, span: Span) -> None:
+    def warn(self, message: str, span: Span) -> None:
         self.diagnostics.append(Diagnostic("mjcf-warning", WARNING, message, span))
 
     def add(self, section: Map, name: str, element: Element) -> Map:

@@ -24,7 +24,7 @@ from .actuators import drives_of
 from .process import ask
 from .reading import BALL, FREE, SLIDE, Reading
 from .settings import SETTINGS
-from .source import Markup, Places, before, place, refusal
+from .source import Markup, Places, check_source, place, refusal
 
 _UNNAMED = "MuJoCo Model"
 _SIZES = {FREE: 7, BALL: 4}  # positions of a joint
@@ -47,7 +47,7 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
         help = "an MJCF begins with <mujoco>"
         message = f"this is no robot: its root element is <{markup.root.tag}>"
         return Imported(None, [error("wrong-root", message, markup.root.span, help)], files=files)
-    wrong = list(before(markup))
+    wrong = list(check_source(markup))
     if wrong:
         return Imported(None, wrong, files=files)
     answer = ask(path)
@@ -57,10 +57,10 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     files += tuple(file for file in named if is_file(file))
     reading = Reading(markup, Places(markup, answer.facts), answer.facts)
     for message in answer.warnings:
-        reading.warned(f"MuJoCo warns: {' '.join(message.split())}", place(markup, message))
+        reading.warn(f"MuJoCo warns: {' '.join(message.split())}", place(markup, message))
     if "rounded_by" in answer.facts:
         rounded = f"MuJoCo {answer.facts['rounded_by']} tells actuators, sensors and options with six digits"
-        reading.warned(f"{rounded}; MuJoCo 4 with all", markup.root.span)
+        reading.warn(f"{rounded}; MuJoCo 4 with all", markup.root.span)
     if not reading.tops:
         return Imported(None, [_no_body(markup)], files=files)
     _read(reading, path)
@@ -138,7 +138,7 @@ def _settings(reading: Reading) -> Map:
     root = reading.markup.root
     options, flags, found = Map(root.span), Map(root.span), dict[str, tuple[str, Element, Span]]()
     for element in reading.markup.sections("option"):
-        for one in (element, *reading.markup.children(element)):
+        for one in (element, *reading.markup.child_elements(element)):
             prefix = "" if one is element else f"{one.tag} "
             found |= {prefix + name: (own.value, one, own.span) for name, own in one.attributes.items()}
     for name, text in reading.facts["elements"]["options"].items():
@@ -165,7 +165,7 @@ def _add_poses(reading: Reading) -> None:
     Joints not named are at zero, and so are those that follow another one. An actuator that is not named is at zero,
     but a servo holds its joint where it is.
     """
-    elements, keys = reading.markup.listed("keyframe", "key"), reading.facts["keys"]
+    elements, keys = reading.markup.section_elements("keyframe", "key"), reading.facts["keys"]
     poses = Map(reading.markup.root.span)
     for number, (key, attributes) in enumerate(zip(keys, reading.facts["elements"]["keys"], strict=False)):
         element = elements[number] if number < len(elements) else reading.markup.root
@@ -241,7 +241,7 @@ def _comments(reading: Reading) -> list[Comment]:
         if index:
             entries.setdefault(reading.places.body(index), ("links", name))
     for index, name in reading.joint_of.items():
-        entries.setdefault(reading.places.of("joints", index), ("joints", name))
+        entries.setdefault(reading.places.place_of("joints", index), ("joints", name))
     made: list[Comment] = []
     for document in reading.markup.documents:
         paths: dict[int, TreePath] = {}

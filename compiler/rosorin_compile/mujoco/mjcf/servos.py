@@ -11,7 +11,7 @@ from rosorin_compile.model.geometry import cross, dot, unit
 from rosorin_compile.model.mass import along_link, together
 from rosorin_compile.model.simulation import GENERAL, MOTOR, POSITION, SENSOR_ELEMENT, VELOCITY, Actuator
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, counted, first_of
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Suggestion, count_of, first_of
 from rosorin_compile.source.xml.elements import found_in
 
 from .omissions import position_range
@@ -69,7 +69,7 @@ def _stand_in(robot: Robot, joint: Joint, kind: str, places: Mapping[str, Transf
     9.81 / (0.3 * _STIFF^2) = 3 mrad, and the simulation is stable with steps of 2 ms.
     """
     back = places[joint.child].inverse()
-    links = [robot.link[name] for name in robot.below(joint.child)]
+    links = [robot.link[name] for name in robot.subtree(joint.child)]
     parts = [(one.inertial, back.then(places[one.name])) for one in links if one.inertial and one.inertial.mass > 0]
     felt = 0.0
     if parts:
@@ -94,8 +94,8 @@ def aims(drive: Drive) -> tuple[float, float] | None:
     if actuator.range is not None or joint is None:
         return actuator.range
     ends = position_range(joint) if actuator.holds_position else None
-    if actuator.type == VELOCITY and joint.limit and joint.limit.known("velocity"):
-        speed = joint.limit.known("velocity") or 0.0
+    if actuator.type == VELOCITY and joint.limit and joint.limit.known_value("velocity"):
+        speed = joint.limit.known_value("velocity") or 0.0
         ends = -speed, speed
     if ends is None:
         return None
@@ -158,9 +158,9 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         return ("actuators", drive.name)
 
     if assumed := stand_ins(robot, robot.joints, output):
-        message = f"{counted(len(assumed), 'joint')} without an actuator: servos of an assumed strength move them in"
+        message = f"{count_of(len(assumed), 'joint')} without an actuator: servos of an assumed strength move them in"
         message += f" {output.file} alone ({first_of([one.name for one in assumed], _SHOWN)})"
-        moved = {link for one in assumed if one.joint for link in robot.below(one.joint.child)}
+        moved = {link for one in assumed if one.joint for link in robot.subtree(one.joint.child)}
         affected = [one.name for one in robot.sensors if any(part.link in moved for part in one.simulated)]
         if affected:
             message += f", which changes what sensors measure in MuJoCo ({first_of(affected, _SHOWN)})"

@@ -54,7 +54,7 @@ def add_shapes(reading: Reading) -> None:
             reading.groups[purpose] = counts.most_common(1)[0][0]
     looks, held = Looks(reading), dict[tuple[str, str], Seq]()
     for index, found in purposes.items():
-        element, geom = reading.places.of("geoms", index), geoms[index]
+        element, geom = reading.places.place_of("geoms", index), geoms[index]
         for purpose in found:
             shape = _shape(reading, geom, element)
             if purpose == "visual":
@@ -67,7 +67,7 @@ def add_shapes(reading: Reading) -> None:
         convert.put(reading.links[link], purpose, shapes)
     for index, geom in enumerate(geoms):
         if geom["bodyid"] in reading.link_of and not _is_carried(reading, geom) and not is_scene(geom):
-            span, link = reading.places.of("geoms", index).span, reading.link_of[geom["bodyid"]]
+            span, link = reading.places.place_of("geoms", index).span, reading.link_of[geom["bodyid"]]
             reading.keep(whole_geom(reading, geom), f"geom: {_WORDS[geom['type']]}", span, link)
     looks.finish()
     _add_unused(reading)
@@ -188,7 +188,7 @@ def _shape(reading: Reading, geom: Thing, element: Element) -> Map:
         scale = convert.tidy_vector(mesh["scale"])
         if scale != (1, 1, 1):
             convert.put(
-                sizes, "scale", convert.numbers(scale, reading.markup.named("asset", mesh["name"]) or element, "scale")
+                sizes, "scale", convert.numbers(scale, reading.markup.find("asset", mesh["name"]) or element, "scale")
             )
         if mesh["taken"]:
             convert.put(sizes, "inertia", mesh["taken"])
@@ -268,7 +268,7 @@ class Looks:
         texture = attributes.get("texture", "")
         image, written = (
             _asset(self.reading, "texture", texture)["attributes"],
-            self.reading.markup.named("asset", texture),
+            self.reading.markup.find("asset", texture),
         )
         is_plain = image.keys() <= _PLAIN_IMAGE and image.get("type") == "2d" and bool(material["texture"])
         is_plain = (
@@ -283,7 +283,7 @@ class Looks:
         name = str(material["name"])
         if index in reading.material_of:
             return reading.material_of[index]
-        element = reading.markup.named("asset", name) or reading.markup.root
+        element = reading.markup.find("asset", name) or reading.markup.root
         if _asset(reading, "material", name)["inner"]:
             keep_asset(reading, "material", name, element.span)
             return name
@@ -322,13 +322,13 @@ def _add_unused(reading: Reading) -> None:
         used |= {one["attributes"].get("texture", "") for one in (material, *material["inner"])}
     for name in map(_asset_name, assets["texture_assets"]):
         if not name or name not in used:
-            reading.skip_scene("texture", (markup.named("asset", name) or markup.first("asset")).span)
+            reading.skip_scene("texture", (markup.find("asset", name) or markup.first("asset")).span)
     shaped = {geom["dataid"] for geom in geoms if geom["type"] in (_MESH, _SDF)}
     for index, mesh in enumerate(reading.facts["meshes"]):
         if index not in shaped:
             keep_asset(
-                reading, "mesh", mesh["name"], (markup.named("asset", mesh["name"]) or markup.first("asset")).span
+                reading, "mesh", mesh["name"], (markup.find("asset", mesh["name"]) or markup.first("asset")).span
             )
     for index, geom in enumerate(geoms):
         if geom["bodyid"] not in reading.link_of or is_scene(geom):
-            reading.skip_scene("geom", reading.places.of("geoms", index).span)
+            reading.skip_scene("geom", reading.places.place_of("geoms", index).span)

@@ -15,7 +15,7 @@ from typing import Any
 from rosorin_compile.formats.imported import ReadOptions
 from rosorin_compile.source import files
 from rosorin_compile.source.diagnostics import Diagnostic, Span, error
-from rosorin_compile.source.xml.markup import Attribute, Document, Element, MarkupError, mended, parse, read_source
+from rosorin_compile.source.xml.markup import Attribute, Document, Element, MarkupError, parse, read_source, repair
 
 from .process import Answer
 
@@ -65,7 +65,7 @@ class Markup:
             document = parse(source)
         except MarkupError as problem:
             try:
-                document = parse(mended(source))
+                document = parse(repair(source))
             except MarkupError:
                 raise problem from None
         self.files.append(path)
@@ -117,37 +117,37 @@ class Markup:
         folder = next((folder for folder in self.models if files.is_file(folder / name)), self.models[0])
         return posixpath.normpath(posixpath.join(Path(os.path.relpath(folder, self.models[0])).as_posix(), name))
 
-    def children(self, element: Element) -> Iterator[Element]:
+    def child_elements(self, element: Element) -> Iterator[Element]:
         """Yield the elements in an element, those of included files in place of the include."""
         for child in element.children:
             if child in self.included:
-                yield from self.children(self.included[child])
+                yield from self.child_elements(self.included[child])
             else:
                 yield child
 
-    def within(self, element: Element) -> Iterator[Element]:
+    def elements_below(self, element: Element) -> Iterator[Element]:
         """Yield the elements in an element and in those, in the order of the text, without the element itself."""
-        for child in self.children(element):
+        for child in self.child_elements(element):
             yield child
-            yield from self.within(child)
+            yield from self.elements_below(child)
 
     def everything(self) -> list[Element]:
-        return [self.root, *self.within(self.root)]
+        return [self.root, *self.elements_below(self.root)]
 
     def sections(self, tag: str) -> list[Element]:
         """Return the sections of a name: MuJoCo takes several of one name for one."""
-        return [child for child in self.children(self.root) if child.tag == tag]
+        return [child for child in self.child_elements(self.root) if child.tag == tag]
 
     def first(self, tag: str) -> Element:
         return (self.sections(tag) or [self.root])[0]
 
-    def named(self, section: str, name: str) -> Element | None:
-        elements = (element for part in self.sections(section) for element in self.within(part))
+    def find(self, section: str, name: str) -> Element | None:
+        elements = (element for part in self.sections(section) for element in self.elements_below(part))
         return next((element for element in elements if name and element.get("name") == name), None)
 
-    def listed(self, section: str, tag: str = "") -> list[Element]:
+    def section_elements(self, section: str, tag: str = "") -> list[Element]:
         """Return the elements directly in a section, in order."""
-        return [e for part in self.sections(section) for e in self.children(part) if not tag or e.tag == tag]
+        return [e for part in self.sections(section) for e in self.child_elements(part) if not tag or e.tag == tag]
 
 
 class Places:
@@ -188,14 +188,14 @@ class Places:
         elements = [element for container in containers for element in self._direct(container, tags)]
         if len(elements) == len(wanted):
             return {at: element for (at, _), element in zip(wanted, elements, strict=True)}
-        holders = [e for c in containers for e in self.markup.within(c) if e.tag in _MAKERS]
+        holders = [e for c in containers for e in self.markup.elements_below(c) if e.tag in _MAKERS]
         nameless = [element for element in elements if not element.get("name")]
         fallback = [*nameless, *holders, *containers, self.markup.root][0]
         names = {element.get("name"): element for element in elements if element.get("name")}
         return {at: names.get(name) or names.get(name.rstrip("0123456789")) or fallback for at, name in wanted}
 
     def _direct(self, container: Element, tags: Sequence[str]) -> Iterator[Element]:
-        for child in self.markup.children(container):
+        for child in self.markup.child_elements(container):
             if child.tag in tags:
                 yield child
             elif child.tag in _GROUPING:
@@ -204,11 +204,11 @@ class Places:
     def body(self, index: int) -> Element:
         return self.bodies.get(index, self.markup.root)
 
-    def of(self, kind: str, index: int) -> Element:
+    def place_of(self, kind: str, index: int) -> Element:
         return self.parts.get((kind, index), self.markup.root)
 
 
-def before(markup: Markup) -> Iterator[Diagnostic]:
+def check_source(markup: Markup) -> Iterator[Diagnostic]:
     """Yield what must not be passed to MuJoCo: numbers that are not finite, and files that are pipes or devices."""
     inner = [e.get(word) for e in markup.sections("compiler") for word in ("meshdir", "texturedir", "assetdir")]
     folders = dict.fromkeys(file.parent for file in markup.files)

@@ -35,7 +35,7 @@ from rosorin_compile.model.simulation import Attribute
 from rosorin_compile.mujoco.rest_pose import HOME, home_of, stands_at
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.numbers import NumberFormat, number_format, numbers, vector
-from rosorin_compile.source.xml.elements import indented
+from rosorin_compile.source.xml.elements import indent_lines
 
 from . import bodies, omissions
 from .contacts import contacts
@@ -102,7 +102,7 @@ def _inner(joint: model.Joint, printer: ElementPrinter) -> dict[str, str]:
     words = {"damping": joint.braking, "frictionloss": dynamics.friction, "armature": dynamics.armature}
     words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
     values = {word: number(value) for word, value in words.items() if value}
-    effort = joint.limit.known("effort") if joint.limit is not None else None
+    effort = joint.limit.known_value("effort") if joint.limit is not None else None
     if effort and not is_clamped(printer.robot, joint, effort):
         values["actuatorfrcrange"] = numbers([-effort, effort], number)
     if joint.mjcf:
@@ -225,21 +225,24 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
     top = 1 if robot.root_in_world.world else 0  # the depth of the frames that are bodies in the world
     none = frozenset(omissions.weightless(robot, free))
     in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
-    printed = {joint.name: classes.printed(place) for place, joint in enumerate(moving)}
-    framed = attributes(**{"class": classes.named(bodies.FRAME)})
+    printed = {joint.name: classes.print_classes(place) for place, joint in enumerate(moving)}
+    framed = attributes(**{"class": classes.class_name(bodies.FRAME)})
     elements: list[
         tuple[object, ...]
     ] = []  # as the template takes them; the last are indents of elements that end here
     for frame, after in zip(frames, [*frames[1:], None], strict=True):
         link, joint, indent = frame.link or model.Link(frame.name), frame.joint, _indent(frame.depth - top)
-        made = [*geoms.of(link, bodies.COLLISION, link.collision), *geoms.of(link, bodies.VISUAL, link.visual)]
+        made = [
+            *geoms.geoms_of(link, bodies.COLLISION, link.collision),
+            *geoms.geoms_of(link, bodies.VISUAL, link.visual),
+        ]
         if in_fluid and link.name in none:
             made.append(attributes(name=f"{link.name}_no_drag", size=number(_NO_SIZE), **_NO_DRAG))
         pose, names = root if frame.depth == 0 else frame.pose, ""
         if frame.depth >= top:
             place = place_of(pose.xyz, pose.rpy, number)
             names = attribute("name", bodies.body_name(robot, frame.name)) + attributes(**place)
-            names += printer.printed({**link.limited_values("mjcf"), **link.mjcf})
+            names += printer.print_values({**link.limited_values("mjcf"), **link.mjcf})
         free_joint = [_free_joint(robot, printer)] if free and not elements else []
         body = (
             free_joint,
@@ -250,7 +253,7 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
             made,
             attribute("name", frame.name) + framed,
             [*parts.get(frame.name, ()), *map(printer.mark, link.marked)],
-            [indented(text, _indent(frame.depth - top + 1)) for text in link.mjcf_elements],
+            [indent_lines(text, _indent(frame.depth - top + 1)) for text in link.mjcf_elements],
             [_indent(depth - top) for depth in range(frame.depth, (after.depth if after else top) - 1, -1)],
         )
         elements.append(body)
@@ -258,13 +261,13 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
     values = {
         "robot": robot,
         "classes": classes.tree(geoms.used, bool(rolls), output.options.get("groups", {})),
-        "materials": [printer.printed(values) for values in printer.materials()],
+        "materials": [printer.print_values(values) for values in printer.materials()],
         "textures": [(name, omissions.texture_path(file)) for file, name in printer.textures.items()],
         "meshes": geoms.printed_meshes(),
         "fields": list(geoms.fields.items()),
         "bodies": elements,
         "followers": followers(robot, joints, number),
-        "actuators": [Part(one.actuator.type, classes.printed(at)) for at, one in enumerate(drives, len(moving))],
+        "actuators": [Part(one.actuator.type, classes.print_classes(at)) for at, one in enumerate(drives, len(moving))],
         "equalities": [printer.constraint(one) for one in robot.constraints],
         "sensors": sensors,
         "sections": sections,
@@ -277,17 +280,17 @@ def write(robot: model.Robot, output: model.Output, templates: Templates) -> tup
         "title": comment(robot.name),
         "option": _option(robot, output, free, printer),
         "numbers": partial(numbers, number=number),
-        "printed": printer.printed,
-        "kept": [indented(text, "  ") for text in kept],
+        "printed": printer.print_values,
+        "kept": [indent_lines(text, "  ") for text in kept],
     }
     text = templates.own("mujoco/robot.xml.jinja", values)
     found = [
-        *omissions.refused(robot, free),
-        *omissions.omitted(robot, joints),
-        *omissions.unpaired(touching.left),
+        *omissions.check_loadable(robot, free),
+        *omissions.report_omissions(robot, joints),
+        *omissions.report_unpaired(touching.left),
         *diagnostics,
     ]
-    return text, [*found, *(omissions.named(text, geoms.left_out) if geoms.left_out else ())]
+    return text, [*found, *(omissions.check_names(text, geoms.left_out) if geoms.left_out else ())]
 
 
 def _walk(robot: model.Robot) -> Iterator[Frame]:
@@ -316,8 +319,8 @@ def _free_joint(robot: model.Robot, printer: ElementPrinter) -> Markup:
     while name in robot.joint and not root.joint:
         name += "_"
     if set(root.values) <= {"group", "align"}:
-        return Markup("<freejoint{}/>").format(printer.printed({"name": name, **root.values}))
-    return Markup("<joint{}/>").format(printer.printed({"name": name, "type": "free", **root.values}))
+        return Markup("<freejoint{}/>").format(printer.print_values({"name": name, **root.values}))
+    return Markup("<joint{}/>").format(printer.print_values({"name": name, "type": "free", **root.values}))
 
 
 def _inertial(inertial: model.Inertial | None, number: NumberFormat) -> Markup | str:
@@ -325,11 +328,14 @@ def _inertial(inertial: model.Inertial | None, number: NumberFormat) -> Markup |
         return ""
     pos, mass, six = vector(inertial.pose.xyz, number), number(inertial.mass), omissions.along_link_of(inertial)
     if not any(six[3:]):
-        return attributes(pos=pos, mass=mass, diaginertia=" ".join(inertial.printed(number, six)[:3]))
+        return attributes(pos=pos, mass=mass, diaginertia=" ".join(inertial.printed_inertia(number, six)[:3]))
     if inertial.principal_moments[0] < omissions.LEAST_EIGENVALUE and not omissions.has_products(inertial):
-        own, place = " ".join(inertial.printed(number)[:3]), place_of(inertial.pose.xyz, inertial.pose.rpy, number)
+        own, place = (
+            " ".join(inertial.printed_inertia(number)[:3]),
+            place_of(inertial.pose.xyz, inertial.pose.rpy, number),
+        )
         return attributes(**{"pos": pos, **place, "mass": mass, "diaginertia": own})
-    return attributes(pos=pos, mass=mass, fullinertia=" ".join(inertial.printed(number, six)))
+    return attributes(pos=pos, mass=mass, fullinertia=" ".join(inertial.printed_inertia(number, six)))
 
 
 class _Geoms:
@@ -358,13 +364,13 @@ class _Geoms:
         self.left_out: dict[str, str] = {}
         self.used: set[str] = set()
 
-    def of(self, link: model.Link, purpose: str, shapes: Sequence[model.Shape]) -> Iterator[Markup]:
+    def geoms_of(self, link: model.Link, purpose: str, shapes: Sequence[model.Shape]) -> Iterator[Markup]:
         """Yield the attributes of the geoms of a link for a purpose."""
         is_shown, rolls = purpose == bodies.COLLISION and link.name in self.shown, link.name in self.rolls
         kind = purpose
         if purpose == bodies.COLLISION and (rolls or is_shown):
             kind = (bodies.SHOWN_WHEEL if is_shown else bodies.WHEEL) if rolls else bodies.SHOWN
-        called = self.classes.named(kind)
+        called = self.classes.class_name(kind)
         for index, solid in enumerate(
             [solid for shape in shapes for solid in bodies.solids(shape, self.form)], start=1
         ):

@@ -52,7 +52,7 @@ from .bodies import (
     WHEEL,
     body_name,
     reference,
-    shifted,
+    shift_polynomial,
 )
 from .omissions import is_textured
 from .servos import Drive, aims
@@ -117,7 +117,7 @@ class Classes:
         self.outer = self._free(robot)
         self._elements = elements
         self._names: dict[int, str] = {}
-        self._taken |= {self.named(purpose) for purpose in (VISUAL, COLLISION, WHEEL, SHOWN, SHOWN_WHEEL, FRAME)}
+        self._taken |= {self.class_name(purpose) for purpose in (VISUAL, COLLISION, WHEEL, SHOWN, SHOWN_WHEEL, FRAME)}
         self.shared: dict[str, list[_Shared]] = {}
         for shared in self._groups():
             name = self._with_joints(shared) or self._called(shared)
@@ -127,11 +127,11 @@ class Classes:
                 self.shared.setdefault(name, []).append(shared)
                 self._names |= dict.fromkeys(shared.members, name)
 
-    def named(self, purpose: str) -> str:
+    def class_name(self, purpose: str) -> str:
         """Return the name of the class of geoms (``visual``, ``collision``, ``wheel_collision``) or of frames."""
         return f"{self.outer}_{purpose}"
 
-    def printed(self, place: int) -> Markup:
+    def print_classes(self, place: int) -> Markup:
         element, name = self._elements[place], self._names.get(place, "")
         common = next((one.values for one in self.shared.get(name, ()) if one.tag == element.tag), {})
         own = {word: text for word, text in element.values.items() if word not in common}
@@ -147,14 +147,16 @@ class Classes:
         solid = {"group": str(group)} if group else {}
         solid |= {"density": "0", **(BESIDE_WHEELS.attributes() if rolls else {})}
         inner = {WHEEL: ROLLS.attributes(), SHOWN: seen, SHOWN_WHEEL: seen | ROLLS.attributes()}
-        solids = [Class(self.named(name), [_part("geom", values)]) for name, values in inner.items() if name in used]
+        solids = [
+            Class(self.class_name(name), [_part("geom", values)]) for name, values in inner.items() if name in used
+        ]
         made = []
         if VISUAL in used:
             seen |= {"contype": "0", "conaffinity": "0", "density": "0"}
-            made.append(Class(self.named(VISUAL), [_part("geom", seen)]))
+            made.append(Class(self.class_name(VISUAL), [_part("geom", seen)]))
         if solids or COLLISION in used:
-            made.append(Class(self.named(COLLISION), [_part("geom", solid)], solids))
-        made.append(Class(self.named(FRAME), [_part("site", {"group": str(FRAME_GROUP)})]))
+            made.append(Class(self.class_name(COLLISION), [_part("geom", solid)], solids))
+        made.append(Class(self.class_name(FRAME), [_part("site", {"group": str(FRAME_GROUP)})]))
         made += [Class(name, [_part(one.tag, one.values) for one in shared]) for name, shared in self.shared.items()]
         return Class(self.outer, (), made)
 
@@ -212,7 +214,7 @@ class Classes:
         own, word = _words_of([first]), shared.words or shared.tag
         words = [word, own if "_" in own else first or shared.tag]
         words += [f"{word}_{n}" for n in range(2, len(self._taken) + 2)]
-        return next(name for name in map(self.named, words) if name not in self._taken)
+        return next(name for name in map(self.class_name, words) if name not in self._taken)
 
     def _saved(self, shared: _Shared) -> int:
         """Return by how many characters the file gets shorter by a class, or by more in one that is made already."""
@@ -337,9 +339,11 @@ class ElementPrinter:
         values = {"name": entry.name, **entry.values}
         if first or second:
             value = entry.values.get("polycoef")
-            offset, *others = shifted(list(map(float, value)) if isinstance(value, tuple) else [0.0, 1.0], second)
+            offset, *others = shift_polynomial(
+                list(map(float, value)) if isinstance(value, tuple) else [0.0, 1.0], second
+            )
             values["polycoef"] = (offset - first, *others)
-        return Part(entry.tag, self.printed(values))
+        return Part(entry.tag, self.print_values(values))
 
     def mark(self, mark: Marked) -> Part:
         place = place_of(mark.pose.xyz, mark.pose.rpy, self.number)
@@ -350,7 +354,7 @@ class ElementPrinter:
             x, y, z = map(float, value) if isinstance(value, tuple) else (0.0, 0.0, -1.0)
             if value is not None or any(mark.pose.rpy):
                 values["dir"] = mark.pose.transform().rotate((x, y, z))
-        return Part(mark.tag, attributes(name=mark.name, **place) + self.printed(values))
+        return Part(mark.tag, attributes(name=mark.name, **place) + self.print_values(values))
 
     def touching(self, shape: Shape, purpose: str) -> dict[str, str]:
         """Return the attributes of how a shape touches, and those that the language has no word for."""
@@ -360,7 +364,7 @@ class ElementPrinter:
             values |= {**bits, **shape.contact.values}
         return self.texts(values | dict(shape.mjcf))
 
-    def printed(self, values: Values) -> Markup:
+    def print_values(self, values: Values) -> Markup:
         return attributes(**self.texts(values))
 
     def texts(self, values: Values) -> dict[str, str]:

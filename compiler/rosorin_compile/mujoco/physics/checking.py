@@ -15,11 +15,11 @@ from rosorin_compile.model import Link, Mesh
 from rosorin_compile.model.bounds import bounds_of
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.check import settled
+from rosorin_compile.rules.check import apply_acceptances
 from rosorin_compile.source.diagnostics import Diagnostic, MissingPackages, has_errors
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.system import is_installed
-from rosorin_compile.source.wording import counted, listed
+from rosorin_compile.source.wording import count_of, phrase
 
 from ..mjcf.bodies import weld_groups
 from ..rest_pose import range_of
@@ -45,9 +45,9 @@ class LookedAt:
     meshes: Annotated[int, "how many files of meshes"]
 
     def __str__(self) -> str:
-        parts = [counted(self.poses, "pose")] if self.poses else []
-        parts += ["zero"] + ([f"the ranges of {counted(self.joints, 'joint')}"] if self.joints else [])
-        return listed(parts + ([counted(self.meshes, "mesh")] if self.meshes else []))
+        parts = [count_of(self.poses, "pose")] if self.poses else []
+        parts += ["zero"] + ([f"the ranges of {count_of(self.joints, 'joint')}"] if self.joints else [])
+        return phrase(parts + ([count_of(self.meshes, "mesh")] if self.meshes else []))
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def check_physics(
             warnings.simplefilter("ignore")
             shapes, meshes, found = read_meshes(case, files.meshes(case.tree, case.robot.outputs))
             found += [*_check_meshes(case, shapes, meshes), *check_overlaps(case, Scene(case.robot, meshes))]
-        found = arrange(settled(case, found, "physics"))
+        found = arrange(apply_acceptances(case, found, "physics"))
         joints = sum(range_of(joint) is not None for joint in case.robot.joints)
         looked_at = LookedAt(len(case.robot.poses), joints, len({shape.mesh.file for shape in shapes}))
     return CheckedPhysics(description.name, str(description.path), not has_errors(found), looked_at, tuple(found))

@@ -16,11 +16,11 @@ from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
 
-from rosorin_compile.language.suppressions import accepted
+from rosorin_compile.language.suppressions import is_accepted
 from rosorin_compile.model import Joint, Mesh
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.check import acceptable
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quoted
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, first_of, quote
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Path
 
@@ -62,7 +62,7 @@ def note(case: Case, rule: str, members: Iterable[Member], message: str, key: bo
     rest: dict[tuple[str, ...], Member] = {}
     for member in members:
         found = Diagnostic(rule, NOTE, "", of=member.names)
-        if accepted(case.tree, found, acceptable()):
+        if is_accepted(case.tree, found, acceptable()):
             yield found
         else:  # of a joint only the first finding
             rest.setdefault(member.names[:1] if rule == "joints-meet-parts" else (*member.names, member.text), member)
@@ -121,7 +121,7 @@ def check_overlaps(case: Case, scene: Scene) -> Iterator[Diagnostic]:
         between, pose = scene.joint_of(pair), where[0].name
         related = _shapes_of(case, inner, outer)
         path = ("poses", pose) if pose else case.joint(between, "xyz") if between else _path(case, inner)
-        names = quoted([state.name for state in where if state.name], _SHOWN)
+        names = quote([state.name for state in where if state.name], _SHOWN)
         places = ["at zero"] * (not pose) + [f"in pose {names}"] * bool(where[-1].name)
         message = f"{what} {' and '.join(places)}: {_name(case, inner)} in {_name(case, outer)}"
         related = related if pose or between else related[1:]
@@ -162,7 +162,7 @@ def _driven(
     case: Case, scene: Scene, state: State, joint: Joint, overlaps: Mapping[float, Mapping[Pair, Overlap]], pair: Pair
 ) -> Member | Diagnostic | None:
     """Return the collision of two links that a joint causes, or None; adjacent links only if they overlap more."""
-    moved, still = pair if pair[0] in scene.robot.below(joint.child) else pair[::-1]
+    moved, still = pair if pair[0] in scene.robot.subtree(joint.child) else pair[::-1]
     start, is_neighbour, least = state.positions.get(joint.name, 0.0), scene.joint_of(pair) == joint, 0.0
 
     def at(position: float) -> Positions:

@@ -112,7 +112,7 @@ class Solid:
 
     def in_link(self, points: Floats) -> Floats:
         """Transform points (n, 3) from the frame of the shape to that of its link."""
-        return TriangleMesh.placed(points, self.place.rows, self.place.xyz)
+        return TriangleMesh.place(points, self.place.rows, self.place.xyz)
 
     def contains(self, points: Floats, exact: bool = False) -> Any:
         """Return which points (n, 3) in the frame of the link are inside the hull, or ``exact`` inside the mesh.

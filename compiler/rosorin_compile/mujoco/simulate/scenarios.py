@@ -364,7 +364,7 @@ def drive(world: World, positions: Mapping[str, float], command: str, twist: Twi
     for name, speed in driving.speeds(twist).items():  # as fast as the wheels can
         servo, limit = world.servos.get((name, VELOCITY)), world.robot.joint[name].limit
         ends = (servo.targets if servo else None) or ()
-        fastest = [one for one in (*map(abs, ends), limit.known("velocity") if limit else None) if one]
+        fastest = [one for one in (*map(abs, ends), limit.known_value("velocity") if limit else None) if one]
         if fastest and abs(speed) > min(fastest):
             scale = min(scale, 0.9 * min(fastest) / abs(speed))
     twist = Twist(*(scale * part for part in twist))
@@ -432,7 +432,7 @@ def undriven_joints(world: World) -> tuple[str, ...]:
 
 def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tuple[float, float]) -> Swept:
     """Move a joint from a pose to its lower end, and from there to its upper one."""
-    velocity = joint.limit.known("velocity") if joint.limit else None
+    velocity = joint.limit.known_value("velocity") if joint.limit else None
     speed = min(_SLIDE_SPEED if joint.type == "prismatic" else _SWEEP_SPEED, velocity / 2 if velocity else math.inf)
     world.reset(positions)
     result, at_start, here = Swept(joint.name), set(world.contacts()[0]), world.position(joint.name)

@@ -13,7 +13,7 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
-from rosorin_compile.rules.check import settled
+from rosorin_compile.rules.check import apply_acceptances
 from rosorin_compile.source.diagnostics import (
     NOTE,
     Diagnostic,
@@ -28,7 +28,7 @@ from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.system import is_installed, pip_install
 from rosorin_compile.source.tree import Path as TreePath
 from rosorin_compile.source.tree import exists
-from rosorin_compile.source.wording import counted, first_of, listed
+from rosorin_compile.source.wording import count_of, first_of, phrase
 
 from ..mjcf.engine import reason
 from ..rest_pose import leader_of
@@ -125,7 +125,7 @@ def simulate(
     if base not in (None, FIXED, FREE):
         raise RequestError(f'base is "{FIXED}" or "{FREE}", not "{base}"')
     if missing := [name for name in ("mujoco", "numpy") if not is_installed(name)]:
-        raise MissingPackages(f"simulate needs what is not installed ({listed(missing)}): {pip_install('simulate')}")
+        raise MissingPackages(f"simulate needs what is not installed ({phrase(missing)}): {pip_install('simulate')}")
     understood, description = request.understand(), request.description
     case = understood.case
     if case is None:
@@ -144,7 +144,7 @@ def simulate(
         output = next((one for one in case.robot.outputs if one.backend == "mjcf"), None)
         base, with_meshes = base or (FREE if case.robot.drive else FIXED), meshes.add_to(case.robot)
         simulated = Output("simulated", "mjcf", "simulated.xml", {**(output.options if output else {}), "base": base})
-        text, problems = FORMATS["mjcf"].written(with_meshes, simulated, Templates(description.path.parent))
+        text, problems = FORMATS["mjcf"].compile(with_meshes, simulated, Templates(description.path.parent))
         if has_errors(problems):
             return refuse("it cannot be written for MuJoCo", problems)
         folder = (description.outputs / output.file).parent if output else description.outputs
@@ -160,7 +160,7 @@ def simulate(
     )
     result = replace(result, undriven=undriven_joints(world))
     result = replace(result, timing=Timing(speed, speed * timestep) if timing else None, **scenarios)
-    return replace(result, diagnostics=tuple(arrange(settled(case, _judge(case, result), "simulation"))))
+    return replace(result, diagnostics=tuple(arrange(apply_acceptances(case, _judge(case, result), "simulation"))))
 
 
 def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
@@ -184,7 +184,7 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
             joint = robot.joint[name]
             root = leader_of(robot, joint)
             movers = [root, *(one for one in robot.joints if one.mimic and one.mimic.joint == root.name)]
-            moved = set().union(*(robot.below(one.child) for one in movers))
+            moved = set().union(*(robot.subtree(one.child) for one in movers))
             touch = next((one for one in held.touches if len(moved.intersection(one)) == 1), None)
             message = f'{where}, joint "{name}" ends {off:.3g} {joint.unit} from its target{_touching(touch)}'
             severity, place = NOTE if touch else "", path if is_named else case.joint(joint)
@@ -220,7 +220,7 @@ def _judge(case: Case, result: Simulated) -> Iterator[Diagnostic]:
         wrong = [text for text, (limit, value) in checks.items() if value > limits[limit]]
         if wrong and drive is not None:
             names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ()))
-            links = {name: set(robot.below(robot.joint[name].child)) for name in names}
+            links = {name: set(robot.subtree(robot.joint[name].child)) for name in names}
             high = [name for name in drive.wheels if links[name].isdisjoint(on_floor)]
             wrong += [f"not on the floor: {first_of(high, _SHOWN)}"] if high else []
             others = [name for name in on_floor if name not in set().union(*links.values())]
@@ -276,8 +276,8 @@ def tables(result: Simulated) -> str:
     poses: list[tuple[str, ...]] = [("pose", "largest error", "joint", "touches", *on_floor)]
     for held in result.poses:
         error = (f"{held.worst[1]:.4f} {result.units[held.worst[0]]}", held.worst[0]) if held.worst else ("-", "-")
-        touches = listed([" - ".join(pair) for pair in held.touches], 2) or "-"
-        floor = (f"{1000 * held.drift:.1f} mm", listed(held.stands_on, 2) or "-") if is_free else ()
+        touches = phrase([" - ".join(pair) for pair in held.touches], 2) or "-"
+        floor = (f"{1000 * held.drift:.1f} mm", phrase(held.stands_on, 2) or "-") if is_free else ()
         poses.append(row(held.pose, held, *error, touches, *floor))
     drive: list[tuple[str, ...]] = [("command", "commanded", "measured", "off", "cross", "ripple")]
     for driven in result.drive:
@@ -313,4 +313,4 @@ def about(result: Simulated) -> str:
 def summary(result: Simulated) -> str:
     """Return the number of scenarios of each kind."""
     counts = {"pose": len(result.poses), "drive command": len(result.drive), "range": len(result.ranges)}
-    return ", ".join(counted(count, word) for word, count in counts.items() if count)
+    return ", ".join(count_of(count, word) for word, count in counts.items() if count)

@@ -19,18 +19,18 @@ from rosorin_compile.source.diagnostics import (
     RequestError,
     Source,
     Span,
-    counted,
+    count_of,
     error,
     has_errors,
-    listed,
-    quoted,
+    phrase,
+    quote,
 )
 from rosorin_compile.source.files import is_file
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import no_file
 
 from ..controllers import against_robot, missing, of_type
-from ..controllers.filled import derived
+from ..controllers.filled import derive
 from ..parameters.files import PARAMETERS, NoParameters, Section, read_file
 from ..parameters.tables import MANAGER
 from ..ports import full_type
@@ -129,7 +129,7 @@ def _check(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
     """Yield what is wrong with the parameters of a node, of a controller also by what the robot knows of it."""
     wrong = of_type(node.shown, node.type, distribution) if node.type else None
     if wrong is not None:
-        yield wrong.at(node.type_span)
+        yield wrong.place(node.type_span)
         if wrong.severity == ERROR:
             return  # of which no key would be right
     diagnostics = list(check_node(node))
@@ -137,12 +137,12 @@ def _check(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
     if not node.type:
         return
     if wrong is None and (needed := missing(node.kind, node.parameters)):
-        message = f"{node.shown} needs {quoted(needed, most=4)}: it does not start"
+        message = f"{node.shown} needs {quote(needed, most=4)}: it does not start"
         yield error("controller-missing", message, node.span, f"add {needed[0]}: VALUE")
     places = {one.span for one in diagnostics}
     values = {key: value for key, value in node.values.items() if node.parameters[key].span not in places}
     kind = full_type(node.type)
-    known = derived(case.robot, Controller(node.name, kind, values), kind)
+    known = derive(case.robot, Controller(node.name, kind, values), kind)
     moving = any(not joint.is_fixed for joint in case.robot.joints)
     for one in against_robot(node.shown, kind, values, known, case.robot, ERROR):
         if one.rule == "controller-name" and not moving:
@@ -150,7 +150,7 @@ def _check(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
         if wrong is not None:  # of a package that is not known, whose keys may mean something else
             one = one._replace(severity=WARNING)
         drive = [case.related("the drive of the robot", ("drive",), key=True)]
-        yield one.at(node.setting(one.key).span, drive if one.rule == "controller-differs" else [])
+        yield one.place(node.setting(one.key).span, drive if one.rule == "controller-differs" else [])
 
 
 def _read(paths: Iterable[Path], diagnostics: list[Diagnostic]) -> list[list[Section]]:
@@ -177,8 +177,8 @@ def _read(paths: Iterable[Path], diagnostics: list[Diagnostic]) -> list[list[Sec
 def summary(looked: CheckedParameters) -> str:
     """Return what was judged, in a line."""
     severities = [one.severity for one in looked.diagnostics]
-    told = listed(counted(severities.count(s), s) for s in ("error", "warning", "note") if s in severities)
-    line = f"{counted(looked.judged, 'edge')} of nodes held against the files: {told or 'as described'}"
+    told = phrase(count_of(severities.count(s), s) for s in ("error", "warning", "note") if s in severities)
+    line = f"{count_of(looked.judged, 'edge')} of nodes held against the files: {told or 'as described'}"
     if looked.absent:
-        line += f"; no known parameters of {listed(looked.absent)}"
+        line += f"; no known parameters of {phrase(looked.absent)}"
     return line

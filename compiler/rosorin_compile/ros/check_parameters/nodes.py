@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Controller, Publisher
 from rosorin_compile.rules.case import report
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, Suggestion, error, nearest, quoted
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, Suggestion, error, nearest, quote
 from rosorin_compile.source.wording import suggest
 
 from ..parameters.checking import REMOVE, against_kind
@@ -204,7 +204,7 @@ def check_node(node: Node) -> Iterator[Diagnostic]:
         is_unknown = found.rule == "parameters-unknown-key" and node.kind.key(found.key) is None
         if is_unknown and isinstance(found.help, Suggestion) and found.help() == REMOVE:
             found = found._replace(severity=WARNING)  # no misspelt key: files of vendors have such ones
-        yield found.at(parameter.key if found.at_key else parameter.span)
+        yield found.place(parameter.key if found.at_key else parameter.span)
     footprint = node.setting("footprint")
     if "footprint" in node.kind and isinstance(footprint.value, str) and not _POLYGON.fullmatch(footprint.value):
         message = f'"footprint" of {node.shown} is no polygon: the costmap goes on with robot_radius'
@@ -229,7 +229,7 @@ def _untyped(node: Node) -> Iterator[Diagnostic]:
         names = setting.value if setting.given and isinstance(setting.value, list) else ()
         untyped = [one for one in map(str, names) if one not in by_default and f"{one}.plugin" not in node.parameters]
         if untyped:
-            message = f'"{key}" of {node.shown} names {quoted(untyped, most=4)}, and their type is not set'
+            message = f'"{key}" of {node.shown} names {quote(untyped, most=4)}, and their type is not set'
             help = f"{untyped[0]}: {{plugin: TYPE}}; the node does not start, unless another file says it"
             yield Diagnostic("parameters-wrong-value", WARNING, message, setting.span, help=help)
 
@@ -265,7 +265,7 @@ def _frames_of_filter(node: Node) -> Iterator[Diagnostic]:
             return  # unknown, or already reported
         first = keys.setdefault(setting.value.removeprefix("/"), key)
         if first != key:
-            message = f'{quoted((first, key))} of {node.shown} are both "{setting.value}": they have to differ'
+            message = f'{quote((first, key))} of {node.shown} are both "{setting.value}": they have to differ'
             yield error("parameters-wrong-value", message, setting.span, "name the frames of the robot")
     world = node.setting("world_frame")
     worlds = [frame for frame, key in keys.items() if key != "base_link_frame"]

@@ -9,12 +9,12 @@ from rosorin_compile.model.joint import NODE
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.joints import pieces
 from rosorin_compile.rules.publishers import Step, all_steps, steps_in_modes
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Suggestion, error, quoted
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Related, Suggestion, error, quote
 
-from ..parameters.tables import Key, written
+from ..parameters.tables import Key, as_yaml
 from ..ports import full_topic
 from .nodes import Node, Setting
-from .topics import Remap, moved
+from .topics import Remap, remapped_topics
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Claim:
     @property
     def because(self) -> str:
         """The value of the switch in words."""
-        return f'"{self.key}" is {written(self.switch.value)}{self.switch.how}'
+        return f'"{self.key}" is {as_yaml(self.switch.value)}{self.switch.how}'
 
     @property
     def off(self) -> str:
@@ -59,7 +59,7 @@ def claims(nodes: Iterable[Node], remaps: Sequence[Remap]) -> list[Claim]:
             continue
         name = node.kind.odometry or "/tf"
         full = full_topic(name, node.namespace, node.name)
-        full = moved(node, remaps).get(full, full)
+        full = remapped_topics(node, remaps).get(full, full)
         if not claim.silent and full not in ("/tf", full_topic("tf", node.namespace, "")):
             fix = f"remap {full} to /tf: --remap {node.name}:{name}:=/tf, if the launch file does"
             claim = replace(claim, silent=f"publishes on {full}, which nothing remaps to /tf", fix=fix)
@@ -252,7 +252,7 @@ def _check_frame(
             yield error("parameters-frame", f"{name}: there is no such frame", setting.span, suggestion, related)
             return
         message = f'{name}, and no transform leads to it from "{moved[0].parent}": the odometry moves '
-        message += quoted(step.child for step in moved)
+        message += quote(step.child for step in moved)
         yield error("parameters-base", message, setting.span, help, [*related, *_unpublished(case, value)])
     elif value not in known:
         suggestion = Suggestion(value, known, "name a frame of the robot")

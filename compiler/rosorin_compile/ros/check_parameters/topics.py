@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.model import Robot
 from rosorin_compile.rules.case import report
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Related, RequestError, Span, error, listed
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Related, RequestError, Span, error, phrase
 
 from ..graph import End, Graph, mismatched_qos, source_message, topics_of_sensors
 from ..launch_files import LaunchError, nodes_of
@@ -46,7 +46,7 @@ def of_word(word: str) -> Remap:
     return Remap(node.strip("/").rsplit("/", 1)[-1], name, to)
 
 
-def moved(node: Node, remaps: Iterable[Remap]) -> dict[str, str]:
+def remapped_topics(node: Node, remaps: Iterable[Remap]) -> dict[str, str]:
     """Return the new topics of a node by the old ones, in full; the first remap of one is followed."""
     space, name = node.namespace, node.name
     mine = [one for one in remaps if one.node in ("", name)]
@@ -124,7 +124,7 @@ def _graph(nodes: Sequence[Node], remaps: Sequence[Remap], distribution: str) ->
             known = tuple(ports(distribution, node=node.kind.name))
         those = [one for one in known if not one.each and node.setting(one.parameter).value != ""]
         those = [one for one in those if one.parameter in values or one.parameter not in node.parameters]
-        made.add(node.full, those, values, node.namespace, moved(node, remaps).items())
+        made.add(node.full, those, values, node.namespace, remapped_topics(node, remaps).items())
     return made
 
 
@@ -202,6 +202,6 @@ def _unseen(node: Node, topic: str, message: str, sensors: Mapping[str, str], pl
     known = sorted(other for other, kind in sensors.items() if kind == message)
     if known and topic not in known:
         text = (
-            f"{node.shown} reads {short_type(message)} on {topic}, and the sensors of the robot publish {listed(known)}"
+            f"{node.shown} reads {short_type(message)} on {topic}, and the sensors of the robot publish {phrase(known)}"
         )
         yield report("parameters-source", text, place, f"topic: {known[0]}", severity=NOTE)

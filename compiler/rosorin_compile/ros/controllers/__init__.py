@@ -13,15 +13,15 @@ from typing import Any
 from rosorin_compile.formats.format import Unsupported, described_by
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Suggestion, first_of, listed, nearest, quoted
-from rosorin_compile.source.tree import Path, Seq, at, exists
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Suggestion, first_of, nearest, phrase, quote
+from rosorin_compile.source.tree import Path, Seq, exists, value_at
 
 from ..parameters.checking import Finding, against_kind, unwritable
-from ..parameters.files import asked, parameter_file
+from ..parameters.files import distro_of, parameter_file
 from ..parameters.tables import DISTRIBUTIONS, MANAGER, Kind, kinds, plugins
 from ..ports import facts, full_type, interfaces_of, short_words
 from ..sections.control.hardware import JOINT_WORDS, POSITION, VELOCITY
-from .filled import Derived, Filled, filled, is_whole, managed, owned, view, write
+from .filled import Derived, Filled, edges_of, fill, is_whole, manager_parameters, view, write
 
 _BLOCKS = "control"  # the option of a URDF that asks for hardware blocks
 _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
@@ -40,19 +40,19 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
     What is wrong in every distribution is reported for the first output alone.
     """
-    distribution, entry = asked(output), ("outputs", output.name)
+    distribution, entry = distro_of(output), ("outputs", output.name)
     is_first = output.name == next(one for one in case.robot.outputs if one.backend == output.backend).name
     if not case.robot.controllers:
         message = f'output "{output.name}" is for controllers, and the description has none'
         yield case.problem("controllers-none", message, entry, severity=WARNING, key=True)
-    for found in against_kind(f"the {MANAGER}", kinds(distribution)[MANAGER], managed(output, distribution)):
+    for found in against_kind(f"the {MANAGER}", kinds(distribution)[MANAGER], manager_parameters(output, distribution)):
         yield _placed(case, found, entry, "manager")
     if is_first:
         yield from _joint_states(case)
     yield from _apart(case, output)
     if not case.robot.is_tree or not is_whole(case.robot):
         return  # which has rules of its own
-    every = filled(case.robot, distribution)
+    every = fill(case.robot, distribution)
     for one in every:
         findings = list(_findings(case, one, distribution))
         wrong = {found.key for found in findings}
@@ -74,7 +74,7 @@ def _claimed(case: Case, every: Iterable[Filled]) -> Iterator[Diagnostic]:
             if owner != name and joint in case.robot.joint:
                 taken.setdefault((owner, word, key), []).append(joint)
         for (owner, word, key), joints in list(taken.items())[:1]:
-            message = f'controllers "{owner}" and "{name}" both claim the {word} of {quoted(joints, most=4)}: '
+            message = f'controllers "{owner}" and "{name}" both claim the {word} of {quote(joints, most=4)}: '
             key = key if key in one.controller.params else ""
             found = Finding("controller-interface", f"{message}the second one does not start", key, at_key=True)
             yield _placed(case, found, ("controllers", name), "params")
@@ -101,10 +101,12 @@ def _joint_states(case: Case) -> Iterator[Diagnostic]:
 def _apart(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Yield that all hardware blocks are written for another distribution."""
     blocks = {one.name: str(option) for one in case.robot.outputs if (option := one.options.get(_BLOCKS))}
-    if not case.robot.control or not blocks or described_by(asked(output)) in map(described_by, blocks.values()):
+    if not case.robot.control or not blocks or described_by(distro_of(output)) in map(described_by, blocks.values()):
         return
     name, option = next(iter(blocks.items()))
-    message = f'output "{output.name}" is for {asked(output).capitalize()}, and the hardware blocks of output "{name}" '
+    message = (
+        f'output "{output.name}" is for {distro_of(output).capitalize()}, and the hardware blocks of output "{name}" '
+    )
     message += f"are for {option.capitalize()}"
     path: Path = ("outputs", output.name, "distribution")
     yield case.problem("controllers-distribution", message, path if exists(case.tree, path) else path[:2], within=True)
@@ -125,7 +127,7 @@ def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
     are_right = wrong is None and not any(found.unknown for found in named) and all(map(case.robot.joint.get, joints))
     needed = missing(one.kind, one.values) if are_right else []  # else it may follow from the wrong name
     if needed:
-        message, help = f"{name} needs {quoted(needed, most=4)}: it does not start", _help(case.robot, one, needed)
+        message, help = f"{name} needs {quote(needed, most=4)}: it does not start", _help(case.robot, one, needed)
         yield Finding("controller-missing", message, "", help)
     yield from frames_of(name, given, case.robot)
     yield from named
@@ -146,7 +148,7 @@ def _odometry(robot: Robot, one: Filled) -> Iterator[Finding]:
     """Yield where a controller does not publish the edge that the description says it does, or another one."""
     params, name = one.controller.params, f'controller "{one.controller.name}"'
     key = next((key for key in ("enable_odom_tf", "odom_frame_id", "base_frame_id") if key in params), "")
-    mine = [f"{edge.parent} -> {edge.child}" for edge in owned(robot, one.controller)]
+    mine = [f"{edge.parent} -> {edge.child}" for edge in edges_of(robot, one.controller)]
     parent, child = (one.values.get(key, default) for key, default in _ENDS)
     into = next((edge for edge in robot.edges if edge.child == child), None)
     edge = f"{parent} -> {child}"
@@ -173,17 +175,18 @@ def _odometry(robot: Robot, one: Filled) -> Iterator[Finding]:
 
 def _placed(case: Case, found: Finding, entry: Path, within: str) -> Diagnostic:
     path = _path(case, (*entry, within), found.key)
-    if found.key in (at(case.tree, entry) or {}):
+    if found.key in (value_at(case.tree, entry) or {}):
         path = (*entry, found.key)
     key = found.at_key or not found.key or path == (*entry, within)
     path = path if found.key else entry
-    value = at(case.tree, path)
+    value = value_at(case.tree, path)
     path = (*path, value.index(found.unknown)) if isinstance(value, Seq) and found.unknown in value else path
-    return case.problem(found.rule, found.message, path, found.help, severity=found.severity, key=key)
+    help = case.suggest(path, found.unknown, found.known) if found.known else found.help
+    return case.problem(found.rule, found.message, path, help, severity=found.severity, key=key)
 
 
 def _path(case: Case, path: Path, key: str) -> Path:
-    here = at(case.tree, path)
+    here = value_at(case.tree, path)
     for name in sorted(here, key=len, reverse=True) if isinstance(here, Mapping) else ():
         if key == name:
             return (*path, name)
@@ -199,7 +202,7 @@ def of_type(name: str, kind: str, distribution: str) -> Finding | None:
         return None
     message = f'the controller "{name}" is of type "{kind}"'
     if plugin in every:
-        others = listed(one.capitalize() for one in DISTRIBUTIONS if plugin in plugins(one))
+        others = phrase(one.capitalize() for one in DISTRIBUTIONS if plugin in plugins(one))
         message += f", which {distribution.capitalize()} does not have; it is one of {others}"
         return Finding("controller-type", message, "type", "take another type, or ask for that distribution")
     words = [*known, *(word for word, of in short_words().items() if of in known)]
@@ -219,7 +222,7 @@ def missing(kind: Kind | None, given: Iterable[str]) -> list[str]:
     if kind is None:
         return []
     meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # misspelt, and reported
-    return [key.name for key in kind.own() if key.needed and key.name not in given and key.name not in meant]
+    return [key.name for key in kind.own_keys() if key.needed and key.name not in given and key.name not in meant]
 
 
 def against_robot(
@@ -243,7 +246,7 @@ def frames_of(name: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Fi
         there = {*frames, *_WORLD} if last == "odom_frame_id" else frames
         if last in _FRAMES and isinstance(value, str) and value and value.lstrip("/") not in there:
             message = f'"{key}" of {name} names "{value}", which is no frame of the robot'
-            yield Finding("controller-name", message, key, Suggestion(value, there), unknown=value)
+            yield Finding("controller-name", message, key, Suggestion(value, there), unknown=value, known=there)
 
 
 def _texts(value: Any) -> list[str]:
@@ -261,7 +264,7 @@ def _joints_of(name: str, key: str, value: Any, robot: Robot) -> Iterator[Findin
         if one not in moving:
             what = "a fixed joint" if one in robot.joint else "which is no joint of the robot"
             message, help = f'"{key}" of {name} names "{one}", {what}', Suggestion(one, moving)
-            yield Finding("controller-name", message, key, help, unknown=one)
+            yield Finding("controller-name", message, key, help, unknown=one, known=moving)
 
 
 def _differing(name: str, key: str, value: Any, wanted: Any, severity: str) -> Iterator[Finding]:
@@ -270,7 +273,7 @@ def _differing(name: str, key: str, value: Any, wanted: Any, severity: str) -> I
     if _JOINTS.fullmatch(key):
         same = sorted(_texts(value)) == sorted(_texts(wanted))
         if not same and key not in ("joints", "joint"):
-            names = [quoted(map(str, one)) if isinstance(one, (list, tuple)) else f'"{one}"' for one in (value, wanted)]
+            names = [quote(map(str, one)) if isinstance(one, (list, tuple)) else f'"{one}"' for one in (value, wanted)]
             message = f'"{key}" of {name} is {names[0]}, and the drive says {names[1]}'
             yield Finding("controller-differs", message, key, "correct one of the two", severity)
     elif (is_size or key.startswith("kinematics.base_frame_offset")) and isinstance(wanted, float):
@@ -331,7 +334,7 @@ def _interfaces(name: str, kind: str, values: Mapping[str, Any], robot: Robot) -
         words = [word for word in every if word in JOINT_WORDS]
         lacking = [one for one in names if one in robot.joint and any((one, word) not in there for word in words)]
         if lacking:
-            message = f"{name} commands the {listed(words)} of {quoted(lacking, most=4)}, which no hardware block has"
+            message = f"{name} commands the {phrase(words)} of {quote(lacking, most=4)}, which no hardware block has"
             help = f"in control: joints: {{{lacking[0]}: {{command: {words[0]}}}}}"
             yield Finding("controller-interface", message, key, help, WARNING)
     states = {(one.name, word) for one in joints for word in one.states}

@@ -19,8 +19,8 @@ from rosorin_compile.model.drive import DIFFERENTIAL, MECANUM, OMNI, Driving, dr
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic
 
 from ..parameters import files, tables
-from ..parameters.files import Node, asked
-from ..parameters.tables import MANAGER, Kind, converted, is_of, kinds
+from ..parameters.files import Node, distro_of
+from ..parameters.tables import MANAGER, Kind, convert, is_of, kinds
 from ..ports import ODOMETRY, VELOCITY, facts, full_type, interfaces_of, port_of
 from ..sections.control.hardware import EFFORT, JOINT_WORDS, POSITION
 from ..sections.control.hardware import VELOCITY as SPEED
@@ -47,7 +47,7 @@ class Derived(NamedTuple):
     why_not: str = ""
 
 
-def derived(robot: Robot, controller: Controller, kind: str) -> Derived:
+def derive(robot: Robot, controller: Controller, kind: str) -> Derived:
     """Return what a robot knows of the parameters of a controller; of all distributions."""
     about = interfaces_of(kind)
     if "drive" in about:
@@ -84,7 +84,7 @@ def _short(value: Any) -> Any:
     return float(f"{value:.9g}") if isinstance(value, float) else value
 
 
-def owned(robot: Robot, controller: Controller) -> list[Edge]:
+def edges_of(robot: Robot, controller: Controller) -> list[Edge]:
     """Return the edges of the description that a controller of a drive publishes.
 
     One that the description calls otherwise is known by its package, if it is the only one that drives.
@@ -104,7 +104,7 @@ def _frames(robot: Robot, controller: Controller, driving: Driving) -> dict[str,
     values: dict[str, Any] = {"base_frame_id": base, "tf_frame_prefix_enable": False}
     if _navigates(robot):
         values["use_stamped_vel"] = False  # Nav2 of Humble has no header; a key of Humble alone
-    values["enable_odom_tf"] = any(edge in edges for edge in owned(robot, controller))
+    values["enable_odom_tf"] = any(edge in edges for edge in edges_of(robot, controller))
     return {**values, "odom_frame_id": edges[0].parent} if edges else values
 
 
@@ -183,7 +183,7 @@ def _speeds(robot: Robot, driving: Driving, around: float) -> dict[str, Any]:
     rims = []
     for wheel in driving.wheels:
         limit = robot.joint[wheel.joint].limit
-        speed = limit.known("velocity") if limit is not None else None
+        speed = limit.known_value("velocity") if limit is not None else None
         rims.append(0.0 if speed is None else speed * wheel.radius)
     least = min(rims, default=0.0)
     if not least or not around:
@@ -224,7 +224,7 @@ def _of_gripper(robot: Robot, name: str) -> dict[str, Any]:
         return {}
     values: dict[str, Any] = {"joint": name}
     for key in (EFFORT, SPEED):
-        most = joint.limit.known(key) if joint.limit is not None else None
+        most = joint.limit.known_value(key) if joint.limit is not None else None
         if most is not None:
             values[f"max_{key}"] = most
     return values
@@ -254,12 +254,12 @@ class Filled(NamedTuple):
     kind: Kind | None
 
 
-def filled(robot: Robot, distribution: str) -> list[Filled]:
+def fill(robot: Robot, distribution: str) -> list[Filled]:
     """Return the controllers of a robot with all that is known of their parameters, for humble or jazzy."""
     made = []
     for one in robot.controllers:
         kind = full_type(one.type)
-        found, knows = tables.controller(kind, distribution), derived(robot, one, kind)
+        found, knows = tables.controller(kind, distribution), derive(robot, one, kind)
         values = {key: value for key, value in knows.values.items() if found is not None and key in found}
         if found is not None and _LATER in found:
             values = {key: value for key, value in values.items() if not key.startswith(_EARLIER)}
@@ -275,7 +275,7 @@ def distribution_of(robot: Robot, controllers: str) -> str:
     return known_distribution(str(next(filter(None, words), JAZZY)))
 
 
-def managed(output: Output, distribution: str) -> dict[str, Any]:
+def manager_parameters(output: Output, distribution: str) -> dict[str, Any]:
     """Return the parameters of the controller_manager itself."""
     values = {"update_rate": output.options.get("update_rate", UPDATE_RATE)} | flat(output.options.get("manager") or {})
     return {key: _typed(kinds(distribution)[MANAGER], key, value) for key, value in values.items()}
@@ -284,18 +284,20 @@ def managed(output: Output, distribution: str) -> dict[str, Any]:
 def _typed(found: Kind | None, key: str, value: Any) -> Any:
     entry = found.key(key) if found is not None else None
     if entry is not None:
-        return converted(value, entry.type)
+        return convert(value, entry.type)
     return list(value) if isinstance(value, tuple) else value
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the controllers.yaml of a robot, for the distribution that the output asks for."""
-    controllers = filled(robot, asked(output))
-    head = [f"Controllers of ros2_control, for {asked(output).capitalize()}."]
+    controllers = fill(robot, distro_of(output))
+    head = [f"Controllers of ros2_control, for {distro_of(output).capitalize()}."]
     text = files.text(robot, output, templates, head, _nodes(output, controllers))
     said = []
-    if asked(output) not in (HUMBLE, JAZZY):
-        message = f"what is known of controllers is that of Jazzy: {asked(output).capitalize()} is taken to be like it"
+    if distro_of(output) not in (HUMBLE, JAZZY):
+        message = (
+            f"what is known of controllers is that of Jazzy: {distro_of(output).capitalize()} is taken to be like it"
+        )
         said.append(Diagnostic("controllers-later", NOTE, message))
     for one in filter(_needs_remap, controllers):
         name = f"{f'/{_namespace(output)}'.rstrip('/')}/{one.controller.name}/tf_odometry"
@@ -307,7 +309,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
 def view(robot: Robot, output: Output) -> files.Parameters:
     """Return what the controllers.yaml of a robot is meant to contain."""
-    return files.parameters_of(output, _nodes(output, filled(robot, asked(output))))
+    return files.parameters_of(output, _nodes(output, fill(robot, distro_of(output))))
 
 
 def _namespace(output: Output) -> str:
@@ -315,16 +317,16 @@ def _namespace(output: Output) -> str:
 
 
 def _nodes(output: Output, controllers: Sequence[Filled]) -> list[Node]:
-    distribution, space = known_distribution(asked(output)), _namespace(output)
+    distribution, space = known_distribution(distro_of(output)), _namespace(output)
     types = {f"{one.controller.name}.type": one.type for one in controllers}
-    nodes = [Node(MANAGER, kinds(distribution)[MANAGER], {**managed(output, distribution), **types})]
+    nodes = [Node(MANAGER, kinds(distribution)[MANAGER], {**manager_parameters(output, distribution), **types})]
     nodes += [Node(one.controller.name, one.kind, one.values) for one in controllers]
     return [one._replace(name=f"{space}/{one.name}") for one in nodes]
 
 
 def remaps(robot: Robot, output: Output) -> dict[str, list[tuple[str, str]]]:
     """Return the remaps, from and to, without which a controller of an output would not publish what it owns."""
-    controllers = filled(robot, asked(output))
+    controllers = fill(robot, distro_of(output))
     return {one.controller.name: [("~/tf_odometry", "/tf")] for one in controllers if _needs_remap(one)}
 
 
@@ -359,8 +361,8 @@ def drivers(robot: Robot) -> list[Driver]:
     output = next((one for one in robot.outputs if one.backend == CONTROLLERS), None)
     if output is None or not is_whole(robot):
         return []
-    space, distribution, found = _namespace(output), asked(output), []
-    for one in filled(robot, distribution):
+    space, distribution, found = _namespace(output), distro_of(output), []
+    for one in fill(robot, distribution):
         command, odometry = (port_of(one.type, distribution, role) for role in (VELOCITY, ODOMETRY))
         if command is not None and odometry is not None:
             stamped = command.is_stamped(one.values)

@@ -16,11 +16,11 @@ from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Mesh, Output, Publisher, Robot, Sensor
 from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
 from rosorin_compile.rules.case import Case, report
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error, listed
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error, phrase
 
-from ..controllers.filled import drivers, owned
+from ..controllers.filled import drivers, edges_of
 from ..navigation import AMCL, FILTER, SLAM, Found, Frames, diagnose, frames_of, kind_of, stated_topic
-from ..parameters.files import Node, Parameters, asked, parameter_file, parameters_of, text
+from ..parameters.files import Node, Parameters, distro_of, parameter_file, parameters_of, text
 from ..ports import (
     IN,
     OBSTACLES,
@@ -33,7 +33,7 @@ from ..ports import (
     ports,
     short_type,
 )
-from .footprint import CORNERS, Footprint, footprint, holds, padded, solids_of
+from .footprint import CORNERS, Footprint, footprint, holds, pad, solids_of
 
 _LAYERS = {"local_costmap": "voxel_layer", "global_costmap": "obstacle_layer"}  # nav2_bringup/params/nav2_params.yaml
 _HEADROOM = 0.1  # m
@@ -104,7 +104,9 @@ def _problems(robot: Robot, output: Output, frames: Frames, base: str) -> Iterat
     elif robot.moves_between(base, frames.moved):
         message = f'"{base}" moves against "{frames.moved}", which the odometry moves'
         yield Found("nav2-base", message, ("base_frame",), "name a frame that is fixed to it")
-    leads = [(one, lead) for one in robot.publishers if kind_of(one) in (AMCL, SLAM) for lead in frames.owned(one)]
+    leads = [
+        (one, lead) for one in robot.publishers if kind_of(one) in (AMCL, SLAM) for lead in frames.transforms_of(one)
+    ]
     wrong = [(one, lead) for one, lead in leads if (lead.parent, lead.child) != (frames.map, frames.odom)]
     for publisher, lead in wrong:
         step = f"{frames.map or 'map'} -> {frames.odom if frames.map else 'odom'}"
@@ -113,7 +115,7 @@ def _problems(robot: Robot, output: Output, frames: Frames, base: str) -> Iterat
     if not frames.map and not wrong:
         message = f"no publisher is described for map -> {frames.odom}: what needs the frame of a map is left out"
         yield Found("navigation-no-map", message, severity=WARNING, key=True)
-    for driver in drivers(robot) if asked(output) == HUMBLE else ():
+    for driver in drivers(robot) if distro_of(output) == HUMBLE else ():
         if driver.stamped:
             message = f'controller "{driver.name}" takes TwistStamped, and Nav2 of {HUMBLE.capitalize()} sends Twist'
             path = ("controllers", driver.name)
@@ -178,7 +180,7 @@ def _measure(robot: Robot, output: Output, made: _Basics) -> tuple[_Size | None,
             said.append(error("nav2-source", message, None, "make clearance less"))
     padding, remark = output.options.get("padding"), ""
     free = float(_PADDING if padding is None else padding)
-    if not circle and not holds(solids, padded(outline.corners, free)):
+    if not circle and not holds(solids, pad(outline.corners, free)):
         outline, padding = footprint(solids, corners, free), 0.0
         remark = f"It has {free:g} m of padding: Nav2's own would move a corner inwards."
     around = outline.circumscribed / math.cos(math.pi / _CORNERS_OF_CIRCLE)
@@ -195,7 +197,7 @@ def _unmeasured(robot: Robot, unknown: Sequence[str]) -> Diagnostic:
     shapes = [shape.geometry for name in unknown for shape in robot.link[name].collision]
     reasons = {mesh.file: why_unread(robot, mesh.file) for mesh in shapes if isinstance(mesh, Mesh)}
     files = [file for file, reason in reasons.items() if reason]
-    message = f"the size of {listed(files, 3)} is unknown ({listed(unknown, 3)}): {left}"
+    message = f"the size of {phrase(files, 3)} is unknown ({phrase(unknown, 3)}): {left}"
     help = f"{reasons[files[0]]}: name an STL or an OBJ that is there, or give the link a box or a cylinder"
     return report("nav2-footprint", message, help=help, severity=WARNING)
 
@@ -229,7 +231,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         return "", wrong
     size, said = _measure(robot, output, made)
     head = [
-        f"Nav2 of {asked(output).capitalize()}: frames, footprint and heights of the robot.",
+        f"Nav2 of {distro_of(output).capitalize()}: frames, footprint and heights of the robot.",
         "No tuning is in it: load it after your own.",
     ]
     if size is not None:
@@ -250,7 +252,7 @@ def view(robot: Robot, output: Output) -> Parameters:
 
 
 def _nodes(robot: Robot, output: Output, made: _Basics, size: _Size | None) -> Iterator[Node]:
-    distribution, frames = distribution_of_ports(asked(output)), made.frames
+    distribution, frames = distribution_of_ports(distro_of(output)), made.frames
     known = {"map": frames.map, "odom": frames.odom, "base": made.base}
     found: dict[str, dict[str, Any]] = {}
     for row in _facts()["frames"]:
@@ -287,7 +289,7 @@ def _odometry(robot: Robot, frames: Frames) -> str:
         if kind_of(publisher) == FILTER:
             yield _FILTERED
         for driver in drivers(robot):
-            if any(edge.publisher.name == publisher.name for edge in owned(robot, driver.one.controller)):
+            if any(edge.publisher.name == publisher.name for edge in edges_of(robot, driver.one.controller)):
                 yield driver.topic(driver.odometry)
 
     moving = [lead.publisher for lead in frames.leads if (lead.parent, lead.child) == (frames.odom, frames.moved)]
@@ -325,7 +327,7 @@ def _monitored(robot: Robot, output: Output, made: _Basics, size: _Size | None) 
     sources = _sources(robot, output)
     up = robot.transform(made.frames.moved, made.base, made.positions).xyz[2]
     values: dict[str, Any] = {}
-    for port in ports(asked(output), node="collision_monitor", role=OBSTACLES) if sources else ():
+    for port in ports(distro_of(output), node="collision_monitor", role=OBSTACLES) if sources else ():
         values[port.each] = [source.name for source in sources]
         for source in sources:
             name, kind = source.name, _MONITORED[source.type]
@@ -342,7 +344,7 @@ def _scan(robot: Robot, output: Output, node: str) -> dict[str, Any]:
     if not topics:
         topics = {stated_topic(robot, one.name) for one in robot.sensors if one.type == _PLANAR}
     topic = topics.pop() if len(topics) == 1 else ""
-    return {port.parameter: topic for port in ports(asked(output), node=node, role=SCAN)} if topic else {}
+    return {port.parameter: topic for port in ports(distro_of(output), node=node, role=SCAN)} if topic else {}
 
 
 def seen_by_slam(robot: Robot, output: Output, frames: Frames) -> dict[str, Any]:
@@ -357,7 +359,7 @@ def _localisation(robot: Robot, output: Output, frames: Frames) -> Iterator[Node
     nav2_bringup starts AMCL by default, with `tf_broadcast: true`.
     """
     there = {kind: [one for one in robot.publishers if kind_of(one) == kind] for kind in (AMCL, SLAM)}
-    owns = {kind: any(frames.owned(one) for one in mine) for kind, mine in there.items()}
+    owns = {kind: any(frames.transforms_of(one) for one in mine) for kind, mine in there.items()}
     values: dict[str, Any] = {"global_frame_id": frames.map, "odom_frame_id": frames.odom}
     values |= {"base_frame_id": frames.moved, "tf_broadcast": owns[AMCL]}
     if (drive := robot.drive) is not None:

@@ -14,7 +14,7 @@ from itertools import count
 from typing import NamedTuple
 
 from rosorin_compile.model import Box, Mesh, Robot, Vector
-from rosorin_compile.model.bounds import along
+from rosorin_compile.model.bounds import reach_along
 from rosorin_compile.model.geometry import dot
 from rosorin_compile.model.mesh_vertices import Clouds
 from rosorin_compile.model.shape import MERGED
@@ -78,7 +78,7 @@ def solids_of(robot: Robot, base: str, positions: Mapping[str, float], clouds: C
                 boxes = [piece.geometry for piece in pieces if isinstance(piece.geometry, Box)]
                 ends = (zip(box.lower, box.upper, strict=True) for box in boxes)
                 corners = {(x, y, z) for xs, ys, zs in ends for x in xs for y in ys for z in zs}
-                found.append(Solid(along(shape, there), [frame.apply(corner) for corner in corners]))
+                found.append(Solid(reach_along(shape, there), [frame.apply(corner) for corner in corners]))
     return found, list(unknown)
 
 
@@ -125,7 +125,7 @@ def holds(solids: Sequence[Solid], points: Sequence[Point], margin: float = 0.0)
     return len(ring) > 2 and all(_reach(solids, (*normal, 0.0)) + margin <= at + _SLACK for normal, at in _sides(ring))
 
 
-def padded(points: Sequence[Point], padding: float) -> list[Point]:
+def pad(points: Sequence[Point], padding: float) -> list[Point]:
     """Return a footprint like a costmap pads it: a corner moves by the signs of its coordinates, on an axis by none.
 
     ros-navigation/navigation2:nav2_costmap_2d/src/footprint.cpp, padFootprint.

@@ -12,14 +12,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, listed
+from rosorin_compile.source.diagnostics import NOTE, Diagnostic, error, phrase
 
 from .. import nav2, robot_localization
-from ..controllers.filled import COMMAND, TF, Filled, distribution_of, drivers, filled, remaps
+from ..controllers.filled import COMMAND, TF, Filled, distribution_of, drivers, fill, remaps
 from ..graph import DRIVER, Graph, graph_of, open_ends
 from ..navigation import AMCL, SLAM, frames_of, kind_of, owners_of_odom
-from ..parameters.files import asked, nodes_of
-from ..parameters.tables import plugins, written
+from ..parameters.files import distro_of, nodes_of
+from ..parameters.tables import as_yaml, plugins
 from ..ports import IMU, ODOMETRY, interfaces_of, short_type
 from ..srdf.planning import Planning, planning_of
 from .launch import PackageFile
@@ -96,7 +96,7 @@ class Bringup:
 
     @cached_property
     def _filled(self) -> list[Filled]:
-        return filled(self.robot, self._distribution)
+        return fill(self.robot, self._distribution)
 
     @property
     def _navigates(self) -> bool:
@@ -144,11 +144,11 @@ class Bringup:
         values: dict[str, Any] = {
             "starts": [(word, _STARTS[word].file, _STARTS[word].about) for word in self.starts],
             "places": self.places,
-            "written": written,
+            "written": as_yaml,
             "control_namespace": "",
             "navigates": NAV2 in self.starts,
             "drives": False,
-            "distribution": asked(fixed).capitalize() if self.starts and fixed is not None else "",
+            "distribution": distro_of(fixed).capitalize() if self.starts and fixed is not None else "",
             "outside": list(outside.values()) if self.starts else [],
             "teleop": None,
         }
@@ -180,7 +180,7 @@ class Bringup:
     def remarks(self) -> list[Diagnostic]:
         """Return notes about the files that are made."""
         names = [one["name"] for one in self._limits() if one["acceleration"] is not None]
-        message = f"joints have no limit of acceleration ({listed(names, 4)}), and MoveIt plans nothing "
+        message = f"joints have no limit of acceleration ({phrase(names, 4)}), and MoveIt plans nothing "
         message += "without: config/joint_limits.yaml has a stand-in, 1 rad/s^2 or 1 m/s^2"
         help = "if the maker gives others, load them after that file"
         return [Diagnostic("package-acceleration", NOTE, message, help=help)] if names else []
@@ -245,7 +245,7 @@ class Bringup:
         names = {name for group in planning.groups.values() for name in planning.active(group)}
         for name, joint in planning.joints.items():
             if name in names and joint.type in _ONE_AXIS:
-                velocity = (joint.limit.known("velocity") if joint.limit is not None else None) or None
+                velocity = (joint.limit.known_value("velocity") if joint.limit is not None else None) or None
                 if velocity or acceleration:
                     yield {"name": name, "velocity": velocity, "acceleration": acceleration}
 

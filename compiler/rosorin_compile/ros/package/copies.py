@@ -44,7 +44,7 @@ class Meshes(NamedTuple):
     diagnostics: list[Diagnostic]
 
 
-def named(text: str, is_sdf: bool = False) -> list[str]:
+def file_names(text: str, is_sdf: bool = False) -> list[str]:
     """Return the names of the mesh and texture files of a URDF or an SDF, each once, in their order."""
     pattern = _OF_SDF if is_sdf else _FILE
     return list(dict.fromkeys(unescape(match[2], _ENTITIES) for match in pattern.finditer(text)))
@@ -70,7 +70,7 @@ def place_meshes(
     missing: dict[tuple[str, str], list[str]] = {}  # names by what is wrong and the fix
     where = "neither in the package nor beside the description" if folders else "not in the package"
     is_sdf = place.endswith(".sdf")
-    for name in named(text, is_sdf):
+    for name in file_names(text, is_sdf):
         is_copied = is_sdf and name in known
         match = None if is_copied else _PACKAGE.fullmatch(name)
         if match and match[1] != package:
@@ -202,14 +202,14 @@ def difference_lines(place: str, found: Comparison, full: bool) -> list[str]:
     return lines + [line for one in found.texts[:1] for line in (one.lines if full else shorten(one.lines))]
 
 
-def moved(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
+def move_artifact(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
     """Return an artifact for a place; a launch file reads the URDF at ``urdf`` by a relative name."""
     if not FORMATS[artifact.backend].located or not urdf:
         return replace(artifact, file=place)
     names = {output.name: urdf for output in FORMATS.feeding(robot, ROBOT_STATE_PUBLISHER)} | {artifact.output: place}
     outputs = tuple(replace(one, file=names.get(one.name, one.file)) for one in robot.outputs)
     output = next(one for one in outputs if one.name == artifact.output)
-    text = FORMATS[artifact.backend].written(replace(robot, outputs=outputs), output, Templates())[0]
+    text = FORMATS[artifact.backend].compile(replace(robot, outputs=outputs), output, Templates())[0]
     return replace(artifact, file=place, text=text)
 
 
@@ -221,7 +221,7 @@ def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], pa
     found, folder = [], posixpath.dirname(place) or "."
     if FORMATS[artifact.backend].located:
         near = sorted(urdfs, key=lambda urdf: (len(posixpath.relpath(urdf, folder)), urdf))
-        found = [moved(robot, artifact, place, urdf) for urdf in near]
+        found = [move_artifact(robot, artifact, place, urdf) for urdf in near]
     if FORMATS.names_meshes(artifact) and package:
         text = place_meshes(artifact.text, package, (), Path(folder)).text
         found += [replace(artifact, file=place, text=text)] if text != artifact.text else []

@@ -14,7 +14,7 @@ from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import MANIFEST, OutputError, PackageFolder, digest, open_package_folder, read_manifest
 from rosorin_compile.output.committed import Comparison
-from rosorin_compile.output.ros_packages import files_below, missing, package_of, undeclared
+from rosorin_compile.output.ros_packages import files_below, missing, package_of, undeclared_packages
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import NOTE, Diagnostic, RequestError, has_errors
@@ -28,7 +28,7 @@ from .copies import (
     difference_lines,
     forms,
     missing_files,
-    moved,
+    move_artifact,
     other_robot,
     place_meshes,
     protect,
@@ -159,7 +159,7 @@ def _plan(
         return []
     going = [one for one in artifacts if one.output in chosen]
     urdf = next((chosen[one.output] for one in going if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), "")
-    planned = [moved(robot, artifact, chosen[artifact.output], urdf) for artifact in going]
+    planned = [move_artifact(robot, artifact, chosen[artifact.output], urdf) for artifact in going]
     package = package_of(folder)
     if package is not None and package[0] == resolve(folder):
         planned = [_with_meshes(artifact, package[1], folder, diagnostics) for artifact in planned]
@@ -231,7 +231,7 @@ def _check_use(planned: Sequence[Artifact], folder: Path) -> Iterator[Diagnostic
         yield report("deploy-not-installed", message, None, f"add: {build.line}")
     launches = [read_text(path, errors="replace") for path in sorted(root.glob("launch/*")) if is_file(path)]
     launches += [one.text for one in planned if FORMATS[one.backend].located]
-    for needed in undeclared(root, launches):
+    for needed in undeclared_packages(root, launches):
         message = f"package.xml of {name} does not name {needed}, which its launch files start"
         yield report("deploy-not-depended", message, None, f"add: <exec_depend>{needed}</exec_depend>")
 
@@ -253,7 +253,7 @@ class CheckedCopies:
     inputs: tuple[str, ...] = ()
     diagnostics: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
-    def compared(self) -> tuple[Comparison, list[tuple[str, str]]]:
+    def describe(self) -> tuple[Comparison, list[tuple[str, str]]]:
         """Return how copies differ, and those that are other files; a change that several copies show is one."""
         changes: dict[tuple[str, ...], Change] = {}
         found = [(place, one) for place, one in self.unlike if one is not None]

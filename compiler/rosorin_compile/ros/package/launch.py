@@ -35,7 +35,7 @@ from rosorin_compile.source.files import read_bytes
 from rosorin_compile.source.load import yaml_of
 from rosorin_compile.source.project import Description, tool_folders
 
-from .copies import named
+from .copies import file_names
 from .options import Options, is_legal
 
 if TYPE_CHECKING:
@@ -196,7 +196,7 @@ def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carri
 
     The arguments of the request become the defaults at launch. Raises LoadError.
     """
-    from rosorin_compile.language.arguments import declared
+    from rosorin_compile.language.arguments import declared_arguments
 
     main = next((one for one in compiled.artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)
     if not options.at_launch or compiled.robot is None or main is None:
@@ -210,7 +210,7 @@ def carry(compiled: Compiled, request: Request, options: Options) -> tuple[Carri
         return None, problems
     places = {one: prefix + one.relative_to(top).as_posix() for one in own}
     taken = [*(argument.name for argument in ARGUMENTS), *mode_arguments(compiled.robot).values(), WORDS]
-    arguments = declared(path, values)[0]
+    arguments = declared_arguments(path, values)[0]
     names = free_names([one.name for one in arguments], taken, "arg_")
     read = (
         name
@@ -255,7 +255,7 @@ def _lost_files(top: Path, files: Sequence[Path]) -> Iterator[Diagnostic]:
 
 
 def _relative_meshes(main: Artifact, package: str, files: Sequence[Path]) -> Iterator[Diagnostic]:
-    for name in named(main.text):
+    for name in file_names(main.text):
         if "://" not in name and not name.startswith("/"):
             message = f"mesh {name} is named by a path, and a URDF that is compiled at launch is in no folder"
             inside = name if name.startswith("meshes/") else f"meshes/{name.rpartition('/')[2]}"

@@ -171,8 +171,9 @@ def places_text(folder: Path, robot: str, places: Mapping[str, str]) -> str:
     robots[robot] = dict(places)
     lines = [f"# Where rosorin-compile deploy puts artifacts in this folder ({NOWHERE}: not here).", "robots:"]
     for name, entries in sorted(robots.items()):
-        lines.append(f"  {Scalar(name).quoted()}:")
+        lines.append(f"  {Scalar(name).in_quotes()}:")
         lines += [
-            f"    {Scalar(output).quoted()}: {Scalar(place).quoted()}" for output, place in sorted(entries.items())
+            f"    {Scalar(output).in_quotes()}: {Scalar(place).in_quotes()}"
+            for output, place in sorted(entries.items())
         ]
     return "\n".join(lines) + "\n"

@@ -153,7 +153,7 @@ def make(
     """
     main = next((one for one in artifacts if FORMATS.feeds(one, ROBOT_STATE_PUBLISHER)), None)
     if main is None:
-        help = f"add an output with the backend {FORMATS.published().name}"
+        help = f"add an output with the backend {FORMATS.published_format().name}"
         message = "no output is a URDF, and a package is nothing without"
         return {}, [error("package-no-urdf", message, None, help)]
     placed: dict[str, Artifact] = {}
@@ -212,7 +212,9 @@ def place_of(artifact: Artifact, main: Artifact) -> str:
     """Return the place of an artifact in a package; "" for the launch file, which the package has of its own."""
     if FORMATS[artifact.backend].located:
         return ""
-    otherwise = FORMATS.published().file.format("robot") if artifact is main else artifact.file.rpartition("/")[2]
+    otherwise = (
+        FORMATS.published_format().file.format("robot") if artifact is main else artifact.file.rpartition("/")[2]
+    )
     return f"{folder_of(artifact)}/{file_name(artifact.file, otherwise)}"
 
 
@@ -258,7 +260,7 @@ def _rendered(
         "urdf": urdf.removeprefix("urdf/"),
         "rviz": rviz,
         "literal": repr,
-        "quoted": lambda text: Scalar(text).quoted(),
+        "quoted": lambda text: Scalar(text).in_quotes(),
         "comment": Templates.comment,
         "contents": sorted(contents),
         "others": [

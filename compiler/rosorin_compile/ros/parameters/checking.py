@@ -7,7 +7,7 @@ where that was written.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from types import NoneType
 from typing import Any, NamedTuple
 
@@ -20,11 +20,11 @@ from rosorin_compile.source.diagnostics import (
     Span,
     Suggestion,
     diagnostic,
-    listed,
+    phrase,
 )
 from rosorin_compile.source.wording import suggest
 
-from .tables import Key, Kind, as_type, fits, is_of_all_nodes, refused, type_in_words, written
+from .tables import Key, Kind, as_type, as_yaml, fits, is_of_all_nodes, type_in_words, why_refused
 
 REMOVE = "remove it"
 _SIMILAR = 0.9
@@ -33,7 +33,7 @@ _SIMILAR = 0.9
 class Finding(NamedTuple):
     """Something wrong with a parameter; ``key`` is empty for the node as a whole, ``at_key``: the name of it.
 
-    ``unknown`` is a name that does not exist.
+    ``unknown`` is a name that does not exist, ``known`` are those that do.
     """
 
     rule: str
@@ -43,8 +43,9 @@ class Finding(NamedTuple):
     severity: str = ERROR
     at_key: bool = False
     unknown: str = ""
+    known: Collection[str] = ()
 
-    def at(self, span: Span | None, related: Iterable[Related] = ()) -> Diagnostic:
+    def place(self, span: Span | None, related: Iterable[Related] = ()) -> Diagnostic:
         """Return it with its place."""
         return diagnostic(self.rule, self.severity, self.message, span, self.help, related)
 
@@ -59,7 +60,7 @@ def against_kind(name: str, kind: Kind, values: Mapping[str, Any]) -> Iterator[F
         if known is None:
             yield from _unknown(name, kind, key, values)
         elif not kind.has(known):
-            others = listed(map(str.capitalize, known.only))
+            others = phrase(map(str.capitalize, known.only))
             message = f'{name} of {kind.distribution.capitalize()} has no key "{key}"; it is one of {others}'
             help = _near(kind, key, values) or REMOVE
             yield Finding("parameters-unknown-key", message, key, help, at_key=True)
@@ -73,7 +74,7 @@ def unwritable(name: str, values: Mapping[str, Any]) -> Iterator[Finding]:
     for key, value in values.items():
         kinds = {type(one) for one in value} if isinstance(value, (list, tuple)) else {type(value)}
         if len(kinds) > 1 or kinds & {list, tuple, NoneType}:
-            message = f'"{key}" of {name} is {written(value)}: no parameter can be that'
+            message = f'"{key}" of {name} is {as_yaml(value)}: no parameter can be that'
             yield Finding("parameters-wrong-type", message, key, "write a value, or a list of values of one type")
 
 
@@ -98,7 +99,7 @@ def _near(kind: Kind, key: str, values: Mapping[str, Any]) -> Help:
 
 
 def _unlisted(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Iterator[Finding]:
-    many, one = kind.mapped(key)
+    many, one = kind.list_of_key(key)
     given = values.get(many)
     if isinstance(given, (list, tuple)) and one not in given:
         message = f'"{key}" of {name} is about "{one}", which is not in its {many}: it has no effect'
@@ -107,7 +108,7 @@ def _unlisted(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Ite
 
 def _value(name: str, key: str, value: Any, known: Key) -> Iterator[Finding]:
     if not fits(value, known.type):
-        message = f'"{key}" of {name} is {written(value)}, and has to be {type_in_words(known.type)}'
+        message = f'"{key}" of {name} is {as_yaml(value)}, and has to be {type_in_words(known.type)}'
         yield Finding("parameters-wrong-type", f"{message}: the node does not start", key, as_type(value, known.type))
     elif isinstance(value, str) and value in known.renamed:
         message = f'"{key}" of {name} is "{value}", which was renamed: the node does not start'
@@ -115,6 +116,6 @@ def _value(name: str, key: str, value: Any, known: Key) -> Iterator[Finding]:
     elif known.forced and value not in ("", known.forced):
         message = f'"{key}" of {name} is always "{known.forced}": this value has no effect'
         yield Finding("parameters-wrong-value", message, key, "remove it", WARNING)
-    elif (why := refused(known.valid, value)) is not None:
+    elif (why := why_refused(known.valid, value)) is not None:
         message, help = f'"{key}" of {name} {why[0]}', why[1] or "correct it"
         yield Finding("parameters-wrong-value", message, key, help)

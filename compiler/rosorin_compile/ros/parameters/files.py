@@ -26,7 +26,7 @@ from rosorin_compile.model import Output, Robot
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, DiagnosticError, Related, Source, Span, error
 
 from ..ports import facts
-from .tables import Kind, converted, kinds, written
+from .tables import Kind, as_yaml, convert, kinds
 
 PARAMETERS = "ros__parameters"
 _DEEPEST = 42  # mappings and lists in each other
@@ -94,9 +94,9 @@ def read_sections(source: Source) -> tuple[list[Section], list[Diagnostic]]:
     try:
         reader.read()
     except yaml.YAMLError as problem:
-        from rosorin_compile.source.yaml_mistakes import explained
+        from rosorin_compile.source.yaml_mistakes import explain_mistake
 
-        raise NoParameters(replace(explained(source, problem), rule="parameters-syntax")) from None
+        raise NoParameters(replace(explain_mistake(source, problem), rule="parameters-syntax")) from None
     return list(reader.sections.values()), reader.diagnostics
 
 
@@ -341,7 +341,7 @@ class Node(NamedTuple):
     values: Mapping[str, Any]
 
 
-def asked(output: Output) -> str:
+def distro_of(output: Output) -> str:
     """Return the distribution that an output is for, as it says it."""
     return str(output.options.get("distribution", JAZZY))
 
@@ -352,7 +352,7 @@ def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str]
     for name, parameters in parameters_of(output, nodes).node.items():
         for key, value in parameters.items():
             _put(tree, [*name.split("/"), PARAMETERS, *key.split(".")], value)
-    values = {"robot": robot, "distribution": asked(output).capitalize(), "head": head, "rows": list(_rows(tree))}
+    values = {"robot": robot, "distribution": distro_of(output).capitalize(), "head": head, "rows": list(_rows(tree))}
     return templates.own("ros/parameters.yaml.jinja", values)
 
 
@@ -363,11 +363,11 @@ def parameters_of(output: Output, nodes: Iterable[Node]) -> Parameters:
     """
     found: dict[str, dict[str, Any]] = {}
     for node in nodes:
-        kind = kinds(asked(output))[node.kind] if isinstance(node.kind, str) else node.kind
+        kind = kinds(distro_of(output))[node.kind] if isinstance(node.kind, str) else node.kind
         for key, value in node.values.items():
             known = kind.key(key) if kind is not None else None
             if value not in ([], ()) and (kind is None or known is None or kind.writes(known)):
-                made = converted(value, known.type) if known is not None else value
+                made = convert(value, known.type) if known is not None else value
                 found.setdefault(node.name.strip("/"), {})[key] = made
     return Parameters(found)
 
@@ -393,7 +393,7 @@ def _rows(tree: Mapping[str, Any], depth: int = 0) -> Iterator[str]:
 def _scalar(value: Any) -> str:
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(map(_scalar, value))}]"
-    return _text(value) if isinstance(value, str) else written(value)
+    return _text(value) if isinstance(value, str) else as_yaml(value)
 
 
 def _text(value: str) -> str:

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from rosorin_compile.formats.format import HUMBLE, JAZZY
 from rosorin_compile.model import Publisher
 from rosorin_compile.model.joint import NODE
-from rosorin_compile.source.diagnostics import Help, Suggestion, quoted
+from rosorin_compile.source.diagnostics import Help, Suggestion, quote
 
 from ..ports import TF, distribution_of_ports, drive_plugins, facts, port_of
 
@@ -44,11 +44,11 @@ def _is(value: Any, kind: str) -> bool:
     return isinstance(value, kinds[kind]) and (kind == "bool" or not isinstance(value, bool))
 
 
-def converted(value: Any, kind: str) -> Any:
+def convert(value: Any, kind: str) -> Any:
     """Return a value as its type wants it written, where that is the same number; else the value itself."""
     for one in kind.split(" or "):
         if one.endswith("_array") and isinstance(value, (list, tuple)):
-            return [converted(item, one.removesuffix("_array")) for item in value]
+            return [convert(item, one.removesuffix("_array")) for item in value]
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
         if one == "double" and is_number:
             return float(value)
@@ -66,16 +66,16 @@ def as_type(value: Any, kind: str) -> str:
     """Return the fix for a value of the wrong type."""
     if isinstance(value, str) and kind in ("bool", "int", "double"):
         return f"write {type_in_words(kind)} without quotes"
-    made = [value] if kind == "string_array" else converted(value, kind)
+    made = [value] if kind == "string_array" else convert(value, kind)
     if kind == "string" and not isinstance(value, (list, tuple)):
-        made = written(value)
-    return f"write {written(made) if fits(made, kind) else type_in_words(kind)}"
+        made = as_yaml(value)
+    return f"write {as_yaml(made) if fits(made, kind) else type_in_words(kind)}"
 
 
-def written(value: Any) -> str:
+def as_yaml(value: Any) -> str:
     """Return a value as YAML has it, in one line."""
     if isinstance(value, (list, tuple)):
-        return f"[{', '.join(map(written, value))}]"
+        return f"[{', '.join(map(as_yaml, value))}]"
     if isinstance(value, bool) or value is None:
         return {True: "true", False: "false", None: "null"}[value]
     if isinstance(value, float):
@@ -83,7 +83,7 @@ def written(value: Any) -> str:
     return f'"{value}"' if isinstance(value, str) else str(value)
 
 
-def refused(valid: Mapping[str, Sequence[Any]], value: Any) -> tuple[str, Help] | None:
+def why_refused(valid: Mapping[str, Sequence[Any]], value: Any) -> tuple[str, Help] | None:
     """Return why validators refuse a value of its type, and the fix; None if they accept it."""
     for name, arguments in valid.items():
         why, help = _refused(name, value, list(arguments))
@@ -109,7 +109,7 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
     if bound := _BOUNDS.get(name.removesuffix("_or_nan")):
         is_free = name.endswith("_or_nan") and math.isnan(value)
         if not is_free and not bound[0](value, arguments[0]):
-            return f"is {written(value)}, and has to be {bound[1]} {arguments[0]:g}", ""
+            return f"is {as_yaml(value)}, and has to be {bound[1]} {arguments[0]:g}", ""
     elif name in _SIZES:
         fits_size, words = _SIZES[name]
         if not any(fits_size(len(value), size) for size in arguments):
@@ -117,13 +117,13 @@ def _refused(name: str, value: Any, arguments: list[Any]) -> tuple[str, Help]:
     elif name in ("one_of", "subset_of"):
         values = value if name == "subset_of" else [value]
         if others := [str(one) for one in values if one not in arguments[0]]:
-            return f"cannot be {quoted(others)}", Suggestion(others[0], [*map(str, arguments[0])])
+            return f"cannot be {quote(others)}", Suggestion(others[0], [*map(str, arguments[0])])
     elif name == "not_empty" and not len(value):
         return "is empty", ""
     elif name == "unique" and (repeated := [str(one) for one in dict.fromkeys(value) if value.count(one) > 1]):
-        return f"has {quoted(repeated)} twice", ""
+        return f"has {quote(repeated)} twice", ""
     elif name == "set_of" and set(value) not in map(set, arguments):
-        return f"is {written(value)}, and has to be {' or '.join(map(written, arguments))}", ""
+        return f"is {as_yaml(value)}, and has to be {' or '.join(map(as_yaml, arguments))}", ""
     return "", ""
 
 
@@ -207,11 +207,11 @@ class Kind:
         """Return True if files for the distribution may have a key: it or its stock plug-in knows it."""
         return self.has(key) and (not key.stock or self.distribution in key.stock)
 
-    def own(self) -> Iterator[Key]:
+    def own_keys(self) -> Iterator[Key]:
         """Yield the keys that the distribution knows."""
         return filter(self.has, self.keys.values())
 
-    def mapped(self, name: str) -> tuple[str, str]:
+    def list_of_key(self, name: str) -> tuple[str, str]:
         """Return the list whose values are keys, and the one that a key has: ("joints", "joint1") of gains.joint1.p."""
         key = None if name in self.keys else self.key(name)
         match = _pattern(key.name).fullmatch(name) if key is not None and "__map_" in key.name else None
@@ -221,7 +221,7 @@ class Kind:
         """Return the keys that a person may have meant by one: those of many names with its words and first number."""
         words, number = name.split("."), next(iter(re.findall(r"\d+", name)), "0")
         found = set()
-        for key in self.own():
+        for key in self.own_keys():
             pieces = key.name.replace("<n>", number).split(".")
             if not key.many or "<n>" in key.name:
                 found.add(".".join(pieces))

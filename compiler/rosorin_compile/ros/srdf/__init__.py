@@ -17,12 +17,12 @@ from rosorin_compile.model import DisabledCollision, Output, Pose, Robot
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.ros.moveit import FIXED, PLANAR, Ball, Group
 from rosorin_compile.rules.case import report
-from rosorin_compile.source.diagnostics import Diagnostic, counted, first_of
+from rosorin_compile.source.diagnostics import Diagnostic, count_of, first_of
 from rosorin_compile.source.numbers import NumberFormat, number_format, vector
 from rosorin_compile.source.xml.elements import number_of, numbers_of, tree_of
 
 from . import checks, reading
-from .planning import Planning, ordered, planning_of, stale_text
+from .planning import Planning, planning_of, sort_pair, stale_text
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -87,8 +87,8 @@ def view(robot: Robot, output: Output) -> Srdf:  # noqa: ARG001
         balls,
         frozenset(said.passive_joints),
         frozenset(said.unchecked_links),
-        frozenset(f"{' - '.join(one.links)} ({one.reason})" for one in planning.disabled()),
-        frozenset(" - ".join(ordered(pair)) for pair in said.checked),
+        frozenset(f"{' - '.join(one.links)} ({one.reason})" for one in planning.disabled_pairs()),
+        frozenset(" - ".join(sort_pair(pair)) for pair in said.checked),
     )
 
 
@@ -121,7 +121,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     said = planning.said
     computed = ""
     if said.matrix is not None:
-        states = f"{counted(said.matrix.states, 'random state')}, seed {said.search.seed}"
+        states = f"{count_of(said.matrix.states, 'random state')}, seed {said.search.seed}"
         computed = (
             f"Computed by rosorin-compile collisions: {states}. Lengths are the smallest distances of the states "
         )
@@ -136,7 +136,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "balls": {link: balls or (_NOTHING,) for link, balls in said.spheres.items()},
         "number": number,
         "vector": lambda values: vector(values, number),
-        "checked": sorted(map(ordered, said.checked)),
+        "checked": sorted(map(sort_pair, said.checked)),
         "computed": comment(computed),
         "distance": _distance,
     }

@@ -11,8 +11,8 @@ from collections.abc import Collection, Iterator
 from rosorin_compile.model import Output
 from rosorin_compile.ros.moveit import EndEffector, Group
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Suggestion, counted, first_of, quoted
-from rosorin_compile.source.tree import Path, at
+from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Suggestion, count_of, first_of, quote
+from rosorin_compile.source.tree import Path, value_at
 
 from ..sections.moveit import state_path
 from .planning import URDF, Planning, planning_of, stale_text
@@ -136,7 +136,7 @@ def _states(case: Case, planning: Planning) -> Iterator[Diagnostic]:
                 used.add(pose.name)
                 message = f'pose "{pose.name}" is no state of planning group "{group.name}": it does not name '
                 help = f"name {'it' if len(missing) == 1 else 'them'} in the pose, or take the pose as it is: states: "
-                message, help = message + quoted(missing, 3), f"{help}[{pose.name}]"
+                message, help = message + quote(missing, 3), f"{help}[{pose.name}]"
                 yield case.problem("moveit-state", message, ("poses", pose.name), help, severity=NOTE, key=True)
 
 
@@ -177,7 +177,7 @@ def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnost
     matrix = planning.said.matrix
     if matrix is None:
         if len(planning.solids) > 1:
-            links, path = counted(len(planning.solids), "link"), ("outputs", output.name)
+            links, path = count_of(len(planning.solids), "link"), ("outputs", output.name)
             message = f"no collision matrix: MoveIt checks all pairs of {links}, neighbours too"
             yield case.problem("collisions-missing", message, path, key=True)
     elif matrix.of != planning.digest:
@@ -187,7 +187,7 @@ def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnost
         yield case.problem("collisions-stale", message, (_TOP, "collision_matrix", "of"))
     else:  # somebody has changed what was computed; a link that was removed makes the matrix stale
         within: Path = (_TOP, "collision_matrix", "pairs")
-        for index, pair in enumerate(at(case.tree, within) or ()):
+        for index, pair in enumerate(value_at(case.tree, within) or ()):
             for side, name in enumerate(pair["links"]):
                 if name not in case.robot.link:
                     help_ = Suggestion(name, case.robot.link, "rosorin-compile collisions computes the matrix again")

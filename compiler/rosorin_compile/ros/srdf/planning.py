@@ -26,7 +26,7 @@ from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.drive import SLIDING
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
-from rosorin_compile.source.diagnostics import counted, first_of
+from rosorin_compile.source.diagnostics import count_of, first_of
 from rosorin_compile.source.files import read_bytes
 
 URDF = "urdf"
@@ -112,14 +112,14 @@ class Planning:
         matrix = self.said.matrix
         if matrix is None or matrix.how != now.how:
             return {}
-        then = {ordered(pair.links): pair for pair in matrix.pairs}
+        then = {sort_pair(pair.links): pair for pair in matrix.pairs}
         shapes = [name for name, digest in now.shapes.items() if matrix.shapes.get(name) == digest]
         joints = {name for name, digest in now.joints.items() if matrix.joints.get(name) == digest}
         ways = {name: {joint.name for joint in self.chain(name)} for name in shapes}
         found: dict[Pair, DisabledCollision | None] = {}
         for first, second in combinations(sorted(shapes), 2):
             if self._with_leaders(ways[first] ^ ways[second]) <= joints:
-                found[ordered((first, second))] = then.get(ordered((first, second)))
+                found[sort_pair((first, second))] = then.get(sort_pair((first, second)))
         return found
 
     def stale_pairs(self) -> tuple[list[Pair], list[str]]:
@@ -135,7 +135,7 @@ class Planning:
         if computed.of == self.digest and not changed:
             return [], []
         same = self.same_pairs(self.parts({**then, **now}))
-        reasons = {ordered(pair.links): pair.reason for pair in computed.pairs}
+        reasons = {sort_pair(pair.links): pair.reason for pair in computed.pairs}
         adjacent = {pair for pair in self.adjacent if reasons.get(pair) == DisabledCollision.ADJACENT}
         existing = [pair for pair in reasons if self.links.issuperset(pair)]
         return [pair for pair in existing if pair not in same and pair not in adjacent], changed
@@ -176,7 +176,7 @@ class Planning:
             link = found[-1].parent
         return found
 
-    def between(self, base: str, tip: str) -> list[Joint]:
+    def joints_between(self, base: str, tip: str) -> list[Joint]:
         """Return the joints of the URDF between two links, over the link where their ways meet."""
         up, other = self.chain(tip), self.chain(base)
         shared = [joint for joint in up if joint in other]
@@ -188,7 +188,7 @@ class Planning:
         groups = [group]
         for one in groups:
             if one.chain is not None and self.links.issuperset(one.chain):
-                joints |= {joint.name for joint in self.between(*one.chain)}
+                joints |= {joint.name for joint in self.joints_between(*one.chain)}
             joints |= {*one.joints, *(self.joint_to[link].name for link in one.links if link in self.joint_to)}
             inner = (self.groups[name] for name in one.groups if name in self.groups)
             groups += [each for each in inner if each not in groups]
@@ -254,22 +254,22 @@ class Planning:
             around = neighbours.pop(bare)
             for name in around:
                 neighbours[name] = (neighbours[name] | around) - {name, bare}
-        return sorted({ordered((link, near)) for link, several in neighbours.items() for near in several})
+        return sorted({sort_pair((link, near)) for link, several in neighbours.items() for near in several})
 
-    def disabled(self) -> list[DisabledCollision]:
+    def disabled_pairs(self) -> list[DisabledCollision]:
         """Return the pairs that are not checked: of the matrix, then those of the description; sorted."""
-        checked = {ordered(pair) for pair in self.said.checked}
+        checked = {sort_pair(pair) for pair in self.said.checked}
         found: dict[Pair, DisabledCollision] = {}
         matrix = self.said.matrix.pairs if self.said.matrix is not None else ()
         own = (DisabledCollision(pair) for pair in self.robot.disabled_contacts)
         for one in (*matrix, *self.said.disabled, *own):
-            pair = ordered(one.links)
+            pair = sort_pair(one.links)
             if pair not in checked and self.links.issuperset(pair):
                 found.setdefault(pair, DisabledCollision(pair, one.reason, one.nearest, one.beyond))
         return [found[pair] for pair in sorted(found)]
 
 
-def ordered(pair: Pair) -> Pair:
+def sort_pair(pair: Pair) -> Pair:
     """Return two names in their order."""
     one, other = sorted(pair)
     return (one, other)
@@ -278,7 +278,7 @@ def ordered(pair: Pair) -> Pair:
 def stale_text(pairs: list[Pair]) -> str:
     """Return the pairs whose result may be wrong, in a sentence."""
     names = first_of([f"{one} and {other}" for one, other in pairs], _SHOWN)
-    return f"{counted(len(pairs), 'pair')} may collide now, though the SRDF still disables the check of {names}"
+    return f"{count_of(len(pairs), 'pair')} may collide now, though the SRDF still disables the check of {names}"
 
 
 def _json(said: Any) -> bytes:

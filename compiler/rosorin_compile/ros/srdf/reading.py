@@ -16,12 +16,12 @@ from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, PLAIN, Reading
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import DisabledCollision, Output, Robot, Transform
 from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
-from rosorin_compile.source.diagnostics import Diagnostic, Span, has_errors, nearest, quoted
+from rosorin_compile.source.diagnostics import Diagnostic, Span, has_errors, nearest, quote
 from rosorin_compile.source.tree import Map, Text
 from rosorin_compile.source.wording import suggest
-from rosorin_compile.source.xml.markup import Element, named
+from rosorin_compile.source.xml.markup import Element, name_of
 
-from .planning import URDF, Planning, ordered
+from .planning import URDF, Planning, sort_pair
 
 Entry = dict[str, Any]
 
@@ -68,7 +68,7 @@ def join(opened: Opened, tree: Map) -> tuple[dict[str, Any], list[Diagnostic]]:
     if robot is None:
         raise ValueError("the robot cannot be made")  # it has been read without an error
     if other := next((child for child in root.children if child.tag in _OF_URDF), None):
-        what = f"this is a URDF, not an SRDF: it has {named(other)}"
+        what = f"this is a URDF, not an SRDF: it has {name_of(other)}"
         raise opened.problem(what, other.span, help="name the SRDF; a URDF is what is imported")
     if macro := next((child for child in root.iter() if child.tag.startswith("xacro:")), None):
         what = f"this is a xacro, which is to be expanded first: it has <{macro.tag}>"
@@ -115,8 +115,8 @@ class _Joining:
         found = {name: one for name in needed if (one := element.attributes.get(name)) and one.value.strip()}
         missing = [name for name in needed if name not in found]
         if missing and not has_errors(self.reading.diagnostics[before:]):
-            help = f"MoveIt passes over it: it has no {quoted(missing, 5)}"
-            self.reading.cannot_carry(named(element), element.span, help)
+            help = f"MoveIt passes over it: it has no {quote(missing, 5)}"
+            self.reading.cannot_carry(name_of(element), element.span, help)
         if missing:
             return None
         words = {name: Placed(one.value.strip(), one.span) for name, one in found.items()}
@@ -139,34 +139,36 @@ class _Joining:
         near = nearest(name.value, known)
         help = f"MoveIt passes over it: the robot has no such {kind}" + (f"; {suggest(near)}" if near else "")
         is_it = element.tag == kind or element.get("name").strip() == name.value
-        what = named(element) if is_it else f'{named(element)} of {kind} "{name.value}"'
+        what = name_of(element) if is_it else f'{name_of(element)} of {kind} "{name.value}"'
         self.reading.cannot_carry(what, element.span if element.tag == "group_state" else name.span, help)
         return False
 
     def _virtual_joint(self, element: Element, name: Placed, kind: Placed, parent: Placed, child: Placed) -> None:
         if self.virtual is not None or child.value != self.planning.root:
             help = f'MoveIt takes one whose child is the root, "{self.planning.root}"'
-            self.reading.cannot_carry(named(element), element.span, help)
+            self.reading.cannot_carry(name_of(element), element.span, help)
             return
         taken = kind.value.lower()
         if taken not in (FIXED, PLANAR, FLOATING):
-            self.reading.cannot_carry(f'the type "{kind.value}" of {named(element)}', kind.span, "MoveIt takes fixed")
+            self.reading.cannot_carry(f'the type "{kind.value}" of {name_of(element)}', kind.span, "MoveIt takes fixed")
             taken = FIXED
         self.virtual = VirtualJoint(taken, parent.value, name.value)
         self.virtual_entry = {"name": name, "type": Placed(taken, kind.span), "parent": parent}
 
     def _group(self, element: Element, name: Placed) -> None:
         if name.value in self.groups:
-            self.reading.cannot_carry(f"a second {named(element)}", element.span, "MoveIt takes the first of this name")
+            self.reading.cannot_carry(
+                f"a second {name_of(element)}", element.span, "MoveIt takes the first of this name"
+            )
             return
         entry: Entry = {}
         for child, words in self._children(element):
             if child.tag != "chain":
                 entry.setdefault(f"{child.tag}s", []).append(words[0])
                 continue
-            joints = self.planning.between(words[0].value, words[1].value)
+            joints = self.planning.joints_between(words[0].value, words[1].value)
             if not joints:
-                self.reading.ignored("a chain that begins and ends at one link has no joint", child.span)
+                self.reading.ignore("a chain that begins and ends at one link has no joint", child.span)
             elif "chain" not in entry:
                 entry["chain"] = Placed({"base": words[0], "tip": words[1]}, child.span)
             else:
@@ -196,13 +198,13 @@ class _Joining:
                 self._add_position(state, joint, child)
             else:
                 help = "MoveIt passes over it: the joint is not in the group"
-                self.reading.cannot_carry(named(child), child.span, help)
+                self.reading.cannot_carry(name_of(child), child.span, help)
         if not state.positions and state.base is None:
             if not has_errors(self.reading.diagnostics[before:]):
-                self.reading.cannot_carry(named(element), element.span, "it places no joint")
+                self.reading.cannot_carry(name_of(element), element.span, "it places no joint")
             return
         if name.value in self.states.setdefault(group.value, {}):
-            self.reading.ignored("of two states of a group with one name, the first has no effect", name.span)
+            self.reading.ignore("of two states of a group with one name, the first has no effect", name.span)
         self.states[group.value][name.value] = state
 
     def _add_position(self, state: _State, name: Placed, element: Element) -> None:
@@ -213,13 +215,13 @@ class _Joining:
             found = numbers(element, "value", count, PLAIN, self.reading) if count else None
             state.base = state.base if found is None else _base(found)
         elif joint.mimic is not None:
-            self.reading.ignored("the value of a joint that follows another one has no effect", name.span)
+            self.reading.ignore("the value of a joint that follows another one has no effect", name.span)
         elif not joint.moves or len(words) != 1:
             help = f"the joint is {joint.type}" if not joint.moves else f"it has {len(words)} numbers"
-            self.reading.cannot_carry(named(element), value.span, help)
+            self.reading.cannot_carry(name_of(element), value.span, help)
         else:
             unit = LENGTHS if joint.type == "prismatic" else ANGLES
-            number = self.reading.number(words[0], f"value of {named(element)}", unit, "size")
+            number = self.reading.number(words[0], f"value of {name_of(element)}", unit, "size")
             if number is not None:
                 state.positions[name.value] = Placed(number, words[0].span)
 
@@ -230,13 +232,13 @@ class _Joining:
             moves = carrier in self.groups and self.planning.links_in(self.planning.groups[carrier])
             if carrier == group.value or not moves or parent.value not in moves:
                 help = f'MoveIt looks for another group: this one does not move the link "{parent.value}"'
-                what = f'the parent group "{carrier}" of {named(element)}'
+                what = f'the parent group "{carrier}" of {name_of(element)}'
                 self.reading.cannot_carry(what, above.span, help)
             else:
                 entry["parent_group"] = Placed(carrier, above.span)
         effectors = self.sections.setdefault("end_effectors", {})
         if name.value in effectors:
-            self.reading.cannot_carry(f"a second {named(element)}", element.span)
+            self.reading.cannot_carry(f"a second {name_of(element)}", element.span)
         else:
             effectors[name.value] = Placed(entry, element.span)
 
@@ -249,9 +251,9 @@ class _Joining:
 
     def _disable_collisions(self, element: Element, *said: Placed) -> None:
         first, second = sorted(said, key=lambda name: str(name.value))
-        pair, found = ordered((first.value, second.value)), self.pairs[element.tag]
+        pair, found = sort_pair((first.value, second.value)), self.pairs[element.tag]
         if pair in found or first.value == second.value:
-            self.reading.ignored(
+            self.reading.ignore(
                 "a pair of one link, or a pair that is named a second time, has no effect", element.span
             )
         elif element.tag == "enable_collisions":
@@ -322,7 +324,7 @@ class _Joining:
         off, on = self.pairs["disable_collisions"], self.pairs["enable_collisions"]
         for pair in [pair for pair in on if pair in off]:
             what = "<enable_collisions> of links that are disabled as well has no effect"
-            self.reading.ignored(what, on.pop(pair).span)
+            self.reading.ignore(what, on.pop(pair).span)
         entry: Entry = {"virtual_joint": self.virtual_entry} | ({"groups": self.groups} if self.groups else {})
         # Mappings first, then lists.
         entry |= dict(sorted(self.sections.items(), key=lambda one: isinstance(one[1], list)))

@@ -124,7 +124,7 @@ def found_in(text: str) -> list[Found]:
     return found
 
 
-def kept(element: Element, text: str = "") -> Text:
+def kept_text(element: Element, text: str = "") -> Text:
     """Return an element (or ``text``, in which names are replaced) as text, with declarations of its prefixes."""
     text = re.sub("\r\n|\r", "\n", text or element.verbatim)
     names = [name for inner in element.iter() for name in (inner.tag, *inner.attributes) if ":" in name]
@@ -134,10 +134,10 @@ def kept(element: Element, text: str = "") -> Text:
         if above is not None and key not in names:
             address = above.attributes[key].raw.replace('"', "&quot;")
             declarations += f' {key}="{address}"'
-    return Text(indented(f"<{element.tag}{declarations}{text[1 + len(element.tag) :]}", ""))
+    return Text(indent_lines(f"<{element.tag}{declarations}{text[1 + len(element.tag) :]}", ""))
 
 
-def indented(text: str, indent: str) -> str:
+def indent_lines(text: str, indent: str) -> str:
     """Return elements with ``indent`` before each line; the text as it is where a line end is part of the content."""
     text = text.replace("\r\n", "\n").strip()
     first, *rest = text.split("\n")  # and at no other character that ends lines elsewhere
@@ -163,7 +163,7 @@ def attribute_value(text: str) -> str:
     return f'"{text.translate(_IN_QUOTES)}"'
 
 
-def fitted(before: str, value: str) -> str:
+def escape_for(before: str, value: str) -> str:
     """Return a value escaped as it has to be after the text ``before``; whole elements between tags stay elements."""
     last = next(iter([*_MARKUP.finditer(before)][-1:]), None)
     if last is not None and last.end() == len(before):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from xml.parsers import expat
 
 from ..diagnostics import Diagnostic, Related, Source, SourceError, Span, error
-from ..files import shown
+from ..files import label
 from ..load import decoded, read_input
 
 RULE = "xml-syntax"
@@ -36,7 +36,7 @@ _NO_SPACE = re.compile(r"""(=\s*(?:"[^"]*"|'[^']*'))(?=[A-Za-z_])""")
 
 def read_source(path: Path, asked: Span | None = None) -> Source:
     """Return the text of a file, which ``asked`` names, in the encoding that it declares. Raises MarkupError."""
-    name = shown(path)
+    name = label(path)
     data = read_input(path, name, asked, MAX_BYTES, "check the name and the permissions")
     if not data.strip():
         raise MarkupError(error("file-empty", f"{name} is empty", asked, "is this the right file?"))
@@ -68,7 +68,7 @@ def without_late_declaration(source: Source) -> Source:
     return Source(source.path, text[: match.start(1)] + re.sub(r"\S", " ", match[1]) + text[match.end() :])
 
 
-def mended(source: Source) -> Source:
+def repair(source: Source) -> Source:
     """Repair what other readers accept: ``--`` inside comments, zero bytes at the end, attributes without a space."""
     bare = source.text.rstrip("\0 \r\n\t")
     text = bare + source.text[len(bare) :].replace("\0", " ")
@@ -199,7 +199,7 @@ class Document:
         return [Word(found[0], self.span(start + found.start(), len(found[0]))) for found in _WORD.finditer(raw)]
 
 
-def named(element: Element) -> str:
+def name_of(element: Element) -> str:
     """Return an element in words: its tag, with its name or that of the element that contains it."""
     if name := element.get("name"):
         return f'<{element.tag} name="{name}">'

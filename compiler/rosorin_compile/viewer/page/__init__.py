@@ -18,7 +18,7 @@ from rosorin_compile.formats.format import NODES, PLACES, SHAPES, UNPUBLISHED, F
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.source import files
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, counted, first_of, listed
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, count_of, first_of, phrase
 from rosorin_compile.source.load import json_of
 from rosorin_compile.source.project import data_folder
 
@@ -54,7 +54,7 @@ def left_out(left: Mapping[str, str]) -> str:
     """Return which meshes and images a page does not show, and why."""
     images = [name for name in left if PurePosixPath(name).suffix.lower() not in _SHAPES]
     kind = "mesh" if not images else "texture" if len(images) == len(left) else "file"
-    return f"{counted(len(left), kind)} ({first_of(list(left), _SHOWN)}): {', '.join(dict.fromkeys(left.values()))}"
+    return f"{count_of(len(left), kind)} ({first_of(list(left), _SHOWN)}): {', '.join(dict.fromkeys(left.values()))}"
 
 
 def html(data: Data, live: str = "") -> str:
@@ -108,7 +108,7 @@ def differ(old: str, new: str) -> str:
     shapes = [link["name"] for link in after["links"] if known.get(link["name"]) != link]
     found += [f"shapes of {first_of(shapes, _SHOWN)}"] if shapes else []
     if found:
-        return f"what the page shows differs: {listed(found)}"
+        return f"what the page shows differs: {phrase(found)}"
     return "the page shows the same robot, by another version of its program" if before == after else ""
 
 

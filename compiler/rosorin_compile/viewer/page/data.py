@@ -12,7 +12,7 @@ from typing import Any
 from rosorin_compile import model
 from rosorin_compile.formats.format import describe
 from rosorin_compile.model import Joint, Link, Pose, Robot, Sensor, Shape
-from rosorin_compile.model.field_of_view import numbers, placed, seen_by
+from rosorin_compile.model.field_of_view import numbers, page_pose, seen_by
 from rosorin_compile.model.frame_tree import Row, publishers
 from rosorin_compile.model.joint import MOVING_TYPES
 from rosorin_compile.model.looks import own_colours
@@ -63,7 +63,7 @@ def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]],
     """
     return {
         "root": robot.root,
-        "at": placed(at),
+        "at": page_pose(at),
         "links": [
             {"name": one.name, **{key: _shapes(shapes.get((one.name, key), ())) for key in _PURPOSES}}
             for one in robot.links
@@ -79,7 +79,7 @@ def _link(robot: Robot, link: Link) -> Data:
     made: Data = {"name": link.name, "colour": f"#{colour}"}
     if (inertial := link.inertial) is not None:
         moments = {key: getattr(inertial, key) + 0.0 for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")}
-        made["inertial"] = {"mass": inertial.mass, **placed(inertial.pose), **moments}
+        made["inertial"] = {"mass": inertial.mass, **page_pose(inertial.pose), **moments}
     made["visual"] = [_shape(one) | _colour(robot, one) for shape in link.visual for one in shape.drawn()]
     look = robot.look_of(link)
     instead = {} if look is None or robot.has_looks else {"rgba": list(look)}
@@ -94,7 +94,7 @@ def _shapes(shapes: Iterable[Shape]) -> list[Data]:
 def _shape(shape: Shape) -> Data:
     name = {"name": shape.name} if shape.name else {}
     kind, values_of = _GEOMETRIES[type(shape.geometry)]
-    return {**placed(shape.origin()), **name, "kind": kind, **values_of(shape.geometry)}
+    return {**page_pose(shape.origin()), **name, "kind": kind, **values_of(shape.geometry)}
 
 
 def _colour(robot: Robot, shape: Shape) -> Data:
@@ -105,7 +105,7 @@ def _colour(robot: Robot, shape: Shape) -> Data:
 
 def _joint(robot: Robot, joint: Joint) -> Data:
     made: Data = {"name": joint.name, "type": joint.type, "parent": joint.parent, "child": joint.child}
-    made |= placed(joint.origin)
+    made |= page_pose(joint.origin)
     if joint.type in (*MOVING_TYPES, "planar"):
         made["axis"] = numbers(joint.axis)
     limits = {key: getattr(joint.limit, key, None) for key in ("lower", "upper")}

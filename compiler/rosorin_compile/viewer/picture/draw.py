@@ -148,7 +148,7 @@ def _pixels(
     found = pieces(robot, poses, _meshes(shown, diagnostics), robot.has_looks, collision or not robot.has_looks)
     corners = np.concatenate([piece.bounds for piece in found] or [np.array([pose.xyz for pose in poses.values()])])
     bounds = np.array([corners.min(axis=0), corners.max(axis=0)])
-    camera = Camera.fitted(bounds, direction, *size)
+    camera = Camera.fit(bounds, direction, *size)
     progress = partial(Progress.step, "drawing", counted=False)
     pixels = render(Scene(found, bounds, theme), camera, transparent, progress)
     sensors = {sensor.frame for sensor in robot.sensors}

@@ -98,7 +98,7 @@ class Camera(NamedTuple):
     height: int
 
     @staticmethod
-    def fitted(bounds: Floats, direction: ArrayLike, width: int, height: int) -> Camera:
+    def fit(bounds: Floats, direction: ArrayLike, width: int, height: int) -> Camera:
         """Return the camera in a direction from a box (2, 3), so that its picture contains the box, as on the page."""
         radius = max(math.dist(*bounds) / 2, _SMALLEST_RADIUS)
         distance = MARGIN * radius / math.sin(FIELD_OF_VIEW / 2) / min(1.0, width / height)

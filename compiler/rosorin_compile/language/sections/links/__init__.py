@@ -15,7 +15,7 @@ from rosorin_compile.model.sections import Section
 from rosorin_compile.model.shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 from rosorin_compile.model.simulation import Marked
 from rosorin_compile.source.tree import Path
-from rosorin_compile.source.wording import listed
+from rosorin_compile.source.wording import phrase
 
 from ...lowering import Lowering, LoweringError
 from ...records import entries_of, record_of, vector_of
@@ -69,7 +69,7 @@ def lower_shape(
     """
     kinds = [kind for kind in _GEOMETRIES if kind in entry]
     if len(kinds) != 1:
-        message = f"a shape has one of {', '.join(_GEOMETRIES)}; this one has {listed(kinds) or 'none of them'}"
+        message = f"a shape has one of {', '.join(_GEOMETRIES)}; this one has {phrase(kinds) or 'none of them'}"
         raise LoweringError("shape-kind", message, path, "write one entry a shape")
     kind, sizes, here = kinds[0], entry[kinds[0]], (*path, kinds[0])
     given: dict[str, Any] = {}

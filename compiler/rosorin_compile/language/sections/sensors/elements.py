@@ -22,7 +22,7 @@ from rosorin_compile.model.simulation import (
     Simulated,
 )
 from rosorin_compile.source.tree import Path
-from rosorin_compile.source.wording import listed
+from rosorin_compile.source.wording import phrase
 
 from ...expand.parts import ChangedSensor
 from ...lowering import Lowering, LoweringError
@@ -88,7 +88,7 @@ def _check_optical(frames: Frames, path: Path) -> None:
 def _mjcf_element(sensor: str, entry: Mapping[str, Any], frames: Frames, path: Path) -> Simulated:
     kinds = [kind for kind in _KINDS if kind in entry]
     if len(kinds) != 1:
-        message = f"an element of mjcf has one of {', '.join(_KINDS)}; this one has {listed(kinds) or 'none'}"
+        message = f"an element of mjcf has one of {', '.join(_KINDS)}; this one has {phrase(kinds) or 'none'}"
         raise LoweringError("missing-key", message, path, "write one entry an element")
     if "section" in entry and kinds[0] != TEMPLATE_ELEMENT:
         raise LoweringError("ignored-key", "only a template has a section", (*path, "section"), "remove it")

@@ -13,7 +13,7 @@ from rosorin_compile.model import Joint
 from rosorin_compile.model.sections import Section
 from rosorin_compile.model.simulation import Actuator
 from rosorin_compile.rules.case import Case
-from rosorin_compile.source.diagnostics import Diagnostic, listed
+from rosorin_compile.source.diagnostics import Diagnostic, phrase
 from rosorin_compile.source.rule_registry import SIMULATED, rule
 from rosorin_compile.source.tree import Path
 
@@ -120,7 +120,7 @@ def _target(actuator: Actuator) -> tuple[str, str] | None:
         if word in used and required not in used:
             return f"has a {words[word]} and no {words[required]}", f"add {words[required]}: NAME"
     if len(used - {"refsite", "slidersite"}) > 1:
-        named = listed([words[word] for word in sorted(used)])
+        named = phrase([words[word] for word in sorted(used)])
         return f"acts on several things: {named}", "leave one; write an actuator for each of the others"
     allowed = WORDS[actuator.type]
     if not used <= allowed:

@@ -7,9 +7,9 @@ from typing import Any
 
 from rosorin_compile.rules.case import Case, number
 from rosorin_compile.rules.simulated import several
-from rosorin_compile.source.diagnostics import Diagnostic, counted
+from rosorin_compile.source.diagnostics import Diagnostic, count_of
 from rosorin_compile.source.rule_registry import SIMULATED, Check, rule
-from rosorin_compile.source.tree import Path, at
+from rosorin_compile.source.tree import Path, value_at
 
 from . import drivers
 
@@ -47,7 +47,7 @@ def ranges(case: Case) -> Iterator[Diagnostic]:
 
 def _entries(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
     for driver in drivers(case):
-        yield at(case.tree, driver.path), driver.path, driver.called
+        yield value_at(case.tree, driver.path), driver.path, driver.called
     for name, entry in (case.tree.get("joints") or {}).items():
         if entry.get("mjcf"):
             yield {"mjcf": entry["mjcf"]}, ("joints", name), f'joint "{name}"'
@@ -80,7 +80,7 @@ def contacts(case: Case) -> Iterator[Diagnostic]:
     )
     for link, index in shapes:
         path, called = case.link(link, "collision", index, "contact"), f'a shape of link "{link}"'
-        entry = at(case.tree, path)
+        entry = value_at(case.tree, path)
         if entry.get("condim", 3) not in _CONDIMS:
             message = f"the condim of {called} is {number(entry['condim'])}"
             help = "write 1 (without friction), 3 (sliding), 4 (and spinning) or 6 (and rolling)"
@@ -107,6 +107,8 @@ _STATELESS = ("position", "velocity", "motor", "damper", "adhesion")
 )
 def keys(case: Case) -> Iterator[Diagnostic]:
     """Report lists of poses whose length MuJoCo would refuse."""
+    if not case.robot.poses:
+        return
     joints, captured = case.robot.joints, sum(link.mjcf.get("mocap") is True for link in case.robot.links)
     bases = {one.options.get("base", "fixed") == "free" for one in case.robot.outputs if one.backend == "mjcf"}
     lengths = {"mpos": {3 * captured}, "mquat": {4 * captured}}
@@ -120,7 +122,9 @@ def keys(case: Case) -> Iterator[Diagnostic]:
             values = pose.mjcf.get(word)
             if isinstance(values, tuple) and ((bases and len(allowed) > 1) or len(values) not in allowed):
                 expected = " or ".join(map(str, sorted(allowed)))
-                message = f'pose "{pose.name}" has {counted(len(values), "number")} of {word}, and the robot {expected}'
+                message = (
+                    f'pose "{pose.name}" has {count_of(len(values), "number")} of {word}, and the robot {expected}'
+                )
                 path: Path = ("poses", pose.name, "mjcf", word)
                 yield case.problem("key-length", message, path, "give one for each, in MuJoCo's order", key=True)
 

@@ -20,7 +20,7 @@ from .hardware import POSITION, Block, Component
 OPTION = "control"
 
 
-def asked(output: Output) -> str:
+def hardware_distro(output: Output) -> str:
     """Return the distribution that an output has hardware blocks for, humble or jazzy; empty for none."""
     said = output.options.get(OPTION)
     return described_by(str(said)) if said else ""
@@ -28,7 +28,7 @@ def asked(output: Output) -> str:
 
 def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
     """Return the hardware blocks of an output as elements of a URDF."""
-    distribution = asked(output)
+    distribution = hardware_distro(output)
     if not distribution:
         return []
 

@@ -14,8 +14,8 @@ from rosorin_compile.formats.format import HUMBLE
 from rosorin_compile.formats.urdf.write import joints_of
 from rosorin_compile.model import Joint, Output
 from rosorin_compile.rules.case import Case, number
-from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion, counted, quoted
-from rosorin_compile.source.tree import Path, at
+from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, Help, Suggestion, count_of, quote
+from rosorin_compile.source.tree import Path, value_at
 from rosorin_compile.source.units import Quantity, describe, parse_unit
 from rosorin_compile.source.wording import suggest, swaps
 
@@ -33,7 +33,7 @@ from .hardware import (
     Words,
     sensor_words,
 )
-from .urdf import OPTION, asked, follows
+from .urdf import OPTION, follows, hardware_distro
 
 # What other tools and people write for the words of ros2_control.
 _WORDS = {"pos": POSITION, "vel": VELOCITY, "speed": VELOCITY, "torque": EFFORT, "force": EFFORT, "acc": ACCELERATION}
@@ -49,7 +49,7 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
         help = "describe one: control: {NAME: {plugin: PLUGIN, joints: {JOINT: {command: position}}}}"
         yield case.problem("control-ignored", message, ("outputs", output.name, OPTION), help)
         return
-    first = next((one for one in case.robot.outputs if one.backend == output.backend and asked(one)), None)
+    first = next((one for one in case.robot.outputs if one.backend == output.backend and hardware_distro(one)), None)
     if first is not None and first.name == output.name:
         for block in case.robot.control:
             yield from _block(case, block)
@@ -61,7 +61,7 @@ def check_control(case: Case, output: Output) -> Iterator[Diagnostic]:
         for one in block.joints:
             if one.name in case.robot.joint:  # else there is a rule of its own
                 yield from _joint(case, block, one, output, one.name in carried)
-        if asked(output) == HUMBLE:
+        if hardware_distro(output) == HUMBLE:
             yield from _unread(case, block)
 
 
@@ -80,7 +80,7 @@ def _block(case: Case, block: Block) -> Iterator[Diagnostic]:
     """Yield what is wrong with a block, whatever output has it."""
     problem = partial(_problem, case, block)
     if block.type == ACTUATOR and len(block.joints) != 1:
-        message = f"an actuator has one joint, not {counted(len(block.joints), 'joint')}"
+        message = f"an actuator has one joint, not {count_of(len(block.joints), 'joint')}"
         yield problem("control-type", message, ("type",))
     yield from _params(case, block, block.params, "the block", ())
     for section, one in block.components():
@@ -116,7 +116,7 @@ def _words(case: Case, block: Block, section: str, one: Component, of: str) -> I
         yield problem(f"{of} has no interface", path, help, severity=severity, key=True)
     known = {"joints": JOINT_WORDS, "sensors": sensor_words(types.get(one.name, ""))}.get(section, ())
     for key, index, interface in _interfaces(one):
-        entry = at(case.tree, ("control", block.name, *path, key))  # one word, a list, or a mapping
+        entry = value_at(case.tree, ("control", block.name, *path, key))  # one word, a list, or a mapping
         place: Path = (*path, key)
         if isinstance(entry, (Mapping, list)):
             place = (*place, interface.name if isinstance(entry, Mapping) else index)
@@ -138,7 +138,7 @@ def _numbers(case: Case, block: Block, joint: Joint, one: Component) -> Iterator
         wanted = _UNITS.get(interface.name, ("", ""))[joint.type == "prismatic"]
         unit = parse_unit(wanted) if wanted else None
         for key in ("min", "max", "initial"):
-            value = at(case.tree, ("control", block.name, *path, key))
+            value = value_at(case.tree, ("control", block.name, *path, key))
             if unit is not None and isinstance(value, Quantity) and value.dimension != unit[1]:
                 message = f'the {interface.name} of joint "{joint.name}" is {describe(unit[1])}, but '
                 message += f"{value.text or number(value)} is {describe(value.dimension)}"
@@ -161,9 +161,7 @@ def _shared(case: Case) -> Iterator[Diagnostic]:
                 taken = [name for name, first in firsts.items() if first is not block]
                 if taken:
                     first = firsts[taken[0]]
-                    message = (
-                        f'"{one.name}" has the {key} {quoted(taken)}, which hardware block "{first.name}" has, too'
-                    )
+                    message = f'"{one.name}" has the {key} {quote(taken)}, which hardware block "{first.name}" has, too'
                     there = ("control", first.name, section, one.name)
                     related = [case.related("first defined here", there, key=True)]
                     path = (section, one.name)
@@ -172,7 +170,7 @@ def _shared(case: Case) -> Iterator[Diagnostic]:
 
 def _joint(case: Case, block: Block, one: Component, output: Output, is_carried: bool) -> Iterator[Diagnostic]:
     """Yield what is wrong with a joint of a block in one URDF; ``is_carried`` says if the URDF has the joint."""
-    humble, joint, path = asked(output) == HUMBLE, case.robot.joint[one.name], ("joints", one.name)
+    humble, joint, path = hardware_distro(output) == HUMBLE, case.robot.joint[one.name], ("joints", one.name)
     problem = partial(_problem, case, block, related=[case.related("the joint", case.joint(joint), key=True)], key=True)
     name = f'joint "{one.name}"'
     if not joint.moves:

@@ -48,7 +48,7 @@ from rosorin_compile.cli import main as cli
 def interrupted(*given):
     os.kill(os.getpid(), signal.SIGINT)
 
-cli.guarded = interrupted
+cli.guard = interrupted
 sys.argv = ["rosorin-compile", "print", "--nonsense"]
 raise SystemExit(program())
 """

@@ -66,7 +66,7 @@ def _is_depfile(path: Path) -> bool:
 def escape(name: str) -> str:
     r"""Return the name of a file in the syntax of a depfile, as GCC writes it. Raises OutputError for a line break.
 
-    >>> print(escaped("my robot/$x#1.yaml"))
+    >>> print(escape("my robot/$x#1.yaml"))
     my\ robot/$$x\#1.yaml
     """
     if re.search(r"[\n\r\0]", name):

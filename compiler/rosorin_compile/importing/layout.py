@@ -62,7 +62,7 @@ _NONE = Remarks()
 def escape(text: str) -> str:
     """Escape a text, in which ``${`` would begin an expression, and ``$(`` is refused outside of elements of XML.
 
-    >>> escaped("${HOME}/meshes"), escaped("$(arg folder)/meshes")
+    >>> escape("${HOME}/meshes"), escape("$(arg folder)/meshes")
     ('$${HOME}/meshes', "${'$'}(arg folder)/meshes")
     """
     made = text.replace("${", "$${")
@@ -380,7 +380,7 @@ def place_comments(
 def clean_comment(text: str) -> list[str]:
     """Return the lines of a comment, moved left together, without empty lines around them.
 
-    >>> cleaned(" the arm "), cleaned("# the arm")
+    >>> clean_comment(" the arm "), clean_comment("# the arm")
     (['the arm'], ['# the arm'])
     """
     first, *others = (line.expandtabs(4).rstrip() for line in _LINE_END.split(text))

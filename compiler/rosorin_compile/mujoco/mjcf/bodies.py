@@ -68,7 +68,7 @@ def reference(joint: model.Joint) -> float:
 def shift_polynomial(coefficients: Sequence[float], by: float) -> list[float]:
     """Return the coefficients of the polynomial of ``x + by`` as one of ``x``, from the lowest up.
 
-    >>> shifted([1, 2, 3], 1)
+    >>> shift_polynomial([1, 2, 3], 1)
     [6, 8, 3]
     """
     made = list(coefficients)

@@ -9,21 +9,10 @@ from typing import Literal
 
 from rosorin_compile.joint_values import beyond_limits, combine_sweeps, positions, sweep_of
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Robot, Transform, Vector
+from rosorin_compile.model import kinematics as tf2
 from rosorin_compile.model.geometry import Quaternion, plus, quaternion_of
 from rosorin_compile.model.joint import NODE, motion
-from rosorin_compile.model.kinematics import (
-    Graph,
-    NoWay,
-    Position,
-    Positions,
-    Step,
-    multiply,
-    position_of,
-    rotate,
-    rows_of,
-    rows_of_rpy,
-    rpy_of,
-)
+from rosorin_compile.model.kinematics import Graph, NoWay, Position, Positions, Step, position_of
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import Case
 from rosorin_compile.rules.publishers import check_modes, holds
@@ -181,12 +170,12 @@ def lookup(graph: Graph, source: str, target: str, positions: Positions) -> Fram
     if way and (to_top or source not in graph.published):
         (x, y, z, w), (a, b, c) = above
         quaternion = (-x, -y, -z, w)
-        translation = rotate(quaternion, (-a, -b, -c))
+        translation = tf2.rotate(quaternion, (-a, -b, -c))
         if from_top or target not in graph.published:
-            translation = plus(rotate(quaternion, below[1]), translation)
-            quaternion = multiply(quaternion, below[0])
-    rows = rows_of(quaternion)
-    roll, pitch, yaw = rpy_of(rows)
+            translation = plus(tf2.rotate(quaternion, below[1]), translation)
+            quaternion = tf2.multiply(quaternion, below[0])
+    rows = tf2.rows_of(quaternion)
+    roll, pitch, yaw = tf2.rpy_of(rows)
     degrees = roll * (180.0 / math.pi), pitch * (180.0 / math.pi), yaw * (180.0 / math.pi)
     matrix = (*((*row, x) for row, x in zip(rows, translation, strict=True)), (0.0, 0.0, 0.0, 1.0))
     chain = []
@@ -209,12 +198,12 @@ def _accumulate(graph: Graph, steps: Iterable[Step], positions: Positions) -> tu
         pose = step.pose if joint is None else joint.origin
         assert pose is not None  # noqa: S101 - the graph leaves out steps without numbers
         # Not pose.transform(): publishers keep the rounding of sines, and the signs of the zeros that follow from it.
-        transform = Transform(rows_of_rpy(pose.rpy), pose.xyz)
+        transform = Transform(tf2.rows_of_rpy(pose.rpy), pose.xyz)
         if joint is not None and not joint.is_fixed:
             transform = transform.then(motion(joint.type, joint.axis, position_of(graph.robot, joint, positions)))
         rotation = quaternion_of(transform.rows)
-        vector = plus(rotate(rotation, vector), transform.xyz)
-        quaternion = multiply(rotation, quaternion)
+        vector = plus(tf2.rotate(rotation, vector), transform.xyz)
+        quaternion = tf2.multiply(rotation, quaternion)
     return quaternion, vector
 
 

@@ -142,16 +142,13 @@ def radius_about(placed: Iterable[tuple[Shape, Transform]], axis: Vector) -> flo
     farthest = 0.0
     for shape, place in placed:
         geometry, there = shape.geometry, place.then(shape.pose.transform())
-        x, y = dot(there.xyz, u), dot(there.xyz, v)
         if isinstance(geometry, (Sphere, Capsule)):  # the ends are balls
             half = geometry.length / 2 if isinstance(geometry, Capsule) else 0.0
-            along_axis = there.rotate((0.0, 0.0, half))
-            dx, dy = dot(along_axis, u), dot(along_axis, v)
-            ends = math.hypot(x + dx, y + dy), math.hypot(x - dx, y - dy)
-            farthest = max(farthest, max(ends) + geometry.radius)
+            ends = [there.apply((0.0, 0.0, end)) for end in (-half, half)]
+            farthest = max(farthest, *(math.hypot(dot(end, u), dot(end, v)) + geometry.radius for end in ends))
             continue
         reach = reach_along(shape, place)
-        for turn in (math.atan2(y, x), *turns):
+        for turn in (math.atan2(dot(there.xyz, v), dot(there.xyz, u)), *turns):
             across, up = math.cos(turn), math.sin(turn)
             direction = (across * u[0] + up * v[0], across * u[1] + up * v[1], across * u[2] + up * v[2])
             farthest = max(farthest, reach(direction))

@@ -239,7 +239,7 @@ def plain_scalar(text: str) -> Any:
     first = text[0]
     if first.isdigit() or first in "+-.":
         if _INT.match(text):
-            return int(text) if len(text) < 19 else float(text)
+            return int(text) if len(text.lstrip("+-")) < 19 else float(text)
         if _FLOAT.match(text):
             return float(text)
         if text.startswith(("0x", "0o")) and _BASED.match(text):

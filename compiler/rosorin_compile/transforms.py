@@ -183,10 +183,8 @@ def lookup(graph: Graph, source: str, target: str, positions: Positions) -> Fram
         name, kind = (None, "node") if step.joint is None else (step.joint.name, step.joint.type)
         nodes = tuple({"name": n.name, "kind": n.kind, "when": when or "always"} for n, when in step.publishers)
         chain.append(TransformStep(step.parent, step.child, "up" if up else "down", name, kind, nodes))
-    angles = (roll, pitch, yaw)
-    return FrameTransform(
-        source, target, dict(positions), translation, quaternion, angles, degrees, matrix, tuple(chain)
-    )
+    pose = (translation, quaternion, (roll, pitch, yaw), degrees, matrix)
+    return FrameTransform(source, target, dict(positions), *pose, tuple(chain))
 
 
 def _accumulate(graph: Graph, steps: Iterable[Step], positions: Positions) -> tuple[Quaternion, Vector]:

@@ -275,10 +275,9 @@ def rows_of_rpy(angles: Vector) -> Rows:
 
 
 def rpy_of(rows: Rows) -> Vector:
-    """Return fixed-axis roll, pitch, yaw (radians) like ``getRPY`` of tf2: the solution with a pitch within 90 degrees.
+    """Return fixed-axis roll, pitch, yaw (rad) like ``getRPY`` of tf2; the yaw is zero where the pitch is +-90 degrees.
 
-    The pitch is exactly +-90 degrees, and the yaw zero, only where the matrix has 1 or more: within rounding is not
-    enough. A pitch of zero is -0.0, since tf2 negates an arc sine.
+    A pitch of zero is -0.0, since tf2 negates an arc sine.
     """
     down = rows[2][0]
     if abs(down) >= 1:

@@ -23,15 +23,7 @@ from xml.sax.saxutils import quoteattr
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.urdf.read import read_urdf
 from rosorin_compile.source import system
-from rosorin_compile.source.diagnostics import (
-    NOTE,
-    TRUSTED,
-    WARNING,
-    Diagnostic,
-    Source,
-    Span,
-    error,
-)
+from rosorin_compile.source.diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Source, Span, error
 from rosorin_compile.source.files import label, record
 from rosorin_compile.source.messages import with_calls
 from rosorin_compile.source.packages import Packages

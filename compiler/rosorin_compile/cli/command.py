@@ -297,7 +297,7 @@ _PACKAGE = "folder of a ROS package, for $(find NAME) and package://NAME; repeat
 robot_options = combine(
     repeatable("--package NAME=PATH", "packages", help=_PACKAGE),
     flag("--trust", help="do not warn about code that a xacro file can run"),
-    option("--xacro-seconds S", type=click.IntRange(1), help="time limit for a xacro file in seconds; default: 60"),
+    option("--xacro-seconds S", type=click.IntRange(1), help="time limit for a xacro file in seconds; default: 30"),
     combine(
         repeatable("-a", "--arg NAME=VALUE", help="set an argument; also NAME:=VALUE without -a", offers="argument="),
         repeatable("--args FILE", "args_files", help="read arguments from a YAML file; -a overrides them"),

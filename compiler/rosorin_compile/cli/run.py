@@ -57,7 +57,10 @@ class Run:
         words = options.words if words is None else words
         console = options.console
         console.counts_notes = not getattr(options, "notes", True) and not options.verbose
-        console.keeps_sections = console.form == "markdown" or getattr(options, "summary", None) is not None
+        summary = getattr(options, "summary", None)
+        console.keeps_sections = console.form == "markdown" or summary is not None
+        if summary is not None:
+            _check_summary(Path(summary))
         arguments = {**dict(pair(word, "NAME=VALUE") for word in words if MARK in word), **options.arg}
         argument_files = tuple(map(Path, options.args_files))
         for file in argument_files:
@@ -297,6 +300,18 @@ def warn_of_no_robots(console: Console) -> None:
 def count(artifacts: Sized, meshes: Collection[str] = ()) -> str:
     """Return the number of artifacts in words, and that of the meshes and textures with them."""
     return phrase([count_of(len(artifacts), "artifact"), *counted_files(meshes)])
+
+
+def _check_summary(file: Path) -> None:
+    """Raise RequestError for a file that is no summary of this tool and not that of a step of a GitHub job."""
+    from .markdown import HEAD
+
+    of_job, begins = os.environ.get("GITHUB_STEP_SUMMARY", ""), ""
+    with suppress(OSError, ValueError):  # writing reports the reason
+        if files.is_file(file) and not (of_job and files.resolve(file) == files.resolve(of_job)):
+            begins = files.read_bytes(file, len(HEAD.encode())).decode("utf-8", "replace")
+    if begins.strip() and begins != HEAD:
+        raise RequestError(f'"{file}" exists and is not a summary: name another file')
 
 
 def counted_files(names: Collection[str]) -> list[str]:

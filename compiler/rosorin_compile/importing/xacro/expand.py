@@ -37,7 +37,7 @@ from .macros import how_to_call, macro_call, macros_of
 
 _TRUST = "ROSORIN_COMPILE_TRUST"  # 1: trust all files
 _TRUSTED_FILES = Path("rosorin-compile", "trusted")  # digests, in the configuration folder of the user
-MAX_SECONDS = 60  # of CPU; ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets, says another number
+MAX_SECONDS = 30  # of CPU; ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets, says another number
 _PATIENCE, _START = 4, 60  # so many times as long, and seconds more, may one take that waits
 _MORE_TIME = "make it smaller, or give it more time: --xacro-seconds S"
 

@@ -97,10 +97,13 @@ def test_one_file(
     assert file.read_text().strip()
 
 
-def test_a_summary_is_appended(home: Path) -> None:
+def test_a_summary_goes_to_the_file_of_the_job(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Other steps may have begun that one, and GitHub says which it is."""
     describe(home)
     assert main(["all"]) == 0
     (home / "job.md").write_text(BY_HAND)
+    assert main(["check", "--summary", "job.md"]) == 2
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(home / "job.md"))
     assert main(["check", "--summary", "job.md"]) == 0
     assert (home / "job.md").read_text().startswith(f"{BY_HAND}## Robots: no problems\n")
 

@@ -202,7 +202,6 @@ class Format:
     becomes: str = ""  # the format that it is once it is read (xacro: urdf)
     # The sections that a companion file adds to the tree of a robot, and diagnostics.
     join: Callable[[Opened, Map], tuple[Mapping[str, Any], Sequence[Diagnostic]]] | None = None
-    joins: tuple[str, ...] = ()  # the fields of the model that ``join`` sets completely
     is_other: Callable[[Document], bool] | None = None  # whether a file is only such a companion of a robot
     # The output in the description of an imported robot, from its tree, its version and a name for files.
     asked: Callable[[Map, str, str], Asked | None] | None = None

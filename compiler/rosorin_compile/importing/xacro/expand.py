@@ -18,7 +18,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.urdf.read import read_urdf
@@ -29,6 +28,7 @@ from rosorin_compile.source.messages import with_calls
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.tree import Map, Seq
 from rosorin_compile.source.wording import and_more
+from rosorin_compile.source.xml.elements import attribute_value
 from rosorin_compile.source.xml.markup import Document, MarkupError, name_of, parse, read_source
 
 from .child import out_of_time
@@ -125,7 +125,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         made = parse(Source(document.source.path, answer["text"]))
         mount = _mount(made) if call else ""
         if mount:
-            text = f"{answer['text'].rstrip().removesuffix('</robot>')}<link name={quoteattr(mount)}/></robot>"
+            text = f"{answer['text'].rstrip().removesuffix('</robot>')}<link name={attribute_value(mount)}/></robot>"
             made = parse(Source(document.source.path, text))
     except MarkupError as failure:
         message = f"xacro makes something of {path.name} that is no XML: {failure.diagnostic.message}"

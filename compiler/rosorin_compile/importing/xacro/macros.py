@@ -13,7 +13,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
-from xml.sax.saxutils import quoteattr
 
 from rosorin_compile.formats.compiled import RobotReader
 from rosorin_compile.formats.imported import ReadOptions
@@ -24,6 +23,7 @@ from rosorin_compile.source.diagnostics import Diagnostic, Source, Span, Suggest
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.tree import Map
 from rosorin_compile.source.units import ANGLE, LENGTH
+from rosorin_compile.source.xml.elements import attribute_value
 from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read_source
 
 from .child import CALL
@@ -133,9 +133,9 @@ def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions)
             if key != parameter:
                 blocks += _block(parameter, value)
             elif isinstance(value, (dict, list)):
-                attributes += f" {key}={quoteattr(f'${{{_literal(value)}}}')}"
+                attributes += f" {key}={attribute_value(f'${{{_literal(value)}}}')}"
             else:
-                attributes += f" {key}={quoteattr(_as_text(str(FUNCTIONS['str'](value))))}"
+                attributes += f" {key}={attribute_value(_as_text(str(FUNCTIONS['str'](value))))}"
         except ValueError as problem:
             problems.append(error("bad-argument", f'{key} of the macro "{name}" {problem}', span))
         package = _PACKAGE.match(value) if isinstance(value, str) else None
@@ -148,9 +148,10 @@ def macro_call(entry: Map, document: Document, path: Path, options: ReadOptions)
         problems.append(error("missing-argument", message, entry.value_spans["macro"], help))
     if problems:
         return Call("", passed, problems)
-    file = quoteattr(_as_text(glob.escape(os.path.abspath(path))))
+    file = attribute_value(_as_text(glob.escape(os.path.abspath(path))))
     text = (
-        f'<robot name={quoteattr(name)} xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename={file}/>'
+        f'<robot name={attribute_value(name)} xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        f"<xacro:include filename={file}/>"
         f"<{CALL}><xacro:{name}{attributes}>{blocks}</xacro:{name}></{CALL}></robot>"
     )
     return Call(text, passed, [])

@@ -10,7 +10,6 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 from rosorin_compile.language.schema import resolve, schema
 from rosorin_compile.model import Transform, Vector
@@ -19,6 +18,7 @@ from rosorin_compile.model.geometry import unit as normalized
 from rosorin_compile.model.mass import along_link
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.xml.elements import attribute_value
 from rosorin_compile.source.xml.markup import Attribute, Element
 
 Attributes = Mapping[str, str]
@@ -185,7 +185,7 @@ def floats(attributes: Attributes, name: str, usual: Sequence[float] = ()) -> li
 def text_of(node: Node, indent: str = "") -> str:
     """Return an element as XML."""
     pairs = node["attributes"].items()
-    attributes = "".join(f" {name}={quoteattr(legal(text) if name == 'name' else text)}" for name, text in pairs)
+    attributes = "".join(f" {name}={attribute_value(legal(text) if name == 'name' else text)}" for name, text in pairs)
     if not node["inner"]:
         return f"{indent}<{node['tag']}{attributes}/>"
     inner = "\n".join(text_of(one, f"{indent}  ") for one in node["inner"])

@@ -272,7 +272,6 @@ FORMAT = Format(
     view=view,
     read=read,
     join=reading.join,
-    joins=("moveit",),
     is_other=_is_other,
     asked=_asked,
     measures=True,

@@ -15,8 +15,6 @@ POSITION, VELOCITY, EFFORT, ACCELERATION = "position", "velocity", "effort", "ac
 # hardware_interface/types/hardware_interface_type_values.hpp of ros-controls/ros2_control@jazzy.
 JOINT_WORDS = (POSITION, VELOCITY, ACCELERATION, EFFORT)
 
-LIMITS_OF_URDF = "urdf"  # of a component: the limits are not repeated
-
 Words = Mapping[str, str | float | bool]
 
 
@@ -42,8 +40,8 @@ class Interface:
 class Component:
     """A joint, a sensor or gpio of a block: its commands and states.
 
-    ``limits`` says whether those of the joint go with its commands, ``LIMITS_OF_URDF`` that readers have those of the
-    URDF; ``mimic`` whether it follows its leader, None: as the joint does.
+    ``limits``: True writes the limits of the joint with its commands, False none; "urdf" leaves them to the URDF.
+    ``mimic``: whether it follows its leader; None means as the joint does.
     """
 
     name: str

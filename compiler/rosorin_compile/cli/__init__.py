@@ -1,1 +1,1 @@
-"""The command line: one module per command, with ``command`` (options), ``run`` and ``answer`` as their base."""
+"""The command line: commands, with ``command`` (options), ``run`` and ``console`` (output) as their base."""

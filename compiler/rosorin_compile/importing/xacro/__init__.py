@@ -1,8 +1,8 @@
 """Xacro: expanded by the xacro library in a child process, and translated to a description with its macros.
 
 ``expand`` reads what the child process (``child``) expands as a URDF. ``translate`` keeps macros and arguments: the
-child runs the file with symbols (``symbolic``), the answer becomes an intermediate representation (``ir``), which is
-written as YAML (``write_yaml``, ``formulas``) and verified against xacro (``verify``).
+child runs the file with symbols (``program``), builds an intermediate representation (``ir``) and returns the documents
+of the description (``write_yaml``), which ``verify`` compares with xacro. ``macros`` calls a macro of a vendor's file.
 Nothing is imported here, because the child process imports this package too, and needs no reader.
 """
 

@@ -139,9 +139,9 @@ def transform(
 
 
 def _graph(robot: Robot, source: str, target: str, modes: Mapping[str, bool]) -> Graph:
-    """Return the graph of the edges that are published in some modes (others are off), or of all edges without modes.
+    """Return the graph of the edges published in some modes (the others are off); without modes, of all edges.
 
-    Raises UnknownName for an unknown frame, and NotPublished for one that nobody publishes in these modes.
+    Raises UnknownName for an unknown frame, and NotPublished for one that no node publishes in these modes.
     """
     every = graph = Graph(robot)
     if modes:

@@ -74,8 +74,8 @@ def outcome(case: Case) -> str:
         assert made.reason
         return "flat"
     assert made.proven
-    assert all(one.reason for one in made.written_out)
-    return "in part" if made.written_out else "kept"
+    assert all(one.reason for one in made.inlined)
+    return "in part" if made.inlined else "kept"
 
 
 @pytest.mark.slow
@@ -130,7 +130,7 @@ def test_a_macro_that_is_translated_wrongly_is_written_out(
     monkeypatch.setattr(translator, "_expand", planted)
     made = of(tmp_path, body)
     assert made.kept == ()
-    assert made.written_out[0].reason.startswith(f"not proven: {reason}")
+    assert made.inlined[0].reason.startswith(f"not proven: {reason}")
     assert wrong.strip('"') not in made.files["robot.yaml"]
 
 

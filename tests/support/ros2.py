@@ -68,8 +68,8 @@ def stand_ins(folder: Path, nodes: list[Started]) -> Iterator[dict[str, Any]]:
         files = list(files)
         if node.parameters and role != "controller":
             files.append(str(folder / f"{number}.yaml"))
-            of_launch = {"/**": {"ros__parameters": node.parameters}}
-            Path(files[-1]).write_text(yaml.safe_dump(of_launch), "utf-8")
+            launch_remaps = {"/**": {"ros__parameters": node.parameters}}
+            Path(files[-1]).write_text(yaml.safe_dump(launch_remaps), "utf-8")
         one = {
             "role": role,
             "name": name,

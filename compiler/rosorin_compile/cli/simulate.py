@@ -105,7 +105,7 @@ def run_collisions(options: Options) -> int:
         console.say(f"{result.robot}: the collision matrix is that of {result.urdf}; --force computes it")
         return run.give(result)
     if result.touching_hulls:
-        console.say(f"checked all the same: {_named(result.touching_hulls)}, whose hulls touch, and not the meshes")
+        console.say(f"still checked: {_named(result.touching_hulls)}; their hulls touch, but their meshes do not")
     if result.contradicted:
         console.warn(f"disabled_collisions says Never of {_named(result.contradicted)}, which do collide")
     if result.kept:

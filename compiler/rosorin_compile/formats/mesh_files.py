@@ -316,7 +316,7 @@ class _Search:
         else:
             what, severity = f"not there, as seen from {self.places.description.name}", WARNING
             if self.has_outputs:
-                what = "not there, neither as seen from the artifacts nor beside the description"
+                what = "not there, neither as seen from the artifacts nor next to the description"
             # Without a texture it is the robot all the same; that import found a mesh nowhere was reported by import.
             if one.kind == TEXTURE or any(self._source(folder)[0] for folder in folders):
                 what += self.left_out

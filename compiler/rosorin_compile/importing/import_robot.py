@@ -30,7 +30,7 @@ from .into import Package, inside, package_at, put_into
 from .reimport import ENDING, Record, Request, import_again, is_record, record_of, recorded, remove
 from .report import rename_files, report_accepted, report_kept, report_parts, sizes
 from .round_trip import RoundTrip, check_round_trip, schema_beside
-from .words import Worded, told_words, with_sections
+from .words import Worded, report_words, with_sections
 from .xacro.translate import Target, translate
 
 _MJCF = "mjcf"
@@ -207,7 +207,7 @@ class _Import:
         if trip is None or has_errors(self.diagnostics):
             return self._end(result)
         imported, files = in_words.imported, trip.files
-        lines = [*report_parts(tree_of(trip.shown), trip.reordered), *told_words(in_words)]
+        lines = [*report_parts(tree_of(trip.shown), trip.reordered), *report_words(in_words)]
         translated: Sequence[str] = ()
         if keeps and self.source is not Description.ON_STDIN:
             target = Target(folder, schema_beside(folder), options.name, named.meshes, self.package is not None)

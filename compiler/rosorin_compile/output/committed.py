@@ -56,7 +56,7 @@ class TextDifference(NamedTuple):
 
     @property
     def is_text(self) -> bool:
-        """Whether the committed file is text at all."""
+        """Whether the committed file is text."""
         return self.kind != NOT_TEXT
 
 
@@ -73,7 +73,7 @@ def _unified(file: str, old: str, new: str) -> tuple[str, ...]:
 
 
 def shorten(lines: Sequence[str]) -> list[str]:
-    """Return the first lines of a diff, long ones cut, and how many there are more."""
+    """Return the first lines of a diff, with long lines cut, and the number of lines left out."""
     more = [f"... {len(lines) - MAX_LINES} more lines (--full shows them)"] if len(lines) > MAX_LINES else []
     return [line if len(line) <= MAX_WIDTH else f"{line[:MAX_WIDTH]}..." for line in lines[:MAX_LINES]] + more
 

@@ -1,6 +1,6 @@
 """Launch files of users: the nodes that they start, and their static transforms, compared with the description.
 
-The files are parsed, and never run. In Python, plain values are evaluated; what only a run can know is unknown here.
+The files are parsed, but never run. In Python files, only plain values are evaluated; other values are unknown.
 """
 
 from __future__ import annotations

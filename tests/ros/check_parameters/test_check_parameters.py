@@ -71,11 +71,11 @@ def test_files_of_public_robots_have_no_error(case: Path, monkeypatch: pytest.Mo
 @pytest.mark.parametrize(
     ("words", "code", "shown"),
     [
-        (["sound.yaml"], 0, "controllers: 1 edge of nodes held against the files: as described\n"),
+        (["sound.yaml"], 0, "controllers: 1 edge of nodes compared with the files: as described\n"),
         (["--controllers", "sound.yaml", "--distribution", "rolling"], 0, "as described"),
         (["--controllers", "sound.yaml", "frames.yaml"], 1, "parameters-other-edge"),
         (["nothing.yaml"], 2, 'there is no file "nothing.yaml"'),
-        (["sound.yaml", "--remap", "a"], 2, '"a" is no remap: write NODE:FROM:=TO'),
+        (["sound.yaml", "--remap", "a"], 2, '"a" is not a remap: write NODE:FROM:=TO'),
         (["--launch", "a.launch.py"], 2, "there is no parameter file to hold against a robot: rosorin-compile check "),
         (["--controllers", "sound.yaml", "--physics"], 2, "check parameters has no option"),
     ],

@@ -125,7 +125,7 @@ def test_meshes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         "file:///opt/there.stl",
     ]
     assert "<exec_depend>other_robot</exec_depend>" in (package / "package.xml").read_text("utf-8")
-    what = "is not there, neither as seen from the artifacts nor beside the description"
+    what = "is not there, neither as seen from the artifacts nor next to the description"
     assert f"robot.yaml:8:22: warning[mesh-not-found]: mesh missing.stl {what}\n" in said
     assert said.count("missing.stl is") == 1
     assert "warning[package-mesh]: file:///opt/there.stl is found on machines that have this very file\n" in said

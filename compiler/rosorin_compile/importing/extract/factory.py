@@ -91,7 +91,7 @@ def _candidates(package: Path) -> tuple[list[Path], dict[Path, str]]:
     included: set[Path] = set()
     for path, text in texts.items():
         for address in _INCLUDES.findall(text):
-            # A name with an expression stands for every file that fits: ${model}.xacro, $(arg model).xacro
+            # A name with an expression matches every file that fits: ${model}.xacro, $(arg model).xacro
             pieces = re.split(r"\$\{[^}]*\}|\$\([^)]*\)", address.rpartition("/")[2])
             pattern = re.compile(".+".join(map(re.escape, pieces)))
             included |= {other for other in texts if other != path and pattern.fullmatch(other.name)}

@@ -6,6 +6,6 @@ entry becomes with the element that it came from.
 
 from __future__ import annotations
 
-from .proving import Worded, told_words, with_sections
+from .proving import Worded, report_words, with_sections
 
-__all__ = ["Worded", "told_words", "with_sections"]
+__all__ = ["Worded", "report_words", "with_sections"]

@@ -221,7 +221,7 @@ def _difference(one: Candidate, texts: Sequence[str], followers: Set[str]) -> st
     return "written again it would not say the same" + (f": {more[0]}" if more else "")
 
 
-def told_words(worded: Worded) -> list[str]:
+def report_words(worded: Worded) -> list[str]:
     """Return the lines about the elements that became sections, and about those that did not."""
     lines = []
     if worded.said:

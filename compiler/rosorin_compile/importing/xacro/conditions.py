@@ -160,7 +160,7 @@ class LoadedFiles:
         return Symbol(call("load", node), value, type_of(value), name.known)
 
     def name_of(self, pieces: Pieces) -> Pieces:
-        """Return the name of a YAML file as the description has it: that of a package by its address."""
+        """Return the name by which the description finds a YAML file; for one in a package its address."""
         first = pieces[0] if pieces else ""
         if not isinstance(first, Symbol) or not first.package:
             return pieces

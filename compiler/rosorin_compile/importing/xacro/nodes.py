@@ -1,4 +1,4 @@
-"""Expressions of the language, as nodes of Python's syntax. A name of a variable has it as its attribute ``variable``.
+"""Expressions of the language as syntax trees of Python. The node of a variable has the attribute ``variable``.
 
 This module runs in the child process.
 """
@@ -28,7 +28,7 @@ class Failed(Exception):
 
 
 def literal(text: Any) -> Any:
-    """Return the number or truth value that a text of xacro is, or the text."""
+    """Convert a text of xacro to a number or a boolean if it is one."""
     if not isinstance(text, str) or "_" in text:
         return text
     for kind in (int, float):
@@ -40,7 +40,7 @@ def literal(text: Any) -> Any:
 
 
 def plain_node(value: Any) -> ast.expr:
-    """Return a value of Python as an expression. Raises Failed."""
+    """Return a Python value as an expression. Raises Failed."""
     if value is None or isinstance(value, bool):
         return ast.Name({None: "none", True: "true", False: "false"}[value], ast.Load())
     if isinstance(value, (list, tuple)):
@@ -57,7 +57,7 @@ def plain_node(value: Any) -> ast.expr:
 
 
 def number_node(text: str) -> ast.expr:
-    """Return the number that a text is as an expression. Raises Failed."""
+    """Return the number in a text as an expression. Raises Failed."""
     value = literal(text.strip())
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise Failed(f'"{text[:40]}" is no number')
@@ -85,7 +85,7 @@ def negate(node: ast.expr) -> ast.expr:
 
 
 def all_of(*nodes: ast.expr | None) -> ast.expr | None:
-    """Return the condition that all hold, or None if there is none."""
+    """Join conditions by ``and``; return None without any."""
     found: dict[str, ast.expr] = {}
     for node in nodes:
         decided = None if node is None else fold(node)

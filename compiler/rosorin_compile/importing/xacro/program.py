@@ -353,7 +353,7 @@ class Program(Expansion):
             child = following
 
     def known_name(self, node: Any, attribute: str, symbols: Any) -> str:
-        """Return the name that an attribute is. Raises Failed if it depends on an argument."""
+        """Return the name in an attribute. Raises Failed if it depends on an argument."""
         name = self.eval_text(node.getAttribute(attribute), symbols)
         if not is_known(name):
             raise Failed("the name of an element or attribute depends on it", name.node)
@@ -442,6 +442,6 @@ class NamedPackages:
         return own is not None and files.resolve(own) == files.resolve(folder)
 
     def address(self, name: str) -> str:
-        """Return the name of a file that is loaded as the description has it."""
+        """Return the name by which the description finds a loaded file."""
         package, _, rest = name.removeprefix("package://").partition("/")
         return name if not name.startswith("package://") or self.find(package) else rest

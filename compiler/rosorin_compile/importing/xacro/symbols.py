@@ -84,18 +84,18 @@ class Symbol:
 
     @property
     def variable(self) -> Variable | None:
-        """The variable that is read as it is."""
+        """The variable, if the expression is its name alone."""
         return getattr(self._node, "variable", None)
 
     @property
     def constant(self) -> str | None:
-        """The text that the symbol always is."""
+        """The text, if the symbol has only one value."""
         node = self._node
         return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else None
 
     @property
     def package(self) -> str:
-        """The package whose folder the symbol is, or empty."""
+        """The name of the package, if the symbol is its folder; else empty."""
         node: Any = self._node
         is_find = isinstance(node, ast.Call) and getattr(node.func, "id", "") == "find"
         return str(node.args[0].value) if is_find else ""
@@ -117,7 +117,7 @@ class Symbol:
         return call("float", self.node) if self.type == "text" else self.node
 
     def as_flag(self) -> ast.expr:
-        """Return the expression as what xacro takes for true in a condition."""
+        """Return the expression as a boolean by the rules of xacro conditions."""
         if self.constant is not None:
             return plain_node(bool(literal(self.constant)))
         if self.type == "boolean":
@@ -129,7 +129,7 @@ class Symbol:
         return call("bool", self.node)
 
     def as_truth(self) -> ast.expr:
-        """Return the expression as what Python takes for true."""
+        """Return the expression as a boolean by the rules of Python."""
         if self.type == "text" and self.constant is None:
             return ast.Compare(self.node, [ast.NotEq()], [ast.Constant("")])
         return plain_node(bool(self.constant)) if self.constant is not None else self.as_flag()
@@ -159,7 +159,7 @@ class Symbol:
 
 
 def symbol_of(value: Any) -> Symbol:
-    """Return a value as a symbol. Raises Failed for what is no value of the language."""
+    """Return a value as a symbol. Raises Failed if the language has no such value."""
     return value if isinstance(value, Symbol) else Symbol(plain_node(value), value, type_of(value), True)
 
 
@@ -174,7 +174,7 @@ def is_known(value: Any) -> bool:
 
 
 def type_of(value: Any) -> str:
-    """Return the type of a value of Python in the language."""
+    """Return the type that a Python value has in the language."""
     kinds = ((bool, "boolean"), ((int, float), "number"), (str, "text"), ((list, tuple), "list"), (dict, "table"))
     return next((kind for types, kind in kinds if isinstance(value, types)), "")
 
@@ -213,7 +213,7 @@ def pieces_of(value: Any) -> Pieces:
 
 
 def with_tokens(text: str) -> Any:
-    """Return a text with the symbols that its tokens are."""
+    """Replace the tokens in a text by their symbols."""
     parts = TOKEN.split(text)
     return join_pieces([Symbol.tokens[int(part)] if index % 2 else part for index, part in enumerate(parts)])
 
@@ -232,7 +232,7 @@ def joined_node(pieces: Pieces) -> ast.expr:
 
 
 def words_of(pieces: Pieces) -> list[Pieces]:
-    """Return pieces as the words that blanks separate."""
+    """Split pieces into words at blanks."""
     words: list[Pieces] = [[]]
     for piece in pieces:
         parts = re.split(r"\s+", piece) if isinstance(piece, str) else [piece]
@@ -245,7 +245,7 @@ def words_of(pieces: Pieces) -> list[Pieces]:
 
 
 def _number_of_word(word: Pieces) -> ast.expr:
-    """Return the number that one word is."""
+    """Return one word as a number."""
     if len(word) == 1:
         return number_node(word[0]) if isinstance(word[0], str) else word[0].as_number()
     if len(word) == 2 and word[0] in ("-", "+") and isinstance(word[1], Symbol):

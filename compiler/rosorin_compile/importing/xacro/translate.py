@@ -56,7 +56,7 @@ class Target(NamedTuple):
         return next((f"../{one.relative_to(self.folder.parent).as_posix()}" for one in others), name)
 
 
-class WrittenOut(NamedTuple):
+class InlinedMacro(NamedTuple):
     """A macro that is expanded where it is called, with the reason."""
 
     name: str
@@ -74,7 +74,7 @@ class Translation:
 
     files: dict[str, str]
     kept: tuple[str, ...] = ()
-    written_out: tuple[WrittenOut, ...] = ()
+    inlined: tuple[InlinedMacro, ...] = ()
     arguments: tuple[str, ...] = ()
     fixed: tuple[tuple[str, str], ...] = ()
     proven: tuple[Combination, ...] = ()
@@ -241,7 +241,7 @@ class _Search:
         is_part: bool,
     ) -> Translation:
         kept = tuple({key: name for name, _, key in answer["macros"]}.values())
-        lost = tuple(WrittenOut(*one) for one in answer["lost"])
+        lost = tuple(InlinedMacro(*one) for one in answer["lost"])
         used = tuple(one["name"] for one in answer["arguments"] if one["used"])
         refused = [row for row in result.refused if row in rows]
         late = len([row for row in rows if row not in result.compared]) - len(refused)
@@ -272,7 +272,7 @@ class _Search:
             yield f"  {phrase(list(names))}: {reason}"
 
 
-def _report_macros(kept: Sequence[str], lost: Sequence[WrittenOut], answer: Mapping[str, Any]) -> Iterator[str]:
+def _report_macros(kept: Sequence[str], lost: Sequence[InlinedMacro], answer: Mapping[str, Any]) -> Iterator[str]:
     if kept or lost:
         line = f"{len(kept)} of {count_of(len(kept) + len(lost), 'macro')} kept"
         how = f", {len(lost)} written out where {'it is' if len(lost) == 1 else 'they are'} called"

@@ -85,7 +85,7 @@ _ITS_OWN = {"integrator": "Euler"}
 
 
 def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
-    options = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base stands in the world
+    options = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base is placed
     option = {} if "drives" in options else {"option": options.get("option", _ITS_OWN)}
     return Asked({"file": "", **options, **option} | {"file": f"{name}.xml"})
 

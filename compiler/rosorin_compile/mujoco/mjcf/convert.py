@@ -33,7 +33,7 @@ _ILLEGAL = re.compile(r"[<>&\"'\s\x00-\x1f\x7f]+")
 
 
 def legal(name: str) -> str:
-    """Return a name without what names of a description never have: markup, quotes, outer or other white space."""
+    """Remove what names of a description cannot contain: markup, quotes and white space."""
     return " ".join(_ILLEGAL.sub("_", word) for word in name.split(" ") if word)
 
 
@@ -44,7 +44,7 @@ def put(entry: Map, key: str, value: Any, span: Span | None = None) -> None:
 
 
 def put_number(entry: Map, key: str, value: float, element: Element, attribute: str = "", at: int = 0) -> None:
-    """Set a number; its place is the word ``at`` of the attribute if that is this very value."""
+    """Set a number; its place is word ``at`` of the attribute if that word has the same value."""
     words = element.attributes.get(attribute)
     word = words.words()[at : at + 1] if words else []
     span = word[0].span if word and _equals(word[0].text, value) else element.span
@@ -76,7 +76,7 @@ def put_inner(entry: Map, key: str, value: Any) -> None:
 
 
 def numbers(values: Sequence[float], element: Element, attribute: str = "") -> Seq:
-    """Return a list of numbers; their places are those in the attribute if it has these very values."""
+    """Return a list of numbers, with their places in the attribute if it has the same values."""
     own = element.attributes.get(attribute)
     words = own.words() if own else []
     exact = len(words) == len(values) and all(
@@ -177,7 +177,7 @@ def _place(element: Element, attribute: str, text: str) -> Span:
 
 
 def floats(attributes: Attributes, name: str, usual: Sequence[float] = ()) -> list[float]:
-    """Return the numbers of an attribute; those that it does not have are the usual ones."""
+    """Return the numbers of an attribute, completed by defaults."""
     found = [float(word) for word in attributes.get(name, "").split()]
     return [*found, *usual[len(found) :]]
 
@@ -228,13 +228,13 @@ def tidy_position(value: float, slides: bool = False) -> float:
 
 
 def tidy_vector(values: Iterable[float]) -> Vector:
-    """Return three numbers freed of rounding."""
+    """Return three numbers without rounding errors."""
     x, y, z = map(tidy, values)
     return (x, y, z)
 
 
 def unit(axis: Sequence[float]) -> Vector:
-    """Return an axis with length 1; MuJoCo has made it so already, but for rounding."""
+    """Return an axis with length 1, without the rounding errors of MuJoCo."""
     x, y, z = axis
     return tidy_vector(normalized((x, y, z)))
 
@@ -265,7 +265,7 @@ def full_inertia(diagonal: Sequence[float], rows: Rows) -> dict[str, float]:
 
 
 def is_unturned(place: Transform) -> bool:
-    """Return True if a transform does not turn."""
+    """Return True if a transform has no rotation."""
     return all(abs(a - (n == k)) < ANGLE_ROUNDING for n, row in enumerate(place.rows) for k, a in enumerate(row))
 
 

@@ -36,7 +36,7 @@ from ..parameters.tables import MANAGER
 from ..ports import full_type
 from . import owners, topics
 from .nodes import Node, check_node, nodes_in_files
-from .topics import of_launch, of_word
+from .topics import launch_remaps, parse_remap
 
 # Keys of the configuration files of MoveIt, which are no parameter files.
 _MOVEIT = re.compile(
@@ -89,7 +89,7 @@ def check_parameters(
     for path in (*paths, *managers, *launches):
         if not is_file(path):
             raise RequestError(no_file(path))
-    moved = [of_word(word) for word in remaps]
+    moved = [parse_remap(word) for word in remaps]
     understood = Request.of(robot, arguments, packages, trust=trust).understand()
     case = understood.case
     if case is None:
@@ -100,7 +100,7 @@ def check_parameters(
     found: list[Diagnostic] = []
     sections = _read((*managers, *paths), found)
     for path in launches:
-        more, wrong = of_launch(path)
+        more, wrong = launch_remaps(path)
         moved += more
         found += wrong
     known, wrong = nodes_in_files(sections, namespace, distribution, case.robot.controllers)
@@ -177,8 +177,8 @@ def _read(paths: Iterable[Path], diagnostics: list[Diagnostic]) -> list[list[Sec
 def summary(looked: CheckedParameters) -> str:
     """Return what was judged, in a line."""
     severities = [one.severity for one in looked.diagnostics]
-    told = phrase(count_of(severities.count(s), s) for s in ("error", "warning", "note") if s in severities)
-    line = f"{count_of(looked.judged, 'edge')} of nodes held against the files: {told or 'as described'}"
+    counts = phrase(count_of(severities.count(s), s) for s in ("error", "warning", "note") if s in severities)
+    line = f"{count_of(looked.judged, 'edge')} of nodes compared with the files: {counts or 'as described'}"
     if looked.absent:
         line += f"; no known parameters of {phrase(looked.absent)}"
     return line

@@ -24,7 +24,7 @@ from .nodes import Node
 _ODOM = "odom"  # the usual topic
 _OF_CONTROLLER = re.compile(r"_controller/odom(etry)?\Z")  # as controllers of a drive are called
 _LISTING = "observation_sources"
-# Nodes that run others in their process: what they are told holds for all of them.
+# Nodes that run others in their process: their remaps apply to all of them.
 _HOSTS = ("controller_manager", "ros2_control_node")
 _FLAGS = ("-r", "--remap")
 
@@ -37,12 +37,12 @@ class Remap(NamedTuple):
     to: str
 
 
-def of_word(word: str) -> Remap:
-    """Return the remap that a text such as NODE:FROM:=TO is. Raises RequestError if it is none."""
+def parse_remap(word: str) -> Remap:
+    """Parse a remap such as NODE:FROM:=TO. Raises RequestError."""
     left, _, to = word.partition(":=")
     node, colon, name = left.rpartition(":")
     if not name or not to or (colon and not node):
-        raise RequestError(f'"{word}" is no remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
+        raise RequestError(f'"{word}" is not a remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
     return Remap(node.strip("/").rsplit("/", 1)[-1], name, to)
 
 
@@ -53,7 +53,7 @@ def remapped_topics(node: Node, remaps: Iterable[Remap]) -> dict[str, str]:
     return {full_topic(one.name, space, name): full_topic(one.to, space, name) for one in reversed(mine)}
 
 
-def of_launch(path: Path) -> tuple[list[Remap], list[Diagnostic]]:
+def launch_remaps(path: Path) -> tuple[list[Remap], list[Diagnostic]]:
     """Return the remaps of a launch file, and diagnostics about those that only a run of it knows."""
     from rosorin_compile.source.load import LoadError, read_utf8
 
@@ -86,7 +86,7 @@ def _of_arguments(words: Sequence[str], node: str) -> Iterator[Remap]:
     for flag, word in pairwise(words):
         if flag in _FLAGS:
             with suppress(RequestError):  # which the node refuses, too
-                remap = of_word(word)
+                remap = parse_remap(word)
                 yield remap if remap.node else remap._replace(node=node)
         elif flag == "--controller-ros-args":
             spawned = next((one for one in words if not one.startswith("-")), "")

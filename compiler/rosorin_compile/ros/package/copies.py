@@ -68,7 +68,7 @@ def place_meshes(
     files: dict[str, Path] = {}
     packages: set[str] = set()
     missing: dict[tuple[str, str], list[str]] = {}  # names by what is wrong and the fix
-    where = "neither in the package nor beside the description" if folders else "not in the package"
+    where = "neither in the package nor next to the description" if folders else "not in the package"
     is_sdf = place.endswith(".sdf")
     for name in file_names(text, is_sdf):
         is_copied = is_sdf and name in known

@@ -85,7 +85,7 @@ def test_what_is_not_found_is_told_and_left_out(home: Path, folder: Path, capsys
     assert main(["all"]) == 0
     said = capsys.readouterr().err
     line = "3:19: warning[mesh-not-found]: texture gone.png is not there, neither as seen from the artifacts nor "
-    assert f"{line}beside the description, and left out of mjcf/box.xml\n" in said
+    assert f"{line}next to the description, and left out of mjcf/box.xml\n" in said
     assert "texture package://away/gone.png is not found: there is no package away here, and left out of " in said
     assert look_of(loaded(home), "plank")[0] == -1
 

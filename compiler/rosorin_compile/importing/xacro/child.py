@@ -11,7 +11,6 @@ import glob
 import json
 import math
 import os
-import re
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -44,7 +43,7 @@ class OutOfTime(BaseException):
 
 
 class NotMarkup(Exception):
-    """A file that is no XML, or not safe to read."""
+    """A file that is no XML, or not safe to read: its name, and what is wrong."""
 
 
 class MissingPackage(Exception):
@@ -52,11 +51,6 @@ class MissingPackage(Exception):
 
     def __str__(self) -> str:
         return f'the package "{self.args[0]}" is not found'
-
-
-def out_of_time(seconds: float) -> str:
-    """Return the error of a file that calculates for more than some seconds."""
-    return f"it calculates for more than {seconds:g} s"
 
 
 class Context(dict[str, Any]):
@@ -94,6 +88,10 @@ def main(run: Callable[[dict[str, Any]], dict[str, Any]] | None = None) -> None:
 
 def _limit(seconds: float) -> None:
     """Bound the resources of the process, and let it end with its parent, as far as the system can."""
+
+    def end(*_: object) -> None:
+        raise OutOfTime
+
     with suppress(ImportError):
         import resource
 
@@ -102,16 +100,12 @@ def _limit(seconds: float) -> None:
             with suppress(OSError, ValueError):  # a shell may have set less
                 resource.setrlimit(kind, most)
     with suppress(AttributeError, OSError):  # Windows
-        signal.signal(signal.SIGPROF, _end)
+        signal.signal(signal.SIGPROF, end)
         signal.setitimer(signal.ITIMER_PROF, seconds)
     with suppress(ImportError, OSError, AttributeError):  # Linux
         import ctypes
 
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-
-
-def _end(*_: object) -> None:
-    raise OutOfTime
 
 
 class Expansion:
@@ -120,7 +114,6 @@ class Expansion:
     def __init__(self, request: dict[str, Any]) -> None:
         self.file: str = request["file"]
         self.text: str | None = request.get("text")  # expanded in place of the file
-        self.seconds: float = request["seconds"]
         self.given: dict[str, str] = request["arguments"]
         self.packages = Packages({k: Path(v) for k, v in request["packages"].items()}, os.environ, Path(self.file))
         self.files: dict[str, int] = {}
@@ -131,8 +124,7 @@ class Expansion:
     def answer(self) -> dict[str, Any]:
         """Return the expanded text or the error, with the files that were read and the places of all elements.
 
-        ``places`` are those of the elements of the text, ``at`` that of the error; ``missing`` is the kind and the
-        name of what is not there.
+        ``places`` are those of the elements of the text, ``at`` that of the error.
         """
         try:
             xacro: Any = import_module("xacro")
@@ -150,7 +142,7 @@ class Expansion:
         except Exception as problem:  # whatever the file does is an answer
             answer |= _error(problem) | {"at": _place_of_error(problem)}
         except OutOfTime as problem:
-            answer |= {"error": out_of_time(self.seconds), "at": _place_of_error(problem)}
+            answer |= {"is_late": True, "at": _place_of_error(problem)}
         except (SystemExit, KeyboardInterrupt):
             answer["error"] = "it ends the program that expands it"
         if "text" not in answer:
@@ -309,18 +301,14 @@ def _error(problem: BaseException) -> dict[str, Any]:
     """Return the cause of an exception; xacro wraps one into another."""
     for cause in causes(problem):
         if isinstance(cause, MissingPackage):
-            return {"missing": ["package", cause.args[0]]}
+            return {"package": cause.args[0]}
         if isinstance(cause, NotMarkup):
-            return {"markup": cause.args[0], "message": cause.args[1]}
+            return {"markup": cause.args[0], "error": cause.args[1]}
         if isinstance(cause, RecursionError):
             return {"error": "macros or properties call each other without end"}
         if isinstance(cause, MemoryError):
             return {"error": "it needs more memory than there is"}
-    if type(problem).__name__ == "ArgException" or "Undefined substitution argument" in str(problem):
-        return {"missing": ["argument", str(problem).rsplit(" ", 1)[-1]]}
-    if variable := re.search(r"environment variable '(.+?)'", str(problem)):
-        return {"missing": ["variable", variable[1]]}
-    return {"error": str(problem) or repr(problem), "line": getattr(problem, "lineno", 0)}
+    return {"error": str(problem) or repr(problem)}
 
 
 def causes(problem: BaseException) -> Iterator[BaseException]:

@@ -20,7 +20,6 @@ from ..description import in_order
 from ..layout import Expression, Verbatim
 from .ir import Call, Comment, Element, If, Macro, Words
 from .nodes import Failed, all_of, as_text, call, fold, negate, plain_node
-from .symbols import Symbol
 from .values import Values
 
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
@@ -122,17 +121,17 @@ class Entries:
             yield "rgba", self._numbers(node)["rgba"], None
         elif level == "material" and tag == "texture":
             if node.attributes.get("filename"):
-                yield tag, values.text(node.attributes["filename"], file=True), None
+                yield tag, values.file(node.attributes["filename"]), None
         elif level == "geometry" and tag in SHAPES:
             file = node.attributes.get("filename")
-            made = {} if file is None else {"file": values.text(file, file=True)}
+            made = {} if file is None else {"file": values.file(file)}
             yield tag, {**made, **self._numbers(node)}, None
         elif level == "joint" and tag in ("parent", "child"):
-            yield tag, values.text(node.attributes.get("link", []), name=True), None
+            yield tag, values.text(node.attributes.get("link", [])), None
         elif level == "joint" and tag == "axis":
             yield tag, self._numbers(node)["xyz"], None
         elif level == "joint" and tag in _JOINT_PARTS:
-            made = {"joint": values.text(node.attributes["joint"], name=True)} if tag == "mimic" else {}
+            made = {"joint": values.text(node.attributes["joint"])} if tag == "mimic" else {}
             if tag == "limit" and self._kind in ("revolute", "prismatic"):
                 made = {"lower": Verbatim("0"), "upper": Verbatim("0")}
             yield tag, {**made, **self._numbers(node)}, None
@@ -160,12 +159,10 @@ class Entries:
 
     def _numbers(self, node: Element) -> dict[str, Any]:
         """Return the numbers of an element by attribute, without those that are defaults anyway."""
-        macro = self.values.macro
-        pose = self.values.names.pose.get(macro, {}) if macro is not None and node.tag == "origin" else {}
         made: dict[str, Any] = {}
         for name, (count, attribute_unit) in ATTRIBUTES[node.tag].items():
             pieces = node.attributes.get(name)
-            if pieces is None or (name in pose and isinstance(pieces[0], Symbol) and pieces[0].variable is pose[name]):
+            if pieces is None:
                 continue
             unit = self._position if attribute_unit == "q" else attribute_unit
             value = self.values.list_of(pieces, count, unit) if count > 1 else self.values.number(pieces, unit)
@@ -233,9 +230,7 @@ class XmlText:
 
     def text(self, node: Element) -> Any:
         """Return an element as a text, or an Expression."""
-        self.values.is_xml = True
         lines = self.lines([node], "")
-        self.values.is_xml = False
         whole = "".join(line.strip() for line in lines)
         if len(lines) == 3 and len(whole) <= _WIDTH and "<!--" not in whole:
             lines = [whole]
@@ -247,7 +242,7 @@ class XmlText:
         lines: list[str] = []
         for at, node in enumerate(nodes):
             if isinstance(node, Words):
-                text = str(self.values.join_pieces(node.pieces, escape))
+                text = str(self.values.text(node.pieces, escape))
                 lines += [pad + line.strip() for line in text.splitlines() if line.strip()]
             elif isinstance(node, Comment):
                 if "--" not in node.text and "${" not in node.text:
@@ -284,11 +279,10 @@ class XmlText:
         for name, pieces in node.attributes.items():
             if name.startswith("xmlns"):
                 continue
-            is_name = name in ("reference", "link", "joint") or node.tag in ("link", "joint")
             is_file = name == "filename" and node.tag in ("mesh", "texture")
-            value = str(self.values.text(pieces, name=is_name, file=is_file))
+            value = str(self.values.file(pieces) if is_file else self.values.text(pieces))
             if any(letter in value for letter in '&<"'):
-                value = str(self.values.join_pieces(pieces, lambda one: escape(one, {'"': "&quot;"})))
+                value = str(self.values.text(pieces, lambda one: escape(one, {'"': "&quot;"})))
             head += f' {name}="{value}"'
         inner = self.lines(node.body, f"{pad}  ")
         if not inner:

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS
+from rosorin_compile.formats.urdf.reading import ANGLES
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.xml.markup import COMMENT
 from rosorin_compile.source.yaml_text import Scalar
@@ -21,8 +21,7 @@ from ..layout import Expression, Verbatim, clean_comment
 from .entries import Entries, conditional, merge
 from .ir import Call, Comment, Element, If, Macro, Words, expressions_in, nodes_of, walk
 from .nodes import Failed, all_of, as_text, fold, literal, usable, variables_in
-from .part_names import PartNames
-from .symbols import Pieces, Restart, Symbol, Variable, pieces_of, symbol_of, with_tokens
+from .symbols import Restart, Symbol, Variable, pieces_of, symbol_of, with_tokens
 from .values import Values, number
 
 if TYPE_CHECKING:
@@ -40,11 +39,11 @@ class Writer:
         self.remarks: list[tuple[str, tuple[Any, ...], list[str]]] = []
         self.file_names = _file_names(program)
         self.macros = list(program.macro_calls.macros.values())
-        self.names = PartNames([one for one in self.macros if one.level == "robot"], program.variables)
-        self.values = Values(program, self.names, program.request["meshes"])
+        self.values = Values(program, program.request["meshes"])
         self.entries = Entries(self.values, self.write_macro)
         self._written: dict[Macro, dict[str, Any]] = {}
-        self._part: dict[str, Any] | None = None  # the part that is written
+        self._macro: Macro | None = None  # the macro that is written
+        self._part: dict[str, Any] = {}  # its entry, if it is a part
         self._keys: set[str] = set()
         self._alternatives: dict[tuple[int, str], list[Any]] = {}
 
@@ -57,7 +56,7 @@ class Writer:
             self.write_macro(macro)
         with self._within(None):
             self._body(body, None)
-            name = self.values.join_pieces(pieces_of(with_tokens(root.getAttribute("name"))))
+            name = self.values.text(pieces_of(with_tokens(root.getAttribute("name"))))
         self._propagate()
         before = -1
         while before != (before := sum(one.used for one in program.variables)):
@@ -159,7 +158,7 @@ class Writer:
     @contextmanager
     def _within(self, macro: Macro | None, node: Element | Call | None = None) -> Iterator[None]:
         """Write a node in a macro; give up the macro, or what the node depends on, if it cannot be written."""
-        before, self.values.macro = self.values.macro, macro
+        before, self._macro = self._macro, macro
         try:
             yield
         except Failed as problem:
@@ -172,7 +171,7 @@ class Writer:
                 raise
             raise Restart from None
         finally:
-            self.values.macro = before
+            self._macro = before
 
     # What is at the level of links.
 
@@ -190,15 +189,15 @@ class Writer:
             elif isinstance(node, Words):
                 raise Failed("text among links")
             else:
-                with self._within(self.values.macro, node):
+                with self._within(self._macro, node):
                     write = self._use if isinstance(node, Call) else self._entry
                     write(node, when, [*comments, *node.comments])
             comments = []
 
     def _place_of(self, node: Element | Call) -> tuple[Any, tuple[Any, ...], dict[str, Any]]:
         """Return where a node is written: the place that has the file, the path in it, and the mapping."""
-        macro = self.values.macro
-        if self._part is not None and macro is not None:
+        macro = self._macro
+        if macro is not None:
             return macro.place, ("parts", macro.ours), self._part
         return node.place, (), self.documents.setdefault(self._file(node.place), {})
 
@@ -214,7 +213,7 @@ class Writer:
                 self._put(section, name, value, when)
                 self._remark(place, ("materials", name), comments)
         elif node.tag in ("link", "joint"):
-            key = self.values.text(node.attributes.get("name", []), name=True)
+            key = self.values.text(node.attributes.get("name", []))
             value = self.entries.link(node) if node.tag == "link" else self.entries.joint(node)
             section = document.setdefault(f"{node.tag}s", {})
             self._put(section, key, value, when)
@@ -240,7 +239,7 @@ class Writer:
         if macro in self._written:
             return self._written[macro]
         self._written[macro] = {}
-        inner, is_xml = self.entries.inner, self.values.is_xml
+        inner = self.entries.inner
         with self._within(macro):
             if macro.level == "robot":
                 self._write_part(macro)
@@ -250,7 +249,7 @@ class Writer:
                 self._section(macro.place, "let")[f"{macro.ours}({names})"] = value
                 self._remark(macro.place, ("let", f"{macro.ours}({names})"), [*macro.comments, *self.entries.inner])
                 self._written[macro] = keys
-        self.entries.inner, self.values.is_xml = inner, is_xml
+        self.entries.inner = inner
         return self._written[macro]
 
     def _write_part(self, macro: Macro) -> None:
@@ -264,10 +263,6 @@ class Writer:
         self._section(macro.place, "parts")[macro.ours] = head | {key: made[key] for key in order if made.get(key)}
         self._remark(macro.place, path, macro.comments)
 
-    def _declared(self, macro: Macro) -> list[tuple[str, Variable]]:
-        """Return the parameters that a part declares, by their names in the xacro."""
-        return [one for one in macro.parameters.items() if not self.names.is_implied(macro, one[1])]
-
     def _default_of(self, macro: Macro, name: str) -> Symbol | None:
         """Return the default of a parameter, if it is the same in all calls."""
         found = {as_text(one.given[name][0].node): one.given[name][0] for one in macro.calls if one.given[name][1]}
@@ -279,7 +274,7 @@ class Writer:
 
     def _params(self, macro: Macro) -> dict[str, Any]:
         made: dict[str, Any] = {}
-        for name, variable in self._declared(macro):
+        for name, variable in macro.parameters.items():
             entry: dict[str, Any] = (
                 {"type": variable.type} if variable.type in ("text", "boolean", "list", "number") else {}
             )
@@ -292,46 +287,22 @@ class Writer:
 
     def _use(self, call: Call, when: ast.expr | None, comments: list[str]) -> None:
         """Write a call of a macro that is a part."""
-        macro, values = call.macro, self.values
+        macro = call.macro
         self.write_macro(macro)
-        made: dict[str, Any] = {"part": macro.ours}
-        first, prefix = self._key(call)
-        mount = self.names.mount.get(macro)
-        if mount is not None:
-            made["parent"] = values.text(pieces_of(call.given[mount.name][0]), name=True)
-        given: dict[str, Any] = {}
-        for name, variable in self._declared(macro):
+        passed: dict[str, Any] = {}
+        for name, variable in macro.parameters.items():
             symbol, is_default = call.given[name]
             if not is_default or self._default_of(macro, name) is None:
-                given[variable.ours] = values.value(symbol, variable, ANGLES if name.endswith("rpy") else "")
-        for key, variable in self.names.pose.get(macro, {}).items():
-            value = values.value(call.given[variable.name][0], variable, ANGLES if key == "rpy" else LENGTHS)
-            made |= {key: value} if value != [Verbatim("0")] * 3 else {}
-        if given:
-            made["with"] = given
+                passed[variable.ours] = self.values.value(symbol, variable, ANGLES if name.endswith("rpy") else "")
         place, path, document = self._place_of(call)
         section = document.setdefault("use", {})
-        key = _free(first, section if path else self._keys, macro.ours)
+        names = [pieces_of(call.given[one][0]) for one in ("name", "prefix") if one in call.given]
+        last = next((pieces[-1] for pieces in names if pieces and isinstance(pieces[-1], str)), "")
+        key = _free(_as_key(last) or macro.ours, section if path else self._keys, macro.ours)
         if not path:
             self._keys.add(key)
-        if prefix != f"{key}_":
-            made = {"part": made.pop("part"), "prefix": prefix, **made}
-        section[key] = conditional(made, when)
+        section[key] = conditional({"part": macro.ours, "prefix": "", **({"with": passed} if passed else {})}, when)
         self._remark(place, (*path, "use", key), comments)
-
-    def _key(self, call: Call) -> tuple[str, Any]:
-        """Return the name of a use, and its prefix."""
-        macro = call.macro
-        if macro not in self.names.prefix:
-            given = next((call.given[name] for name in ("name", *self.names.leads(macro)) if name in call.given), None)
-            last = pieces_of(given[0])[-1:] if given is not None else []
-            return _as_key(last[0] if last and isinstance(last[0], str) else "") or macro.ours, ""
-        pieces: Pieces = self.names.prefix_of(call)
-        rest = self.names.short(self.values.macro, pieces)
-        pieces = pieces if rest is None else rest
-        text = self.values.join_pieces(pieces)
-        tail = text if not isinstance(text, Expression) else pieces[-1] if isinstance(pieces[-1], str) else ""
-        return _as_key(tail) or macro.ours, text
 
     # Properties and arguments.
 
@@ -342,7 +313,7 @@ class Writer:
         while waiting := [one for one in lets if one.used and one not in values]:
             for variable in waiting:
                 symbol: Any = variable.symbol
-                with self._within(self.values.macro):
+                with self._within(self._macro):
                     digits = variable.digits
                     values[variable] = number(digits, "") if digits else self.values.value(symbol, variable)
         made: dict[str, Any] = {}

@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from .ir import COMMENTS, MARK, Macro, nodes_of
-from .nodes import Failed
-from .symbols import TOKEN, UNKNOWN, Restart, Symbol, symbol_of, with_tokens
+from .symbols import TOKEN, UNKNOWN, Failed, Restart, Symbol, symbol_of, with_tokens
 
 if TYPE_CHECKING:
     from .program import Program

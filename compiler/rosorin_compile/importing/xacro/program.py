@@ -23,21 +23,25 @@ from rosorin_compile.source.project import Description
 
 from . import child
 from .child import Expansion, causes
-from .conditions import Conditions, LoadedFiles
-from .evaluate import Evaluator
+from .evaluate import Conditions, Evaluator, LoadedFiles
 from .ir import COMMENTS, MARK, Macro
 from .macro_calls import Calls
-from .nodes import Failed, as_text, call, literal, usable, variables_in
 from .symbols import (
+    Failed,
     Restart,
     Symbol,
     Variable,
+    as_text,
+    call,
     example_of,
     is_known,
     join_pieces,
+    literal,
     pieces_of,
     symbol_of,
     type_of,
+    usable,
+    variables_in,
     with_tokens,
 )
 

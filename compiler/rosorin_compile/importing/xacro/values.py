@@ -15,8 +15,20 @@ from rosorin_compile.source.numbers import exact
 
 from ..layout import Expression, Verbatim, in_degrees
 from .child import portable
-from .nodes import Failed, as_text, fold, literal
-from .symbols import Pieces, Symbol, Variable, join_pieces, joined_node, pieces_of, symbol_of, words_of
+from .symbols import (
+    Failed,
+    Pieces,
+    Symbol,
+    Variable,
+    as_text,
+    fold,
+    join_pieces,
+    joined_node,
+    literal,
+    pieces_of,
+    symbol_of,
+    words_of,
+)
 
 if TYPE_CHECKING:
     from .program import Program

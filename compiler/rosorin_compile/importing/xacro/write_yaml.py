@@ -20,8 +20,21 @@ from rosorin_compile.source.yaml_text import Scalar
 from ..layout import Expression, Verbatim, clean_comment
 from .entries import Entries, conditional, merge
 from .ir import Call, Comment, Element, If, Macro, Words, expressions_in, nodes_of, walk
-from .nodes import Failed, all_of, as_text, fold, literal, usable, variables_in
-from .symbols import Restart, Symbol, Variable, pieces_of, symbol_of, with_tokens
+from .symbols import (
+    Failed,
+    Restart,
+    Symbol,
+    Variable,
+    all_of,
+    as_text,
+    fold,
+    literal,
+    pieces_of,
+    symbol_of,
+    usable,
+    variables_in,
+    with_tokens,
+)
 from .values import Values, number
 
 if TYPE_CHECKING:

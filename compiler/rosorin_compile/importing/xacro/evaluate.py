@@ -16,7 +16,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rosorin_compile.source.files import read_text
+from rosorin_compile.source import files
+from rosorin_compile.source.packages import Packages
+from rosorin_compile.source.project import Description
 
 from .child import causes, portable
 from .symbols import (
@@ -146,7 +148,7 @@ class Evaluator:
         test = self._symbol(tree.test)
         if test.known:
             return self.eval(tree.body if test.value else tree.orelse)
-        return self.program.conditions.choice(test, self._symbol(tree.body), self._symbol(tree.orelse))
+        return choice(test, self._symbol(tree.body), self._symbol(tree.orelse))
 
     def _unaryop(self, tree: ast.UnaryOp) -> Symbol:
         item = self._symbol(tree.operand)
@@ -173,10 +175,13 @@ class Evaluator:
 
     def _equality(self, items: list[Symbol], operator: ast.cmpop) -> ast.expr | None:
         """Return the comparison of a flag or a number with a constant, which may be a text."""
-        item, other = items if not _is_constant(items[0]) else items[::-1]
+        constants = [one for one in items if one.known and not any(variables_in([one.node]))]
+        if not isinstance(operator, (ast.Eq, ast.NotEq)) or not constants:
+            return None
+        other = constants[-1]
+        item = items[0] if other is items[1] else items[1]
         value = literal(other.value)
-        is_alike = isinstance(item.value, str) == isinstance(other.value, str)
-        if not isinstance(operator, (ast.Eq, ast.NotEq)) or not _is_constant(other) or not is_alike:
+        if isinstance(item.value, str) != isinstance(other.value, str):
             return None
         if item.type == "boolean" and value in (0, 1):
             return item.node if bool(value) == isinstance(operator, ast.Eq) else negate(item.node)
@@ -218,7 +223,7 @@ class Evaluator:
         if isinstance(owner, Symbol) or not is_plain or any(isinstance(one, ast.Lambda) for one in ast.walk(tree)):
             return self._computed(tree)
         if name == "load_yaml":
-            return self.program.loaded.load(self._symbol(tree.args[0]))
+            return self.program.named.load(self._symbol(tree.args[0]))
         if name == "dotify":
             return self.eval(tree.args[0])
         if name == "arg":
@@ -269,12 +274,29 @@ class Evaluator:
         return symbol_of(list(value) if isinstance(value, Iterator) else value)
 
 
-def _is_constant(item: Symbol) -> bool:
-    return item.known and not any(variables_in([item.node]))
-
-
 def _part(index: int) -> ast.expr:
     return ast.Name(f"_{index}", ast.Load())
+
+
+def choice(test: Symbol, then: Symbol, other: Symbol) -> Symbol:
+    """Return one of two values, by a condition."""
+    node, is_same = _without_not(test.as_truth())
+    if not is_same:
+        then, other = other, then
+    if as_text(then.node) == as_text(other.node):
+        return then
+    value: Any = UNKNOWN if test.value is UNKNOWN else (then if bool(test.value) == is_same else other).value
+    if then.declared_type == other.declared_type == "list":
+        return Symbol(ast.IfExp(node, then.as_list(), other.as_list()), value, "list", False)
+    return Symbol(ast.IfExp(node, then.node, other.node), value, then.type if then.type == other.type else "", False)
+
+
+def _without_not(node: ast.expr) -> tuple[ast.expr, bool]:
+    """Return a condition without ``not``, and whether it is the same then."""
+    is_same = True
+    while isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+        node, is_same = node.operand, not is_same
+    return node, is_same
 
 
 class Conditions:
@@ -283,20 +305,6 @@ class Conditions:
     def __init__(self, program: Program) -> None:
         self.program = program
         self.assumed: dict[str, bool] = {}
-
-    def choice(self, test: Symbol, then: Symbol, other: Symbol) -> Symbol:
-        """Return one of two values, by a condition."""
-        node, positive = _without_not(test.as_truth())
-        if not positive:
-            then, other = other, then
-        if as_text(then.node) == as_text(other.node):
-            return then
-        value: Any = UNKNOWN if test.value is UNKNOWN else (then if bool(test.value) == positive else other).value
-        if then.declared_type == other.declared_type == "list":
-            return Symbol(ast.IfExp(node, then.as_list(), other.as_list()), value, "list", False)
-        return Symbol(
-            ast.IfExp(node, then.node, other.node), value, then.type if then.type == other.type else "", False
-        )
 
     def element(self, node: Any, macros: Any, symbols: Any) -> None:
         """Evaluate ``<xacro:if>`` or ``<xacro:unless>``."""
@@ -308,9 +316,9 @@ class Conditions:
         else:
             if type(literal(test.value)) in (int, float):
                 program.note_comparison([test, symbol_of(0), symbol_of(1)])
-            plain, positive = _without_not(test.as_flag())
+            plain, is_same = _without_not(test.as_flag())
             found = self.assumed.get(as_text(plain))
-            decided = None if found is None else found == positive
+            decided = None if found is None else found == is_same
         if decided is None:
             self._branch(node, test, holds, macros, symbols)
         elif decided == holds:
@@ -321,18 +329,16 @@ class Conditions:
 
     def _branch(self, node: Any, test: Symbol, holds: bool, macros: Any, symbols: Any) -> None:
         """Evaluate what depends on a condition, and let the properties that it sets depend on it, too."""
-        program, xacro = self.program, self.program.xacro
-        value = test.value is not UNKNOWN and bool(xacro.get_boolean_value(test, ""))
+        program = self.program
+        value = test.value is not UNKNOWN and bool(program.xacro.get_boolean_value(test, ""))
         test = Symbol(test.as_flag(), value, "boolean", False)
-        before = list(self._state(symbols))
-        defined = [(macro, macro.body) for _, values, _ in self._state(macros) for macro in values.values()]
-        plain, positive = _without_not(test.node)
+        before = [(table, dict(dict.items(table)), set(table.unevaluated)) for table in self._tables(symbols)]
+        defined = [(macro, macro.body) for table in self._tables(macros) for macro in dict.values(table)]
+        plain, is_same = _without_not(test.node)
         key = as_text(plain)
-        self.assumed[key] = positive == holds
+        self.assumed[key] = is_same == holds
         node.removeAttribute("value")
         node.tagName = node.nodeName = "xacro-if"
-        lists = [(some, len(some)) for some in (xacro.filestack, xacro.macrostack, program.macro_calls.paths)]
-        depth = program.macro_calls.depth
         try:
             program.eval_all(node, macros, symbols)
         except Exception as problem:
@@ -341,20 +347,9 @@ class Conditions:
             if any(isinstance(one, Restart) for one in chain) or (value == holds and not is_endless):
                 raise
             reason = f"with another value of it, {' '.join(str(problem).split())[:120] or type(problem).__name__}"
-            if is_endless or any(isinstance(one, Failed) for one in chain):
-                if not program.blame([test.node], reason):
-                    raise
-                raise Restart from None
-            program.refused |= dict.fromkeys(variables_in([test.node]), reason)
-            for table, values, unevaluated in before:  # xacro refuses the other value as well
-                dict.clear(table)
-                dict.update(table, values)
-                table.unevaluated = unevaluated
-            for some, length in lists:
-                del some[length:]
-            program.macro_calls.depth = depth
-            xacro.replace_node(node, by=None)
-            return
+            if not program.blame([test.node], reason):
+                raise
+            raise Restart from None
         finally:
             self.assumed.pop(key, None)
         if any(macro.body is not body for macro, body in defined):
@@ -371,40 +366,47 @@ class Conditions:
                 if name in unevaluated:
                     table.unevaluated.add(name)
                 then, other = map(symbol_of, (new, table[name]) if holds else (table[name], new))
-                dict.__setitem__(table, name, self.choice(test, then, other))
+                dict.__setitem__(table, name, choice(test, then, other))
 
-    def _state(self, table: Any) -> Iterator[tuple[Any, dict[str, Any], set[str]]]:
-        """Yield a table and those above it with their values."""
+    def _tables(self, table: Any) -> Iterator[Any]:
+        """Yield a table and those above it."""
         while isinstance(table, self.program.xacro.Table) and table is not table.root:
-            yield table, dict(dict.items(table)), set(table.unevaluated)
+            yield table
             table = table.parent
 
 
-def _without_not(node: ast.expr) -> tuple[ast.expr, bool]:
-    """Return a condition without ``not``, and whether it is the same then."""
-    is_same = True
-    while isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
-        node, is_same = node.operand, not is_same
-    return node, is_same
+class NamedFiles:
+    """The packages and YAML files that a description names.
 
-
-class LoadedFiles:
-    """The YAML files that a run loads; ``copied`` are those that the description cannot find in a package."""
+    ``copied`` are the texts of files that it does not find in a package, ``folders`` those of its packages, and
+    ``unfound`` are the packages that it finds by an option only.
+    """
 
     def __init__(self, program: Program) -> None:
         self.program = program
         self.copied: dict[str, str] = {}
+        self.folders: dict[str, str] = {}
+        self.unfound: dict[str, None] = {}
+        self._found = Packages({}, os.environ, Path(program.request["folder"], Description.ROOT_FILE))
+
+    def finds(self, package: str) -> bool:
+        """Return True if the description finds a package by its name. Raises Failed if it is missing."""
+        folder, found = self.program.packages.find(package), self._found.find(package)
+        if folder is None:
+            raise Failed(f'the package "{package}" is not found')
+        self.folders[package] = str(folder)
+        return found is not None and files.resolve(found) == files.resolve(folder)
 
     def load(self, name: Symbol) -> Symbol:
         """Return the table of a YAML file."""
         if name.value is UNKNOWN:
             raise Failed("the file that is loaded is not known", name.node)
-        node: ast.expr = plain_node(self._address(str(name.value)))
+        node: ast.expr = plain_node(self._copy(str(name.value)))
         if not name.known:
             for one in variables_in([name.node]):
                 one.names_file = True
             for path in self._candidates(name):
-                self._address(path)
+                self._copy(path)
             node = symbol_of(join_pieces(self.name_of(pieces_of(name)))).node
         value = self.program.xacro.load_yaml(str(name.value))
         return Symbol(call("load", node), value, type_of(value), name.known)
@@ -415,22 +417,25 @@ class LoadedFiles:
         if not isinstance(first, Symbol) or not first.package:
             return pieces
         start, *rest = pieces_of(join_pieces([f"package://{first.package}", *pieces[1:]]))
-        return [self.program.packages_named.address(start), *rest]
+        return [self._address(start), *rest]
 
     def _address(self, name: str) -> str:
+        package, _, rest = name.removeprefix("package://").partition("/")
+        return name if not name.startswith("package://") or self.finds(package) else rest
+
+    def _copy(self, name: str) -> str:
         """Return the name of a YAML file in the description, to which it is copied unless that finds its package."""
         path = os.path.abspath(str(self.program.xacro.abs_filename_spec(name)))
-        if "://" not in name and not name.startswith("/"):
+        if "://" in name or name.startswith("/"):
+            name = self._address(portable(path, self.program.packages, [*self.program.files, self.program.file]))
+        else:
             name = os.path.normpath(name)
             name = Path(name).name if name.startswith("..") else name
-        else:
-            name = portable(path, self.program.packages, [*self.program.files, self.program.file])
-            name = self.program.packages_named.address(name)
         if not name.startswith("package://"):
             if Path(name).is_absolute() or ".." in Path(name).parts:
                 raise Failed(f"{Path(name).name} is not a file of the xacro or its packages")
             with suppress(OSError, ValueError):  # xacro cannot read it either
-                self.copied[name] = read_text(Path(path))
+                self.copied[name] = files.read_text(Path(path))
         return name
 
     def _candidates(self, name: Symbol) -> list[str]:

@@ -49,8 +49,8 @@ class Values:
         for one in ast.walk(node):
             if isinstance(one, ast.Call) and getattr(one.func, "id", "") == "find":
                 name = one.args[0].value  # type: ignore[attr-defined]
-                if not self.program.packages_named.find(name):
-                    self.program.packages_named.unfound[name] = None
+                if not self.program.named.finds(name):
+                    self.program.named.unfound[name] = None
             if hasattr(one, "variable"):
                 one.variable.used = True
         return as_text(node)
@@ -126,7 +126,7 @@ class Values:
         if symbol.pieces or symbol.constant is not None or symbol.package or variable.type == "text":
             pieces = pieces_of(symbol)
             if variable.names_file:
-                pieces = self.program.loaded.name_of(pieces)
+                pieces = self.program.named.name_of(pieces)
             is_passed = len(pieces) == 1 and isinstance(pieces[0], Symbol)
             return self.expression(pieces[0].node) if is_passed else self.text(pieces)
         return self._plain(node)

@@ -77,7 +77,6 @@ class Writer:
             self._write_lets("")
         for file in self.file_names.values():
             self.documents.setdefault(file, {})
-        refused = {one: why for one, why in program.refused.items() if one.kind == "argument" and not one.used}
         calls, defined = program.macro_calls, program.defined
         lost = {key: reason for key, reason in program.inlined.items() if key in calls.called and key in defined}
         return {
@@ -85,9 +84,9 @@ class Writer:
             "heads": {self.file_names[index]: comments_before(one) for index, one in program.parsed.items()},
             "remarks": self.remarks,
             "name": encode(name),
-            "copied": program.loaded.copied,
-            "packages": program.packages_named.folders,
-            "unfound": list(program.packages_named.unfound),
+            "copied": program.named.copied,
+            "packages": program.named.folders,
+            "unfound": list(program.named.unfound),
             "arguments": [self._argument(one) for one in program.arguments.values()],
             "macros": [[one.name, one.ours, one.key] for one in sorted(self.macros, key=self._order)],
             "lost": [
@@ -98,7 +97,7 @@ class Writer:
             "silent": [defined[key][0] for key, has_made in calls.called.items() if not has_made and key in defined],
             "uncalled": [name for key, (name, _) in defined.items() if key not in calls.called],
             "inlined": program.inlined,
-            "fixed": program.fixed | {one.name: [str(one.value), why] for one, why in refused.items()},
+            "fixed": program.fixed,
         }
 
     def _argument(self, variable: Variable) -> dict[str, Any]:

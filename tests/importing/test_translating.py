@@ -113,7 +113,7 @@ HARDWARE = (
 @pytest.mark.parametrize(
     ("body", "right", "wrong", "reason"),
     [
-        (WHEEL, '"0.25"', '"9"', "a_wheel moved"),
+        (WHEEL, '"#0.25"', '"#9"', "a_wheel moved"),
         (HARDWARE, "slow/Slow", "fast/Slow", "robot element ros2_control x plugin slow/Slow -> fast/Slow"),
     ],
 )

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 from rosorin_compile.formats.urdf.reading import ANGLES
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.xml.markup import COMMENT
-from rosorin_compile.source.yaml_text import Scalar
 
 from ..layout import Expression, Verbatim, clean_comment
 from .entries import Entries, conditional, merge
@@ -41,6 +40,7 @@ if TYPE_CHECKING:
     from .program import Program
 
 PROBE = "probe_"  # a text that an argument has in no condition
+_MARKS: dict[type, str] = {Expression: "$", Verbatim: "#"}
 
 
 class Writer:
@@ -74,11 +74,17 @@ class Writer:
         before = -1
         while before != (before := sum(one.used for one in program.variables)):
             self._write_arguments()
-            self._write_lets("")
+            self._write_lets(None)
         for file in self.file_names.values():
             self.documents.setdefault(file, {})
-        calls, defined = program.macro_calls, program.defined
-        lost = {key: reason for key, reason in program.inlined.items() if key in calls.called and key in defined}
+        called, defined = program.macro_calls.called, program.defined
+        lost = []
+        for key, reason in program.inlined.items():
+            if called.get(key) and key in defined:
+                name_in_source, (file, offset, _) = defined[key]
+                source = program.parsed[file].source
+                at = f"{Path(source.path).name}:{source.text.count(chr(10), 0, offset) + 1}"
+                lost.append([name_in_source, reason, at])
         return {
             "documents": encode(self.documents),
             "heads": {self.file_names[index]: comments_before(one) for index, one in program.parsed.items()},
@@ -88,38 +94,13 @@ class Writer:
             "packages": program.named.folders,
             "unfound": list(program.named.unfound),
             "arguments": [self._argument(one) for one in program.arguments.values()],
-            "macros": [[one.name, one.ours, one.key] for one in sorted(self.macros, key=self._order)],
-            "lost": [
-                [defined[key][0], reason, self._at(defined[key][1])]
-                for key, reason in lost.items()
-                if calls.called[key]
-            ],
-            "silent": [defined[key][0] for key, has_made in calls.called.items() if not has_made and key in defined],
-            "uncalled": [name for key, (name, _) in defined.items() if key not in calls.called],
+            "macros": [[one.name, one.ours, one.key] for one in self.macros],
+            "lost": lost,
+            "silent": [defined[key][0] for key, has_made in called.items() if not has_made and key in defined],
+            "uncalled": [name for key, (name, _) in defined.items() if key not in called],
             "inlined": program.inlined,
             "fixed": program.fixed,
         }
-
-    def _argument(self, variable: Variable) -> dict[str, Any]:
-        """Return an argument with the values that are compiled: those of the source, and one that is invented."""
-        choices, invented = self._choices(variable) if variable.used else ([], [])
-        return {
-            "name": variable.name,
-            "value": str(variable.value),
-            "choices": list(dict.fromkeys([str(variable.value), *choices])),
-            "invented": invented,
-            "used": variable.used,
-            "environment": variable.environment,
-        }
-
-    def _order(self, macro: Macro) -> int:
-        return list(self.program.defined).index(macro.key)
-
-    def _at(self, place: Any) -> str:
-        """Return a place for a person, such as ``arm.xacro:12``."""
-        document = self.program.parsed[place[0]]
-        line = document.source.text.count("\n", 0, place[1]) + 1
-        return f"{Path(document.source.path).name}:{line}"
 
     # Names and places.
 
@@ -233,7 +214,7 @@ class Writer:
         else:
             made = document.setdefault("urdf_elements", [])
             self._remark(place, (*path, "urdf_elements", len(made)), comments)
-            made.append(conditional(self.entries.xml.text(node), when))
+            made.append(conditional(self.entries.xml(node), when))
 
     def _put(self, section: dict[Any, Any], key: Any, value: Any, when: ast.expr | None) -> None:
         """Add an entry; entries of one name on different conditions become one."""
@@ -269,10 +250,17 @@ class Writer:
         outer, self._part = self._part, {}
         self._body(macro.body, None)
         made, self._part = self._part, outer
-        lets = self._write_lets(macro.key, path)
-        head = {key: value for key, value in (("params", self._params(macro)), ("let", lets)) if value}
-        order = ("links", "joints", "use", "urdf_elements")
-        self._section(macro.place, "parts")[macro.ours] = head | {key: made[key] for key in order if made.get(key)}
+        made["let"] = self._write_lets(macro, path)
+        made["params"] = params = {}
+        for name, variable in macro.parameters.items():
+            params[variable.ours] = entry = dict[str, Any]()
+            if variable.type in ("text", "boolean", "list", "number"):
+                entry["type"] = variable.type
+            if (default := self._default_of(macro, name)) is not None:
+                value = self.values.value(default, variable)
+                entry["default"] = Expression("${none}") if value is None else value
+        order = ("params", "let", "links", "joints", "use", "urdf_elements")
+        self._section(macro.place, "parts")[macro.ours] = {key: made[key] for key in order if made.get(key)}
         self._remark(macro.place, path, macro.comments)
 
     def _default_of(self, macro: Macro, name: str) -> Symbol | None:
@@ -283,19 +271,6 @@ class Writer:
         symbol = next(iter(found.values()))
         is_hidden = any(one.owner or one.ours == macro.parameters[name].ours for one in variables_in([symbol.node]))
         return None if is_hidden else symbol
-
-    def _params(self, macro: Macro) -> dict[str, Any]:
-        made: dict[str, Any] = {}
-        for name, variable in macro.parameters.items():
-            entry: dict[str, Any] = (
-                {"type": variable.type} if variable.type in ("text", "boolean", "list", "number") else {}
-            )
-            default = self._default_of(macro, name)
-            if default is not None:
-                value = self.values.value(default, variable)
-                entry["default"] = Expression("${none}") if value is None else value
-            made[variable.ours] = entry
-        return made
 
     def _use(self, call: Call, when: ast.expr | None, comments: list[str]) -> None:
         """Write a call of a macro that is a part."""
@@ -310,7 +285,8 @@ class Writer:
         section = document.setdefault("use", {})
         names = [pieces_of(call.given[one][0]) for one in ("name", "prefix") if one in call.given]
         last = next((pieces[-1] for pieces in names if pieces and isinstance(pieces[-1], str)), "")
-        key = _free(_as_key(last) or macro.ours, section if path else self._keys, macro.ours)
+        words = [re.sub(r"[^\w-]+", "_", last).strip("_"), macro.ours]
+        key = _free("_".join(dict.fromkeys(filter(None, words))), section if path else self._keys)
         if not path:
             self._keys.add(key)
         section[key] = conditional({"part": macro.ours, "prefix": "", **({"with": passed} if passed else {})}, when)
@@ -318,46 +294,39 @@ class Writer:
 
     # Properties and arguments.
 
-    def _write_lets(self, owner: str, path: tuple[Any, ...] = ()) -> dict[str, Any]:
+    def _write_lets(self, macro: Macro | None, path: tuple[Any, ...] = ()) -> dict[str, Any]:
         """Write the properties of a macro, or of the robot, that are used, in their order; return those of a macro."""
-        values: dict[Variable, Any] = {}
+        owner = macro.key if macro is not None else ""
         lets = [one for one in self.program.variables if one.kind == "let" and one.owner == owner]
+        values: dict[Variable, Any] = {}
         while waiting := [one for one in lets if one.used and one not in values]:
             for variable in waiting:
-                symbol: Any = variable.symbol
                 with self._within(self._macro):
-                    digits = variable.digits
-                    values[variable] = number(digits, "") if digits else self.values.value(symbol, variable)
-        made: dict[str, Any] = {}
-        for variable in (one for one in lets if one in values):
-            section = made if owner else self._section(variable.place, "let")
+                    is_literal, symbol = bool(variable.digits), symbol_of(variable.symbol)
+                    values[variable] = (
+                        number(variable.digits, "") if is_literal else self.values.value(symbol, variable)
+                    )
+        lets_of_macro: dict[str, Any] = {}
+        for variable in [one for one in lets if one in values]:
+            section = lets_of_macro if macro is not None else self._section(variable.place, "let")
             section[variable.ours] = values[variable]
-            place = variable.place
-            if owner:
-                place = next(one.place for one in self.macros if one.key == owner)
+            place = macro.place if macro is not None else variable.place
             self._remark(place, (*path, "let", variable.ours), variable.comments)
-        return made
+        return lets_of_macro
 
     def _write_arguments(self) -> None:
         """Write the arguments that are used; one that is made of others is after them, in the first file."""
-        written_in: dict[bool, list[Variable]] = {False: [], True: []}
-        values = {
-            one: self.values.value(symbol_of(one.symbol), one) for one in self.program.arguments.values() if one.used
-        }
-        for variable, value in values.items():
-            written_in[isinstance(value, Expression)].append(variable)
-        for one in values:
-            if one.printed and one.names_file:
-                raise Failed("it is the name of a file that is loaded, and a text", one.node)
+        used = [one for one in self.program.arguments.values() if one.used]
+        values = {one: self.values.value(symbol_of(one.symbol), one) for one in used}
         for file in self.documents.values():
             file.pop("args", None)
-        for is_composed, variables in written_in.items():
-            for variable in variables:
-                place = None if is_composed else variable.place
-                declared = {"type": variable.type, "default": values[variable]}
-                allowed = self._allowed(variable)
-                self._section(place, "args")[variable.ours] = {**declared, **({"one_of": allowed} if allowed else {})}
-                self._remark(place, ("args", variable.ours), variable.comments)
+        for variable in sorted(used, key=lambda one: isinstance(values[one], Expression)):
+            if variable.printed and variable.names_file:
+                raise Failed("it is the name of a file that is loaded, and a text", variable.node)
+            place = None if isinstance(values[variable], Expression) else variable.place
+            entry = {"type": variable.type, "default": values[variable], "one_of": self._allowed(variable)}
+            self._section(place, "args")[variable.ours] = {key: one for key, one in entry.items() if one != []}
+            self._remark(place, ("args", variable.ours), variable.comments)
 
     # What arguments are compared with.
 
@@ -369,44 +338,53 @@ class Writer:
         allowed = list(dict.fromkeys([str(variable.value), *sorted(texts)]))
         return allowed if len(allowed) > 1 else []
 
-    def _choices(self, variable: Variable) -> tuple[list[str], list[str]]:
-        """Return the values that an argument is compared with, and others that show whether it is followed."""
+    def _argument(self, variable: Variable) -> dict[str, Any]:
+        """Return an argument with the values that are compiled.
+
+        The ``choices`` are those that it is compared with; one that is ``invented`` shows whether it is followed.
+        """
         default, value = str(variable.value), literal(str(variable.value))
-        compared = [str(one) for one in variable.candidates]
-        if variable.type == "boolean":
-            return ["false" if value is True else "true"], []
-        if variable.type == "number":
-            numbers = [one for one in compared if isinstance(literal(one), (int, float))]
-            other = repr(value + 1 if isinstance(value, int) else value * 1.25 + 0.01)
-            return numbers, [other] if other not in numbers else []
+        choices, invented = sorted(str(one) for one in variable.candidates), []
         words = [literal(one) for one in default.split()]
-        if len(words) > 1 and all(isinstance(one, (int, float)) for one in words):
-            return sorted(compared), [" ".join(repr(one * 1.25 + 0.01) for one in words)]
-        is_free = not self._allowed(variable) and not variable.names_file and not re.search(r"[\s/]", default)
-        return sorted(compared), [PROBE] if is_free else []
+        if not variable.used:
+            choices = []
+        elif variable.type == "boolean":
+            choices = ["false" if value is True else "true"]
+        elif variable.type == "number":
+            choices = [str(one) for one in variable.candidates if isinstance(literal(str(one)), (int, float))]
+            other = repr(value + 1 if isinstance(value, int) else value * 1.25 + 0.01)
+            invented = [other] if other not in choices else []
+        elif len(words) > 1 and all(isinstance(one, (int, float)) for one in words):
+            invented = [" ".join(repr(one * 1.25 + 0.01) for one in words)]
+        elif not self._allowed(variable) and not variable.names_file and not re.search(r"[\s/]", default):
+            invented = [PROBE]
+        return {
+            "name": variable.name,
+            "value": default,
+            "choices": list(dict.fromkeys([default, *choices])),
+            "invented": invented,
+            "used": variable.used,
+            "environment": variable.environment,
+        }
 
 
 def encode(value: Any) -> Any:
-    """Return a value of a document as JSON; keys are texts as they are in the document, or expressions."""
+    """Return a value of a document as JSON; a mark before each text has its type."""
     if isinstance(value, dict):
-        return {"map": [[encode(key), encode(item)] for key, item in value.items()]}
+        return {encode(key): encode(item) for key, item in value.items()}
     if isinstance(value, list):
         return [encode(item) for item in value]
-    kind = next(
-        (name for name, of in (("expression", Expression), ("verbatim", Verbatim)) if isinstance(value, of)), ""
-    )
-    return {kind: str(value)} if kind else value
+    return f"{_MARKS.get(type(value), ' ')}{value}" if isinstance(value, str) else value
 
 
 def decode(value: Any) -> Any:
-    """Return the value of a document that ``encoded`` has made JSON."""
+    """Return the value of a document that ``encode`` has made JSON."""
+    if isinstance(value, dict):
+        return {decode(key): decode(item) for key, item in value.items()}
     if isinstance(value, list):
         return [decode(item) for item in value]
-    if not isinstance(value, dict):
-        return value
-    if "map" in value:
-        return {decode(key): decode(item) for key, item in value["map"]}
-    return Expression(value["expression"]) if "expression" in value else Verbatim(value["verbatim"])
+    kinds = {mark: kind for kind, mark in _MARKS.items()}
+    return kinds.get(value[0], str)(value[1:]) if isinstance(value, str) else value
 
 
 def comments_before(document: Any) -> list[str]:
@@ -431,15 +409,10 @@ def _file_names(program: Program) -> dict[int, str]:
     return made
 
 
-def _as_key(text: str) -> str:
-    made = re.sub(r"[^\w-]+", "_", text.strip("_")).strip("_")
-    return made if made and isinstance(Scalar(made).value, str) else ""
-
-
-def _free(name: str, taken: Iterable[str], of: str = "") -> str:
-    """Return a name that is not taken: with what it is of, or with a number."""
+def _free(name: str, taken: Iterable[str]) -> str:
+    """Return a name that is not taken: with a number."""
     key, count = name, 1
     while key in taken:
         count += 1
-        key = f"{name}_{of}" if count == 2 and of and name != of else f"{name}_{count}"
+        key = f"{name}_{count}"
     return key

@@ -197,6 +197,12 @@ class Writer:
     def _entry(self, node: Element, when: ast.expr | None, comments: list[str]) -> None:
         place, path, document = self._place_of(node)
         if node.tag == "material":
+            if self._macro is not None:  # the robot has it
+                inner = [node, *walk(node.body)]
+                read = variables_in(expression for one in inner for expression in expressions_in(one))
+                if when is not None or any(one.owner for one in read):
+                    raise Failed("it defines materials of several values, which the robot shares")
+                document = self.documents.setdefault(self._file(place), {})
             name = self.values.text(node.attributes.get("name", []))
             value = self.entries.finish(self.entries.fragment(node.body, "material"))
             holder = next((one for one in self.documents.values() if name in one.get("materials", ())), document)

@@ -60,11 +60,11 @@ class Context(dict[str, Any]):
         super().__init__()
         self.stack = stack
 
-    def get(self, key: str, default: Any = None) -> Any:
-        return self.stack()[-1] if key == "filename" and self.stack() else super().get(key, default)
-
     def __getitem__(self, key: str) -> Any:
         return self.stack()[-1] if key == "filename" and self.stack() else super().__getitem__(key)
+
+    def get(self, key: str, default: Any = None) -> Any:
+        return self[key] if key == "filename" and self.stack() else super().get(key, default)
 
 
 def main(run: Callable[[dict[str, Any]], dict[str, Any]] | None = None) -> None:
@@ -124,7 +124,8 @@ class Expansion:
     def answer(self) -> dict[str, Any]:
         """Return the expanded text or the error, with the files that were read and the places of all elements.
 
-        ``places`` are those of the elements of the text, ``at`` that of the error.
+        ``places`` are those of the elements of the text, ``at`` that of the error, ``folders`` those of this machine
+        that the text may name.
         """
         try:
             xacro: Any = import_module("xacro")
@@ -134,10 +135,14 @@ class Expansion:
         answer: dict[str, Any] = {}
         try:
             document = self.expand(xacro, dict(self.given))
-            _name_packages(document, self.packages, [*map(str, xacro.all_includes), self.file])
+            files = [*map(str, xacro.all_includes), self.file]
+            for node in elements(document):
+                if node.tagName in _NAMING and node.hasAttribute("filename"):
+                    node.setAttribute("filename", portable(node.getAttribute("filename"), self.packages, files))
             answer["places"] = [_place(node) for node in elements(document)]
-            answer["folders"] = _folders(self.packages, xacro.all_includes, self.file)
             answer["packages"] = {name: str(folder) for name, folder in self.packages.found_packages()}
+            folders = [*answer["packages"].values(), *(str(Path(os.path.abspath(name)).parent) for name in files)]
+            answer["folders"] = [folder for folder in dict.fromkeys(folders) if len(Path(folder).parts) > 1]
             answer["text"] = document.toprettyxml(indent="  ")
         except Exception as problem:  # whatever the file does is an answer
             answer |= _error(problem) | {"at": _place_of_error(problem)}
@@ -261,26 +266,12 @@ def _without_declaration(text: str) -> str:
     return '<?xml version="1.0"?>' + "\n" * text.count("\n", 0, end) + text[end:]
 
 
-def _name_packages(document: Any, packages: Packages, files: Sequence[str]) -> None:
-    """Give meshes and textures names that hold on any machine; ``files`` made the document, the first one last.
+def portable(name: str, packages: Packages, files: Sequence[str]) -> str:
+    """Return the name of a file that holds on any machine: in its package, or relative to the last of the files.
 
     ``$(find arm)/meshes/a.stl`` becomes ``package://arm/meshes/a.stl``; ``$(dirname)/a.stl`` outside of any package
     becomes a name relative to the xacro.
     """
-    for node in elements(document):
-        if node.tagName in _NAMING and node.hasAttribute("filename"):
-            node.setAttribute("filename", portable(node.getAttribute("filename"), packages, files))
-
-
-def _folders(packages: Packages, includes: Sequence[object], file: str) -> list[str]:
-    """Return the folders of this machine that the expanded text may name: of packages, and of the files read."""
-    found = [str(folder) for _, folder in packages.found_packages()]
-    found += [str(Path(os.path.abspath(str(name))).parent) for name in (*includes, file)]
-    return [folder for folder in dict.fromkeys(found) if len(Path(folder).parts) > 1]
-
-
-def portable(name: str, packages: Packages, files: Sequence[str]) -> str:
-    """Return the name of a file that holds on any machine: in its package, or relative to the last of the files."""
     path = unquote(name.removeprefix("file://")) if name.startswith("file://") else name
     if not Path(path).is_absolute():
         return name
@@ -323,9 +314,6 @@ def causes(problem: BaseException) -> Iterator[BaseException]:
             waiting += [cause.__cause__, cause.__context__, getattr(cause, "exc", None)]
 
 
-# Places.
-
-
 def elements(document: minidom.Document) -> Iterator[Any]:
     """Yield the elements of a document in the order of its text."""
     waiting: list[Any] = [document.documentElement]
@@ -339,19 +327,13 @@ def _place_of_error(problem: BaseException) -> Place | None:
     """Return the place of the element that xacro was at when it failed; of an endless recursion the outermost."""
     found: Place | None = None
     step = problem.__traceback__
-    while step is not None:
-        found = _place_in_frame(step.tb_frame) or found
-        if found is not None and isinstance(problem, RecursionError):
-            break
+    while step is not None and (found is None or not isinstance(problem, RecursionError)):
+        frame: Any = step.tb_frame
+        if frame.f_globals.get("__name__", "").startswith("xacro"):
+            nodes = [frame.f_locals.get(name) for name in _ELEMENT_VARIABLES]
+            found = next((_place(node) for node in nodes if node is not None), None) or found
         step = step.tb_next
     return found
-
-
-def _place_in_frame(frame: Any) -> Place | None:
-    if not frame.f_globals.get("__name__", "").startswith("xacro"):
-        return None
-    names = (name for name in _ELEMENT_VARIABLES if frame.f_locals.get(name) is not None)
-    return next((_place(frame.f_locals[name]) for name in names), None)
 
 
 def _place(node: Any) -> Place | None:

@@ -70,14 +70,15 @@ class Evaluator:
     def _symbol(self, tree: ast.expr) -> Symbol:
         return symbol_of(self.eval(tree))
 
-    def _made(self, node: ast.expr, template: ast.expr, parts: list[Symbol], kind: str = "") -> Symbol:
-        """Return a symbol; its example is that of a template with the names _0, _1 for the examples of its parts."""
-        known = all(map(is_known, parts))
+    def _made(self, tree: ast.expr, node: ast.expr, items: dict[ast.expr, Symbol], kind: str = "") -> Symbol:
+        """Return a symbol; its example is that of a tree in which the ``items`` have their examples."""
+        known = all(map(is_known, items.values()))
         value: Any = UNKNOWN
-        if all(one.value is not UNKNOWN for one in parts):
-            names = {f"_{index}": one.value for index, one in enumerate(parts)}
+        if all(one.value is not UNKNOWN for one in items.values()):
+            names = {one: f"_{index}" for index, one in enumerate(items)}
+            examples = {names[one]: symbol.value for one, symbol in items.items()}
             try:
-                value = self.program.xacro.safe_eval(ast.unparse(ast.fix_missing_locations(template)), names)
+                value = self.program.xacro.safe_eval(ast.unparse(_with_names(tree, names)), examples)
             except Exception:
                 if known:
                     raise
@@ -101,17 +102,16 @@ class Evaluator:
         base = self.eval(tree.value)
         if isinstance(base, self.program.xacro.NameSpace):
             return self.program.read(base, tree.attr, own=True)
-        key = ast.Constant(tree.attr)
-        return self._entry(symbol_of(base), symbol_of(tree.attr), ast.Subscript(_part(0), key, ast.Load()))
+        subscript = ast.Subscript(tree.value, ast.Constant(tree.attr), ast.Load())
+        return self._entry(subscript, symbol_of(base), symbol_of(tree.attr))
 
     def _subscript(self, tree: ast.Subscript) -> Any:
         if isinstance(tree.slice, ast.Slice):
             return self._computed(tree)
-        template = ast.Subscript(_part(0), _part(1), ast.Load())
-        return self._entry(self._symbol(tree.value), self._symbol(tree.slice), template)
+        return self._entry(tree, self._symbol(tree.value), self._symbol(tree.slice))
 
-    def _entry(self, base: Symbol, key: Symbol, template: ast.expr) -> Symbol:
-        made = self._made(ast.Subscript(base.node, key.node, ast.Load()), template, [base, key])
+    def _entry(self, tree: ast.Subscript, base: Symbol, key: Symbol) -> Symbol:
+        made = self._made(tree, ast.Subscript(base.node, key.node, ast.Load()), {tree.value: base, tree.slice: key})
         if isinstance(base.node, ast.Dict) and key.constant is not None:
             pairs = zip(base.node.keys, base.node.values, strict=True)
             found = [value for one, value in pairs if getattr(one, "value", None) == key.constant]
@@ -153,8 +153,8 @@ class Evaluator:
     def _unaryop(self, tree: ast.UnaryOp) -> Symbol:
         item = self._symbol(tree.operand)
         if isinstance(tree.op, ast.Not):
-            return self._made(negate(item.as_truth()), ast.UnaryOp(ast.Not(), _part(0)), [item], "boolean")
-        return self._made(ast.UnaryOp(tree.op, item.as_number()), ast.UnaryOp(tree.op, _part(0)), [item])
+            return self._made(tree, negate(item.as_truth()), {tree.operand: item}, "boolean")
+        return self._made(tree, ast.UnaryOp(tree.op, item.as_number()), {tree.operand: item})
 
     def _binop(self, tree: ast.BinOp) -> Any:
         left, right = self._symbol(tree.left), self._symbol(tree.right)
@@ -162,16 +162,15 @@ class Evaluator:
             return self._computed(tree)
         if isinstance(tree.op, ast.Add) and left.type == right.type == "text":
             return symbol_of(join_pieces([left, right]))
-        template = ast.BinOp(_part(0), tree.op, _part(1))
-        return self._made(ast.BinOp(left.node, tree.op, right.node), template, [left, right])
+        return self._made(tree, ast.BinOp(left.node, tree.op, right.node), {tree.left: left, tree.right: right})
 
     def _compare(self, tree: ast.Compare) -> Symbol:
-        items = [self._symbol(one) for one in (tree.left, *tree.comparators)]
+        sides = {one: self._symbol(one) for one in (tree.left, *tree.comparators)}
+        items = [*sides.values()]
         self.program.note_comparison(items)
-        template = ast.Compare(_part(0), tree.ops, [_part(index) for index in range(1, len(items))])
         node = self._equality(items, tree.ops[0]) if len(items) == 2 else None
         node = node or ast.Compare(items[0].node, tree.ops, [one.node for one in items[1:]])
-        return self._made(node, template, items, "boolean")
+        return self._made(tree, node, sides, "boolean")
 
     def _equality(self, items: list[Symbol], operator: ast.cmpop) -> ast.expr | None:
         """Return the comparison of a flag or a number with a constant, which may be a text."""
@@ -193,33 +192,27 @@ class Evaluator:
     # Lists, tables and calls.
 
     def _list(self, tree: ast.List | ast.Tuple) -> Symbol:
-        items = [self._symbol(one) for one in tree.elts]
-        template = ast.List([_part(index) for index in range(len(items))], ast.Load())
-        return self._made(ast.List([one.node for one in items], ast.Load()), template, items, "list")
+        items = {one: self._symbol(one) for one in tree.elts}
+        return self._made(tree, ast.List([one.node for one in items.values()], ast.Load()), items, "list")
 
     _tuple = _list
 
     def _dict(self, tree: ast.Dict) -> Symbol:
-        keys = [self._symbol(one) for one in tree.keys if one is not None]
-        return self._table(keys, [self._symbol(one) for one in tree.values])
-
-    def _table(self, keys: list[Symbol], values: list[Symbol]) -> Symbol:
-        names: list[Any] = [_part(index) for index in range(len(keys) * 2)]
-        template = ast.Dict(names[: len(keys)], names[len(keys) :])
-        return self._made(
-            ast.Dict([one.node for one in keys], [one.node for one in values]), template, keys + values, "table"
-        )
+        items = {one: self._symbol(one) for one in (*tree.keys, *tree.values) if one is not None}
+        keys = [items[one].node for one in tree.keys if one is not None]
+        return self._made(tree, ast.Dict(keys, [items[one].node for one in tree.values]), items, "table")
 
     def _call(self, tree: ast.Call) -> Any:
         function: Any = tree.func
         owner = self.eval(function.value) if isinstance(function, ast.Attribute) else None
         name = function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
         if name == "dict" and tree.keywords and not tree.args:
-            keys = [symbol_of(one.arg) for one in tree.keywords]
-            return self._table(keys, [self._symbol(one.value) for one in tree.keywords])
+            return self._dict(
+                ast.Dict([ast.Constant(one.arg) for one in tree.keywords], [one.value for one in tree.keywords])
+            )
         is_plain = not tree.keywords and not any(isinstance(one, ast.Starred) for one in tree.args)
         if isinstance(owner, Symbol) and is_plain and name in _METHODS.split():
-            return self._function(name, [owner, *map(self._symbol, tree.args)], True)
+            return self._function(tree, name, {function.value: owner})
         if isinstance(owner, Symbol) or not is_plain or any(isinstance(one, ast.Lambda) for one in ast.walk(tree)):
             return self._computed(tree)
         if name == "load_yaml":
@@ -234,15 +227,12 @@ class Evaluator:
             return item if item.type == "text" else Symbol(item.as_text(), value, "text", item.known, [item])
         if name not in _FUNCTIONS.split():
             return self._computed(tree)
-        return self._function(name, [self._symbol(one) for one in tree.args], False, self.eval(function))
+        return self._function(tree, name, {})
 
-    def _function(self, name: str, items: list[Symbol], is_method: bool, function: Any = None) -> Symbol:
-        """Return the call of a function that the language has, too."""
-        parts: list[Any] = [_part(index) for index in range(len(items))]
-        if is_method:
-            template = ast.Call(ast.Attribute(_part(0), name, ast.Load()), parts[1:], [])
-        else:
-            template = ast.Call(_part(len(items)), parts, [])
+    def _function(self, tree: ast.Call, name: str, owner: dict[ast.expr, Symbol]) -> Symbol:
+        """Return the call of a function, or of a method of an owner, that the language has, too."""
+        arguments = owner | {one: self._symbol(one) for one in tree.args}
+        items = list(arguments.values())
         node: ast.expr = call(name, *(one.node for one in items))
         if name == "split" and items[0].type == "list":
             node = items[0].node
@@ -250,7 +240,8 @@ class Evaluator:
             node = items[0].as_number()
         elif name in _ANGULAR:
             node = call("float", node)
-        return self._made(node, template, items if is_method else [*items, Symbol(None, function, "", True)])
+        called = {} if owner else {tree.func: Symbol(None, self.eval(tree.func), "", True)}
+        return self._made(tree, node, arguments | called)
 
     def _computed(self, tree: ast.expr) -> Any:
         """Return the value of what the language has no word for. Raises Failed if it is not known."""
@@ -274,8 +265,15 @@ class Evaluator:
         return symbol_of(list(value) if isinstance(value, Iterator) else value)
 
 
-def _part(index: int) -> ast.expr:
-    return ast.Name(f"_{index}", ast.Load())
+def _with_names(tree: Any, names: dict[ast.expr, str]) -> Any:
+    """Return a copy of a tree in which some nodes are names."""
+    if isinstance(tree, list):
+        return [_with_names(one, names) for one in tree]
+    if not isinstance(tree, ast.AST):
+        return tree
+    if tree in names:
+        return ast.Name(names[tree], ast.Load())  # type: ignore[index]
+    return type(tree)(**{field: _with_names(value, names) for field, value in ast.iter_fields(tree)})
 
 
 def choice(test: Symbol, then: Symbol, other: Symbol) -> Symbol:

@@ -54,10 +54,8 @@ _DEFINING = ("arg", "include", "macro", "property")
 _MAKING = ("attribute", "call", "element", "if", "insert_block", "unless")
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']|\$\(arg\s+([^\s)]+)""")
-# How ``xacro.print_location`` begins its lines, with the file in those about files.
-_LOCATION = re.compile(
-    r"(?:when instantiating macro|instantiated from|(?:included from|in file|when processing file): *(.*))"
-)
+# How ``xacro.print_location`` begins its lines.
+_LOCATION = re.compile("when instantiating macro|instantiated from|included from|in file|when processing file")
 
 Place = Sequence[int]  # the number of a file, the offset of an element, the number of the call of a macro or -1
 
@@ -317,13 +315,8 @@ def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnos
 
 def _remarks(answer: Mapping[str, Any], span: Span) -> list[Diagnostic]:
     """Return what xacro printed while it made a robot as notes."""
-    lines: list[str] = []
-    for line in re.sub("\x1b\\[[0-9;]*m", "", answer["printed"]).splitlines() if "text" in answer else ():
-        location = _LOCATION.match(line)
-        if location is None:
-            lines += [line.strip()] if line.strip() else []
-        elif lines and location[1] and not lines[-1].endswith(")"):  # further lines say what that is included from
-            lines[-1] += f" ({label(Path(location[1]))})"
+    text = re.sub("\x1b\\[[0-9;]*m", "", answer["printed"]) if "text" in answer else ""
+    lines = [line.strip() for line in text.splitlines() if line.strip() and not _LOCATION.match(line)]
     return [Diagnostic("xacro-says", report.NOTE, one[:200], span) for one in list(dict.fromkeys(lines))[:MAX_REMARKS]]
 
 

@@ -150,7 +150,7 @@ class Program(Expansion):
 
     def note_comparison(self, items: list[Symbol]) -> None:
         """Record the values that an argument is compared with: they are used to verify the translation."""
-        texts = [text for one in items for text in (one.value if isinstance(one.value, list) else [one.value])]
+        texts = [text for one in items for text in (one.value if isinstance(one.value, (list, tuple)) else [one.value])]
         texts = [one for one in texts if isinstance(one, (str, int, float)) and not isinstance(one, bool)]
         for one in items:
             if one.variable is not None:

@@ -155,14 +155,16 @@ class _Search:
             rows, total = _combinations({one["name"]: one["choices"] for one in answer["arguments"]})
             invented = [((one["name"], text),) for one in answer["arguments"] for text in one["invented"]]
             every = sorted([*rows, *invented], key=lambda row: row != failing)  # what failed before fails first
-            variables = [one["name"] for one in answer["arguments"] if one["environment"]]
+            variables = {one["name"]: one["value"] for one in answer["arguments"] if one["environment"]}
             refused = self.expand(every, variables)
-            frozen = [name for name in variables if self.is_frozen(name, every, refused)]
-            for name in frozen:
-                value = next(one["value"] for one in answer["arguments"] if one["name"] == name)
-                reason = f"with another value of the environment variable {name} xacro makes no robot"
-                self.fixed[name] = [value, reason]
+            frozen: dict[str, list[str]] = {}
+            for name, value in variables.items():
+                others = [row for row in every if len(row) == 1 and row[0][0] == name]
+                if others and all(row in refused for row in others):
+                    reason = f"with another value of the environment variable {name} xacro makes no robot"
+                    frozen[name] = [value, reason]
             if frozen:
+                self.fixed |= frozen
                 continue
             files = self.files(answer)
             packages = {**self.options.packages, **{name: Path(one) for name, one in answer["packages"].items()}}
@@ -187,12 +189,7 @@ class _Search:
     def is_late(self) -> bool:
         return _seconds() - self.began > MAX_SECONDS
 
-    def is_frozen(self, name: str, rows: Sequence[Combination], refused: Sequence[Combination]) -> bool:
-        """Return True if xacro refuses all values of an argument but its default."""
-        mine = [row for row in rows if len(row) == 1 and row[0][0] == name]
-        return bool(mine) and all(row in refused for row in mine)
-
-    def expand(self, rows: Sequence[Combination], variables: Sequence[str]) -> list[Combination]:
+    def expand(self, rows: Sequence[Combination], variables: Mapping[str, str]) -> list[Combination]:
         """Let xacro make the robots of combinations of arguments, each once; return those that it refuses.
 
         ``variables`` are the arguments that are variables of the environment. The first two robots are always made, the

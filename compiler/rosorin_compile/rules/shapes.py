@@ -211,7 +211,7 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
             ball = ball_of(shape)
             if ball is None:
                 continue
-            middle = places[outer.name].apply(ball.middle)[0]
+            middle, to_outer = places[outer.name].apply(ball.middle)[0], places[outer.name].inverse()
             first = bisect_left(order, (middle - ball.radius, ""))
             inside = [
                 name
@@ -219,7 +219,7 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
                 if group[name] != group[outer.name]
                 and frozenset((group[name], group[outer.name])) not in near
                 and frozenset((name, outer.name)) not in apart
-                and holds(shape, places[outer.name].inverse(), ends[name])
+                and holds(shape, to_outer, ends[name])
             ]
             for name in inside if len(inside) < ENVELOPE else ():
                 path = case.joint(robot.joint_to[name]) if name in robot.joint_to else case.link(name)
@@ -253,9 +253,9 @@ def _points(link: Link, place: Transform) -> list[Vector]:
 
 def holds(shape: Shape, step: Transform, points: Sequence[Vector]) -> bool:
     """Return True if points of another frame, at ``step``, are all inside a box, a sphere or a cylinder."""
-    geometry, back = shape.geometry, shape.pose.transform().inverse()
+    geometry, to_shape = shape.geometry, shape.pose.transform().inverse().then(step)
     for point in points:
-        x, y, z = back.apply(step.apply(point))
+        x, y, z = to_shape.apply(point)
         depth = -math.inf  # of the point; below zero outside
         if isinstance(geometry, Box):
             (a, b, c), (d, e, f) = geometry.lower, geometry.upper

@@ -200,7 +200,9 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
         return
     places = robot.poses_in_root({})
     ends = {link.name: points for link in robot.links if (points := _points(link, places[link.name]))}
-    order = sorted((points[0][0], name) for name, points in ends.items())
+    firsts = [*zip(*(points[0] for points in ends.values()), strict=True)] or [(0.0,)]
+    axis = max(range(len(firsts)), key=lambda axis: max(firsts[axis]) - min(firsts[axis]))  # the robot is longest in it
+    order = sorted((points[0][axis], name) for name, points in ends.items())
     fixed = [(joint.parent, joint.child) for joint in robot.joints if joint.is_fixed]
     rigid = pieces([*zip(robot.link, robot.link, strict=True), *fixed])
     group = {name: index for index, names in enumerate(rigid) for name in names}
@@ -211,7 +213,7 @@ def contained_links(case: Case) -> Iterator[Diagnostic]:
             ball = ball_of(shape)
             if ball is None:
                 continue
-            middle, to_outer = places[outer.name].apply(ball.middle)[0], places[outer.name].inverse()
+            middle, to_outer = places[outer.name].apply(ball.middle)[axis], places[outer.name].inverse()
             first = bisect_left(order, (middle - ball.radius, ""))
             inside = [
                 name

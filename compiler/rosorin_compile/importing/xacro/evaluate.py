@@ -199,7 +199,7 @@ class Evaluator:
 
     def _dict(self, tree: ast.Dict) -> Symbol:
         items = {one: self._symbol(one) for one in (*tree.keys, *tree.values) if one is not None}
-        keys = [items[one].node for one in tree.keys if one is not None]
+        keys: list[ast.expr | None] = [items[one].node for one in tree.keys if one is not None]
         return self._made(tree, ast.Dict(keys, [items[one].node for one in tree.values]), items, "table")
 
     def _call(self, tree: ast.Call) -> Any:
@@ -272,7 +272,7 @@ def _with_names(tree: Any, names: dict[ast.expr, str]) -> Any:
     if not isinstance(tree, ast.AST):
         return tree
     if tree in names:
-        return ast.Name(names[tree], ast.Load())  # type: ignore[index]
+        return ast.Name(names[tree], ast.Load())
     return type(tree)(**{field: _with_names(value, names) for field, value in ast.iter_fields(tree)})
 
 

@@ -54,6 +54,7 @@ _DEFINING = ("arg", "include", "macro", "property")
 _MAKING = ("attribute", "call", "element", "if", "insert_block", "unless")
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']|\$\(arg\s+([^\s)]+)""")
+_EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
 # How ``xacro.print_location`` begins its lines.
 _LOCATION = re.compile("when instantiating macro|instantiated from|included from|in file|when processing file")
 
@@ -248,7 +249,14 @@ def _errors(
         with suppress(MarkupError):
             stack.append(Document(read_source(Path(os.path.normpath(name)))))
     element = origins.element(answer.get("at"))
+    text = " ".join(re.sub(r"<class '[^']*'>:", "", answer.get("error", "")).split())
+    text = re.sub(r"^(.+) \1$", r"\1", text)  # xacro repeats some errors
     span = stack[-1].span(0) if element is None else element.span
+    if element is not None:  # the expression in it, if the error names it
+        tag = element.document.source.text[element.start : element.opened]
+        words = [f"${{{one}}}" for one in _EXPRESSION.findall(text)] if missing is None else [missing]
+        word = next((one for one in words if one in tag), "")
+        span = element.document.span(element.start + tag.index(word), len(word)) if word else span
     calls = () if element is None else origins.via(answer["at"])
     includes = [Related("included from", one.span(0)) for one in reversed(stack[:-1])]
     related = (*calls, *includes[:_MOST_RELATED])
@@ -260,8 +268,6 @@ def _errors(
     if missing is not None:
         help = f"say where it is: --package {missing}=PATH"
         return [error("package-missing", f'the package "{missing}" is not found', span, help, related)]
-    text = " ".join(re.sub(r"<class '[^']*'>:", "", answer["error"]).split())
-    text = re.sub(r"^(.+) \1$", r"\1", text)  # xacro repeats some errors
     message = f"xacro cannot expand the file: {text}"[:600]
     return [error("xacro-error", message, span, answer.get("help", ""), related)]
 

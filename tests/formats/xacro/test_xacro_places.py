@@ -74,19 +74,19 @@ def test_a_name_made_twice_shows_both_calls() -> None:
     ("inner", "told"),
     [
         ('<xacro:nothing a="1"/>', "3:2: xacro-error: "),
-        ('<link name="a"><visual name="${1 / 0}"/></link>', "3:17: xacro-error: "),
+        ('<link name="a"><visual name="${1 / 0}"/></link>', "3:30: xacro-error: "),
         (
             '<xacro:macro name="m" params="a b"><link name="${a}"/></xacro:macro>\n<xacro:m a="1"/>',
             "4:2: xacro-error: ",
         ),
         (
             '<xacro:macro name="m" params="n">\n<link name="${n + b}"/></xacro:macro><xacro:m n="1"/>',
-            "4:2: xacro-error: ",
+            "4:13: xacro-error: ",
         ),
         ('<xacro:insert_block name="body"/>', "3:2: xacro-error: "),
         ('<xacro:if><link name="a"/></xacro:if>', "3:2: xacro-error: "),
         ('<xacro:include filename="nowhere.xacro"/>', "3:2: file-unreadable: "),
-        ('<xacro:include filename="$(find absent)/one.xacro"/>', '3:2: package-missing: the package "absent"'),
+        ('<xacro:include filename="$(find absent)/one.xacro"/>', '3:33: package-missing: the package "absent"'),
         (
             '<link name="$(arg prefix)"/>',
             "3:2: xacro-error: xacro cannot expand the file: Undefined substitution argument",

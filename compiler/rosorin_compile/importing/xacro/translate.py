@@ -262,7 +262,8 @@ class _Search:
 
         def text(name: str, content: Mapping[str, Any], first: Sequence[str] = ()) -> str:
             lines = Remarks({(): [*first, *answer["heads"].get(name, ())], **remarks.get(name, {})})
-            return layout({key: content[key] for key in sorted(content, key=_rank) if content[key]}, lines)
+            keys = [*_HEAD, *(key for key in content if key not in (*_HEAD, *_TAIL)), *_TAIL]
+            return layout({key: content[key] for key in keys if content.get(key)}, lines)
 
         made = {name: text(name, one) for name, one in documents.items() if name != root and any(one.values())}
         if not answer["copied"]:  # tables are named from the file
@@ -395,7 +396,3 @@ def _settled(value: Any) -> Any:
 
 def _them(items: Sequence[Any]) -> str:
     return "it" if len(items) == 1 else "them"
-
-
-def _rank(key: str) -> int:
-    return _HEAD.index(key) if key in _HEAD else 100 + _TAIL.index(key) if key in _TAIL else 50

@@ -254,7 +254,7 @@ def _errors(
     span = stack[-1].span(0) if element is None else element.span
     if element is not None:  # the expression in it, if the error names it
         tag = element.document.source.text[element.start : element.opened]
-        words = [f"${{{one}}}" for one in _EXPRESSION.findall(text)] if missing is None else [missing]
+        words = [f"${{{one}}}" for one in _EXPRESSION.findall(text)] + [f"(find {missing})", f"package://{missing}/"]
         word = next((one for one in words if one in tag), "")
         span = element.document.span(element.start + tag.index(word), len(word)) if word else span
     calls = () if element is None else origins.via(answer["at"])

@@ -78,6 +78,7 @@ class Writer:
         for file in self.file_names.values():
             self.documents.setdefault(file, {})
         called, defined = program.macro_calls.called, program.defined
+        refused = {one: why for one, why in program.refused.items() if one.kind == "argument" and not one.used}
         lost = []
         for key, reason in program.inlined.items():
             if called.get(key) and key in defined:
@@ -104,7 +105,7 @@ class Writer:
             "silent": [defined[key][0] for key, has_made in called.items() if not has_made and key in defined],
             "uncalled": [name for key, (name, _) in defined.items() if key not in called],
             "inlined": program.inlined,
-            "fixed": program.fixed,
+            "fixed": program.fixed | {one.name: [str(one.value), why] for one, why in refused.items()},
         }
 
     # Names and places.

@@ -66,7 +66,7 @@ class Comment:
 class Macro:
     """A macro that is kept. ``level`` is the element in which it is called; ``robot`` makes it a part.
 
-    ``definition`` is that of xacro, and ``key`` the place of it. ``reads`` are the properties of its callers.
+    ``definition`` is that of xacro, and ``key`` the place of it.
     """
 
     definition: Any
@@ -75,7 +75,6 @@ class Macro:
     parameters: dict[str, Variable] = field(default_factory=dict)
     body: list[Any] = field(default_factory=list)
     calls: list[Call] = field(default_factory=list)
-    reads: dict[str, str] = field(default_factory=dict)
     names: set[str] = field(default_factory=set)
     depth: int = 0
     table: Any = None

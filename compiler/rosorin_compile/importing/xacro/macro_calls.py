@@ -174,10 +174,6 @@ class Calls:
         if macro is None:
             macro = self.macros[f"{key} {level}"] = Macro(call.definition, key, level)
             self._build(macro, call, path, values, blocks)
-        for name, before in macro.reads.items():
-            if name not in implicit and program.identity(call.symbols, name) != before:
-                program.implicit.setdefault(key, set()).add(name)
-                raise Restart
         program.take_comments(node)
         for name, value in values.items():
             if name not in macro.parameters:

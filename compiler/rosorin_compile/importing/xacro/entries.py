@@ -174,8 +174,6 @@ class Entries:
             made[name] = value
         return made
 
-    # Named values.
-
     def call_text(self, call: Call) -> str:
         """Return the call of a named value as text of the language."""
         if call.macro.level != "xml":
@@ -216,8 +214,6 @@ class Entries:
         if len(body) != 1 or not isinstance(body[0], Call) or len(self.write_macro(body[0].macro)) < 2:
             return None
         return Expression(f"${{{self.call_text(body[0])}}}")
-
-    # Elements that are kept as text.
 
     def xml(self, node: Element) -> Any:
         """Return an element as a text, or an Expression."""
@@ -288,9 +284,6 @@ def _is_opposite(one: Any, other: Any) -> bool:
     if not isinstance(one, If) or not isinstance(other, If):
         return False
     return as_text(one.test.node) == as_text(other.test.node) and one.holds != other.holds
-
-
-# Alternatives.
 
 
 def conditional(value: Any, when: Condition) -> Any:

@@ -85,8 +85,6 @@ class Evaluator:
         value = list(value) if isinstance(value, Iterator) else value
         return Symbol(node, value, kind or type_of(value), known)
 
-    # Names.
-
     def _constant(self, tree: ast.Constant) -> Any:
         return symbol_of(with_tokens(tree.value) if isinstance(tree.value, str) else tree.value)
 
@@ -120,8 +118,6 @@ class Evaluator:
         else:
             found = []
         return Symbol(found[0], made.value, made.type, made.known) if found else made
-
-    # Operators.
 
     def _boolop(self, tree: ast.BoolOp) -> Symbol:
         """Return the value of and, or; what is known decides, or is left out."""
@@ -188,8 +184,6 @@ class Evaluator:
             number = plain_node(int(value) if isinstance(value, bool) else value)
             return ast.Compare(item.node, [operator], [number])
         return None
-
-    # Lists, tables and calls.
 
     def _list(self, tree: ast.List | ast.Tuple) -> Symbol:
         items = {one: self._symbol(one) for one in tree.elts}

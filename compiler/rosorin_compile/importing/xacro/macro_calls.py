@@ -100,8 +100,6 @@ class Calls:
             names.pop()  # the robot
         return "/".join(reversed(names))
 
-    # What a call gives.
-
     def _take_values(self, call: Invocation, macros: Any, symbols: Any) -> None:
         """Evaluate the parameters and the blocks of a call."""
         program, xacro, macro, node = self.program, self.program.xacro, call.definition, call.node
@@ -151,8 +149,6 @@ class Calls:
                 if text == "0 0 0":
                     call.defaulted.add(name)
         return names
-
-    # What becomes of a call.
 
     def inline(self, key: str, reason: str) -> None:
         """Run again, with a macro expanded where it is called."""

@@ -117,8 +117,6 @@ class Program(Expansion):
             self.fixed |= {one.name: [str(one.value), reason] for one in values}
         return bool(macros or values)
 
-    # Values.
-
     def variable(self, kind: str, name: str, value: Any, declared_type: str, macro: Macro | None = None) -> Variable:
         """Return a new variable, with a name that is free where it is read."""
         own = macro.names if macro is not None else set()
@@ -154,8 +152,6 @@ class Program(Expansion):
         for one in items:
             if one.variable is not None:
                 one.variable.candidates += texts
-
-    # Arguments.
 
     def declare(self, name: str, default: Any, node: Any, environment: bool = False) -> None:
         """Declare an argument."""
@@ -218,8 +214,6 @@ class Program(Expansion):
             return with_tokens(results[0]) if isinstance(results[0], str) else results[0]
         return with_tokens("".join(map(str, results)))
 
-    # Properties.
-
     def read(self, table: Any, name: str, own: bool = False) -> Any:
         """Return the value of a name: a global name of xacro, a property or a parameter."""
         xacro, holder = self.xacro, table
@@ -274,8 +268,6 @@ class Program(Expansion):
         made.digits = raw if is_number and self.own_literal(raw) == value else ""
         bound[name] = (value, text, Symbol(made.node, symbol.value, made.type, symbol.known))
         return bound[name][2]
-
-    # Elements.
 
     def patch(self, xacro: Any) -> None:
         """Let xacro evaluate with symbols."""

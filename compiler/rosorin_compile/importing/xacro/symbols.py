@@ -301,9 +301,6 @@ def type_of(value: Any) -> str:
     return next((kind for types, kind in kinds if isinstance(value, types)), "")
 
 
-# Texts in pieces.
-
-
 def join_pieces(pieces: Pieces) -> Any:
     """Return pieces as one text: a text of Python if nothing in it depends on anything, else a symbol."""
     made: Pieces = []

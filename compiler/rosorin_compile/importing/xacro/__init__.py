@@ -28,14 +28,8 @@ def _recognises(document: Document, path: Path) -> bool:
 
 
 def _read(opened: Opened) -> Imported:
-    from .expand import only_left_over, read_xacro
+    from .expand import read_xacro
 
-    if opened.options.call is None and only_left_over(opened.xml, opened.path):
-        from rosorin_compile.formats.urdf.read import read_urdf
-
-        read = read_urdf(opened.xml, opened.path, opened.options)
-        if read.tree is not None:
-            return read._replace(unexpanded=True)
     return read_xacro(opened.xml, opened.path, opened.options)
 
 

@@ -27,12 +27,12 @@ from rosorin_compile.source.files import read_text, recording
 from rosorin_compile.source.packages import Packages, package_name
 from rosorin_compile.source.xml.markup import Document, MarkupError, parse, read_source
 
-Place = tuple[int, int, int]
+Place = tuple[int, int, int]  # the number of a file, the offset in its text, and the number of the call
 
 MAX_MEMORY = 8 << 30  # bytes
 _GRACE = 2  # seconds of CPU to report the place; a process in the midst of one number reports nothing
 _PR_SET_PDEATHSIG = 1  # include/uapi/linux/prctl.h: which signal a process gets when its parent ends
-_MARK = "rosorin_place"
+MARK = "rosorin_place"
 _NAMING = ("mesh", "texture")  # the elements that name files for any reader
 _ELEMENT_VARIABLES = ("node", "elt")  # what the functions of xacro call the element that they are at
 CALL = "rosorin-call"  # the element around the call of a macro, in a text that is expanded in place of its file
@@ -206,7 +206,7 @@ class Expansion:
             file = self.files.setdefault(name, len(self.files))
             self.parsed[file] = parsed
             for node, element in zip(elements(made), parsed.root.iter(), strict=True):
-                setattr(node, _MARK, (file, element.start, -1))
+                setattr(node, MARK, (file, element.start, -1))
             return made
 
         xacro.abs_filename_spec, xacro.parse = absolute, read
@@ -220,13 +220,13 @@ class Expansion:
 
         def clone(node: Any, deep: bool, owner: Any) -> Any:
             made = own_clone(node, deep, owner)
-            place = getattr(node, _MARK, None)
+            place = getattr(node, MARK, None)
             if place is not None and made is not None:
-                setattr(made, _MARK, (*place[:2], self.open_calls[-1] if self.open_calls else place[2]))
+                setattr(made, MARK, (*place[:2], self.open_calls[-1] if self.open_calls else place[2]))
             return made
 
         def call(node: Any, macros: Any, symbols: Any) -> Any:
-            place = getattr(node, _MARK, None)
+            place = getattr(node, MARK, None)
             if place is None or not node.tagName.startswith("xacro:"):
                 return own_call(node, macros, symbols)
             if not self.open_calls or self.calls[self.open_calls[-1]] != place:
@@ -332,7 +332,7 @@ def _place_of_error(problem: BaseException) -> Place | None:
 def _place(node: Any) -> Place | None:
     """Return the place of a node; that of one which xacro has made of nothing is the one around it."""
     while node is not None:
-        found: Place | None = getattr(node, _MARK, None)
+        found: Place | None = getattr(node, MARK, None)
         if found is not None:
             return found
         node = node.parentNode

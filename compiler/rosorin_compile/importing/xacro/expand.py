@@ -134,7 +134,7 @@ def is_xacro(document: Document, path: Path) -> bool:
     return declared and re.search(r"\$[{(]", _COMMENT.sub("", document.source.text)) is not None
 
 
-def only_left_over(document: Document, path: Path) -> bool:
+def _only_left_over(document: Document, path: Path) -> bool:
     """Return True if a .urdf file is a URDF except for leftover elements of xacro, which readers of URDF ignore.
 
     It has links, and nothing outside of those elements has to be expanded. The call of a macro that nothing defines
@@ -159,7 +159,11 @@ def only_left_over(document: Document, path: Path) -> bool:
 
 
 def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported:
-    """Return the robot of a xacro file."""
+    """Return the robot of a xacro file, or of a URDF with elements of xacro that were left over."""
+    if options.call is None and _only_left_over(document, path):
+        left_over = read_urdf(document, path, options)
+        if left_over.tree is not None:
+            return left_over._replace(unexpanded=True)
     first = document.root.span
     call = None if options.call is None else macro_call(options.call, document, path, options)
     if call is not None and call.problems:

@@ -11,11 +11,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+from .child import MARK, Place
 from .symbols import TOKEN, Pieces, Symbol, Variable, pieces_of, with_tokens
 
-MARK, COMMENTS = "rosorin_place", "rosorin_comments"
-
-Place = tuple[int, int, int]  # the number of a file, the offset in its text, and the number of the call
+COMMENTS = "rosorin_comments"
 
 
 @dataclass(eq=False)

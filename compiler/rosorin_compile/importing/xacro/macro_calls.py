@@ -10,7 +10,8 @@ from copy import copy
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from .ir import COMMENTS, MARK, Macro, nodes_of
+from .child import MARK
+from .ir import COMMENTS, Macro, nodes_of
 from .symbols import UNKNOWN, Failed, Restart, Symbol, symbol_of, with_tokens
 
 if TYPE_CHECKING:

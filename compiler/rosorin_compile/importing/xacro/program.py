@@ -17,9 +17,9 @@ from importlib import import_module
 from typing import Any
 
 from . import child
-from .child import Expansion, causes
+from .child import MARK, Expansion, causes
 from .evaluate import Conditions, Evaluator, NamedFiles
-from .ir import COMMENTS, MARK, Macro
+from .ir import COMMENTS, Macro
 from .macro_calls import Calls
 from .symbols import (
     Failed,

@@ -2,7 +2,7 @@
 
 ``expand`` reads what the child process (``child``) expands as a URDF. ``translate`` keeps macros and arguments: the
 child runs the file with symbols (``program``), builds an intermediate representation (``ir``) and returns the documents
-of the description (``write_yaml``), which ``verify`` compares with xacro. ``macros`` calls a macro of a vendor's file.
+of the description (``write_yaml``), which are compared with xacro. ``macros`` calls a macro of a vendor's file.
 Nothing is imported here, because the child process imports this package too, and needs no reader.
 """
 

@@ -18,8 +18,7 @@ from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS
 
 from ..description import in_order
 from ..layout import Expression, Verbatim
-from .ir import Call, Comment, Element, If, Macro, Words
-from .symbols import Failed, all_of, as_text, call, fold, negate, plain_node
+from .ir import Call, Comment, Element, Failed, If, Macro, Words, all_of, as_text, call, fold, negate, plain_node
 from .values import Values
 
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}

@@ -21,7 +21,7 @@ from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
 
 from .child import causes, portable
-from .symbols import (
+from .ir import (
     TOKEN,
     UNKNOWN,
     Failed,

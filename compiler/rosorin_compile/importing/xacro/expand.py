@@ -33,6 +33,7 @@ from rosorin_compile.source.wording import and_more
 from rosorin_compile.source.xml.elements import attribute_value
 from rosorin_compile.source.xml.markup import Document, Element, MarkupError, name_of, parse, read_source
 
+from .child import Place
 from .macros import how_to_call, macro_call, macros_of
 
 MAX_SECONDS = 30  # of CPU; ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets, is another number
@@ -57,8 +58,6 @@ _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']|\$\(a
 _EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
 # How ``xacro.print_location`` begins its lines.
 _LOCATION = re.compile("when instantiating macro|instantiated from|included from|in file|when processing file")
-
-Place = Sequence[int]  # the number of a file, the offset of an element, the number of the call of a macro or -1
 
 
 class _Origins:

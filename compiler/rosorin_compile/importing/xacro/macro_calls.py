@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from .child import MARK
-from .ir import COMMENTS, Macro, nodes_of
-from .symbols import UNKNOWN, Failed, Restart, Symbol, symbol_of, with_tokens
+from .ir import COMMENTS, UNKNOWN, Failed, Macro, Restart, Symbol, nodes_of, symbol_of, with_tokens
 
 if TYPE_CHECKING:
     from .program import Program

@@ -19,10 +19,10 @@ from typing import Any
 from . import child
 from .child import MARK, Expansion, causes
 from .evaluate import Conditions, Evaluator, NamedFiles
-from .ir import COMMENTS, Macro
-from .macro_calls import Calls
-from .symbols import (
+from .ir import (
+    COMMENTS,
     Failed,
+    Macro,
     Restart,
     Symbol,
     Variable,
@@ -39,6 +39,7 @@ from .symbols import (
     variables_in,
     with_tokens,
 )
+from .macro_calls import Calls
 
 MAX_RUNS = 60
 _PRINTED = ("pi", "e", "tau")

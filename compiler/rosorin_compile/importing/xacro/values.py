@@ -1,7 +1,4 @@
-"""Write symbols and texts of a xacro as values of a description: numbers, lists, texts, names and files.
-
-This module runs in the child process.
-"""
+"""Write symbols and texts of a xacro as values of a description: numbers, lists, texts, names and files."""
 
 from __future__ import annotations
 
@@ -15,7 +12,7 @@ from rosorin_compile.source.numbers import exact
 
 from ..layout import Expression, Verbatim, in_degrees
 from .child import portable
-from .symbols import (
+from .ir import (
     Failed,
     Pieces,
     Symbol,

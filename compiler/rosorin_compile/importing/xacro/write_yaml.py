@@ -18,20 +18,28 @@ from rosorin_compile.source.xml.markup import COMMENT
 
 from ..layout import Expression, Verbatim, clean_comment
 from .entries import Entries, conditional, merge
-from .ir import Call, Comment, Element, If, Macro, Words, expressions_in, nodes_of, walk
-from .symbols import (
+from .ir import (
+    Call,
+    Comment,
+    Element,
     Failed,
+    If,
+    Macro,
     Restart,
     Symbol,
     Variable,
+    Words,
     all_of,
     as_text,
+    expressions_in,
     fold,
     literal,
+    nodes_of,
     pieces_of,
     symbol_of,
     usable,
     variables_in,
+    walk,
     with_tokens,
 )
 from .values import Values, number

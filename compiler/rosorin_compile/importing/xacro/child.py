@@ -33,8 +33,6 @@ MAX_MEMORY = 8 << 30  # bytes
 _GRACE = 2  # seconds of CPU to report the place; a process in the midst of one number reports nothing
 _PR_SET_PDEATHSIG = 1  # include/uapi/linux/prctl.h: which signal a process gets when its parent ends
 MARK = "rosorin_place"
-_NAMING = ("mesh", "texture")  # the elements that name files for any reader
-_ELEMENT_VARIABLES = ("node", "elt")  # what the functions of xacro call the element that they are at
 CALL = "rosorin-call"  # the element around the call of a macro, in a text that is expanded in place of its file
 
 
@@ -56,9 +54,7 @@ class MissingPackage(Exception):
 class Context(dict[str, Any]):
     """The context of substitutions. xacro 2.1.1 does not set the file that is read, which $(dirname) needs."""
 
-    def __init__(self, stack: Any) -> None:
-        super().__init__()
-        self.stack = stack
+    stack: Callable[[], list[str]]
 
     def __getitem__(self, key: str) -> Any:
         return self.stack()[-1] if key == "filename" and self.stack() else super().__getitem__(key)
@@ -67,9 +63,8 @@ class Context(dict[str, Any]):
         return self[key] if key == "filename" and self.stack() else super().get(key, default)
 
 
-def main(run: Callable[[dict[str, Any]], dict[str, Any]] | None = None) -> None:
+def main(run: Callable[[dict[str, Any]], dict[str, Any]] = lambda request: Expansion(request).answer()) -> None:
     """Answer one request; ``run`` answers it in another way than with the expanded file."""
-    run = run or (lambda request: Expansion(request).answer())
     request = json.loads(sys.stdin.buffer.read())
     answer_to = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)  # what the file prints must not mix with the answer
@@ -137,7 +132,7 @@ class Expansion:
             document = self.expand(xacro, dict(self.given))
             files = [*map(str, xacro.all_includes), self.file]
             for node in elements(document):
-                if node.tagName in _NAMING and node.hasAttribute("filename"):
+                if node.tagName in ("mesh", "texture") and node.hasAttribute("filename"):
                     node.setAttribute("filename", portable(node.getAttribute("filename"), self.packages, files))
             answer["places"] = [_place(node) for node in elements(document)]
             answer["packages"] = {name: str(folder) for name, folder in self.packages.found_packages()}
@@ -212,7 +207,8 @@ class Expansion:
         xacro.abs_filename_spec, xacro.parse = absolute, read
         # It calls these itself for its load_yaml and its includes of patterns.
         xacro.open, xacro.glob = _opened, SimpleNamespace(glob=glob.glob)
-        xacro.substitution_args_context = Context(lambda: xacro.filestack)
+        xacro.substitution_args_context = Context()
+        xacro.substitution_args_context.stack = lambda: xacro.filestack
         # Copies of elements keep their places, with the call that makes them.
         module: Any = minidom
         own_clone, own_call = module._clone_node, xacro.handle_macro_call
@@ -323,7 +319,7 @@ def _place_of_error(problem: BaseException) -> Place | None:
     while step is not None and (found is None or not isinstance(problem, RecursionError)):
         frame: Any = step.tb_frame
         if frame.f_globals.get("__name__", "").startswith("xacro"):
-            nodes = [frame.f_locals.get(name) for name in _ELEMENT_VARIABLES]
+            nodes = [frame.f_locals.get(name) for name in ("node", "elt")]  # its functions call elements so
             found = next((_place(node) for node in nodes if node is not None), None) or found
         step = step.tb_next
     return found

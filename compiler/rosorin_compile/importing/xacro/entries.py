@@ -72,7 +72,7 @@ class Entries:
         """Return the condition of nodes as an expression."""
         made = node.test.as_flag() if node.holds else negate(node.test.as_flag())
         if fold(made) is None:
-            self.values.spelt(made)
+            self.values.expression_text(made)
         return made
 
     def fragment(self, nodes: list[Any], level: str) -> list[Item]:
@@ -166,21 +166,18 @@ class Entries:
             value = self.values.list_of(pieces, count, unit) if count > 1 else self.values.number(pieces, unit)
             plain = value if isinstance(value, list) else [value]
             is_zero = all(isinstance(one, Verbatim) and one == "0" for one in plain)
-            if (is_zero and name in _ZEROS.get(node.tag, ())) or (
-                node.tag == "mesh" and all(one == "1" for one in plain)
-            ):
-                continue
-            made[name] = value
+            is_scale = node.tag == "mesh" and all(one == "1" for one in plain)
+            if not is_scale and not (is_zero and name in _ZEROS.get(node.tag, ())):
+                made[name] = value
         return made
 
     def call_text(self, call: Call) -> str:
         """Return the call of a named value as text of the language."""
         if call.macro.level != "xml":
             self.write_macro(call.macro)
-        arguments = [
-            self.values.argument(call.given[name][0], variable) for name, variable in call.macro.parameters.items()
-        ]
-        return self.values.spelt(ast.Call(ast.Name(call.macro.ours, ast.Load()), arguments, []))
+        parameters = call.macro.parameters.items()
+        arguments = [self.values.argument(call.given[name][0], variable) for name, variable in parameters]
+        return self.values.expression_text(ast.Call(ast.Name(call.macro.ours, ast.Load()), arguments, []))
 
     def named_value(self, macro: Macro) -> tuple[Any, dict[str, Any]]:
         """Return a macro within links or joints, or in kept elements, as a value, and its keys. Raises Failed."""

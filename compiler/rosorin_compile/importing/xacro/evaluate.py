@@ -339,9 +339,7 @@ class Conditions:
                 raise
             reason = f"with another value of it, {' '.join(str(problem).split())[:120] or type(problem).__name__}"
             if is_endless or any(isinstance(one, Failed) for one in chain):
-                if not program.blame([test.node], reason):
-                    raise
-                raise Restart from None
+                raise (Restart if program.blame([test.node], reason) else Failed(reason)) from None
             program.refused |= dict.fromkeys(variables_in([test.node]), reason)
             for table, values, unevaluated in before:  # xacro refuses the other value as well
                 dict.clear(table)

@@ -37,7 +37,6 @@ from .child import Place
 from .macros import how_to_call, macro_call, macros_of
 
 MAX_SECONDS = 30  # of CPU; ROSORIN_COMPILE_XACRO_SECONDS, which ``--xacro-seconds`` sets, is another number
-MAX_REMARKS = 10
 _PATIENCE, _START = 4, 60  # a child that waits may take so many times as long, and so many seconds more
 _MOST_RELATED = 12
 _TRUST = "ROSORIN_COMPILE_TRUST"  # 1: trust all files
@@ -326,7 +325,7 @@ def _remarks(answer: Mapping[str, Any], span: Span) -> list[Diagnostic]:
     """Return what xacro printed while it made a robot as notes."""
     text = re.sub("\x1b\\[[0-9;]*m", "", answer["printed"]) if "text" in answer else ""
     lines = [line.strip() for line in text.splitlines() if line.strip() and not _LOCATION.match(line)]
-    return [Diagnostic("xacro-says", report.NOTE, one[:200], span) for one in list(dict.fromkeys(lines))[:MAX_REMARKS]]
+    return [Diagnostic("xacro-says", report.NOTE, one[:200], span) for one in list(dict.fromkeys(lines))[:10]]
 
 
 def _expand(

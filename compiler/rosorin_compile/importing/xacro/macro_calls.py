@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 MAX_DEPTH = 40
 _TRANSPARENT = ("xacro-if", "xacro:if", "xacro:unless")
-_BODY = "xacro:macro"
 # Elements of a description whose content may become a named value; that of others is text.
 _SHAPES = ("link/visual", "link/collision")
 _ENTRIES = ("link", "joint", "link/inertial", *_SHAPES, *(f"{one}/geometry" for one in _SHAPES))
@@ -89,7 +88,7 @@ class Calls:
         """Return the elements in the robot that a call is in, such as link/visual; None in the call of a macro."""
         names: list[str] = []
         node = node.parentNode
-        while node.parentNode is not None and node.tagName != _BODY:
+        while node.parentNode is not None and node.tagName != "xacro:macro":
             if node.tagName.startswith("xacro:") and node.tagName not in _TRANSPARENT:
                 return None
             names += [] if node.tagName in _TRANSPARENT else [node.tagName]

@@ -42,7 +42,6 @@ from .ir import (
 from .macro_calls import Calls
 
 MAX_RUNS = 60
-_PRINTED = ("pi", "e", "tau")
 
 
 def main() -> None:
@@ -224,7 +223,7 @@ class Program(Expansion):
             if name not in holder:
                 raise NameError(f"name '{name}' is not defined")
             value = holder[name]
-            if name in _PRINTED:
+            if name in ("pi", "e", "tau"):
                 return Symbol(ast.Name(name, ast.Load()), value, "number", True)
             return symbol_of(value) if isinstance(value, (int, float)) else value
         value = self.reference(holder, name)

@@ -136,10 +136,8 @@ class Writer:
     def _propagate(self) -> None:
         """Let variables have what is known of those that they are given to as they are."""
         given = [(one.symbol, one) for one in self.program.variables if one.symbol is not None]
-        for macro in self.macros:
-            given += [
-                (symbol, macro.parameters[key]) for call in macro.calls for key, (symbol, _) in call.given.items()
-            ]
+        for call in [call for macro in self.macros for call in macro.calls]:
+            given += [(symbol, call.macro.parameters[key]) for key, (symbol, _) in call.given.items()]
         pairs = [(symbol.variable, target) for symbol, target in given if symbol.variable is not None]
         for _ in range(len(self.macros) + 1):  # macros that call each other are written out
             for source, target in pairs:

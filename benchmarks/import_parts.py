@@ -25,7 +25,6 @@ from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.importing.description import tree_of, write
 from rosorin_compile.importing.repeats import with_parts
-from rosorin_compile.importing.report import report_parts
 from rosorin_compile.importing.round_trip import check_round_trip
 from rosorin_compile.source.diagnostics import ERROR
 
@@ -86,7 +85,7 @@ def _judge(path: Path, imported: Imported, row: dict[str, Any]) -> None:
     row["flat"] = lines(write(imported, imported.outputs()))
     if found is imported:
         return
-    row["parts"] = report_parts(tree_of(found), reordered=False)
+    row["parts"] = list(tree_of(found).get("parts") or ())
     trip = check_round_trip(imported, path.parent / "made")
     row |= {"lines": lines(trip.files), "largest": trip.largest}
     kept = trip.shown is not imported and not trip.diagnostics

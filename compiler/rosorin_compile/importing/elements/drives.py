@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.model import Drive, Robot
+from rosorin_compile.model.drive import Driving
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -20,11 +21,11 @@ _BRIDGE = "ros_gz_bridge"
 _FAR = 0.1  # relative difference from which on a size is another one
 
 
-class Driven(NamedTuple):
-    """The result: sections of a description, the names they came from, and reasons for what is kept."""
+class Drives(NamedTuple):
+    """The result: sections of a description, the plug-ins they came from, and reasons for what is kept."""
 
     sections: dict[str, Any]
-    said: dict[str, list[str]]
+    names: dict[str, list[str]]
     kept: dict[str, str]
 
 
@@ -75,10 +76,10 @@ _KNOWN: Mapping[str, Plugin] = {
 }
 
 
-def read_drives(elements: Iterable[tuple[int, Element]], robot: Robot) -> Driven:
+def read_drives(elements: Iterable[Element], robot: Robot) -> Drives:
     """Return what the plug-ins among elements specify about the drive and the transforms of a robot."""
-    found = Driven({}, {}, {})
-    for plugin in (child for _, element in elements if element.tag == "gazebo" for child in element):
+    found = Drives({}, {}, {})
+    for plugin in (child for element in elements if element.tag == "gazebo" for child in element):
         file = plugin.get("filename", "").removesuffix(".so")
         known = next((known for name, known in _KNOWN.items() if file.endswith(name)), None)
         if plugin.tag != "plugin" or known is None:
@@ -108,7 +109,7 @@ def _number(plugin: Element, names: str) -> float | None:
         return None
 
 
-def _add_drive(plugin: Element, known: Plugin, name: str, robot: Robot, found: Driven) -> str:
+def _add_drive(plugin: Element, known: Plugin, name: str, robot: Robot, found: Drives) -> str:
     """Add the drive to the sections; return the reason if it is kept, else ""."""
     if "drive" in found.sections:
         return "the robot has another one: a robot has one drive"
@@ -121,35 +122,35 @@ def _add_drive(plugin: Element, known: Plugin, name: str, robot: Robot, found: D
         return "it does not name its wheels"
     base, diameter = _text(plugin, *known.base).lstrip("/"), _number(plugin, known.diameter)
     radius = _number(plugin, known.radius) if diameter is None else diameter / 2
+    wheels = {role: joints[0] if is_mecanum else list(joints) for role, joints in roles.items()}
+    entry: dict[str, Any] = {known.kind: wheels}
     drive = Drive(known.kind, roles, base if base in robot.link else "")
-    entry: dict[str, Any] = {
-        known.kind: {role: joints[0] if is_mecanum else list(joints) for role, joints in roles.items()}
-    }
     if drive.frame and drive.frame != robot.root:
         entry["frame"] = drive.frame
-    driving, reason = None, ""
-    for radius_of_entry in (None, radius):  # that of the plug-in if the shapes of the wheels have none
-        try:
-            driving = replace(robot, drive=replace(drive, radius=radius_of_entry)).driving
-        except (ValueError, KeyError, ArithmeticError) as problem:
-            reason = str(problem) or "the joints do not place its wheels"
-            continue
-        entry |= {} if radius_of_entry is None else {"radius": radius_of_entry}
-        break
+    driving = _driving(robot, drive)
+    if driving is None and radius is not None:  # the shapes of the wheels have no radius
+        driving, entry["radius"] = _driving(robot, replace(drive, radius=radius)), radius
     if driving is None:
-        return "the size of its wheels is unknown" if radius is None else reason
-    sizes = [("separation of its wheels", _number(plugin, known.separation), driving.track)]
-    sizes += [] if "radius" in entry else [("radius of its wheels", radius, driving.wheels[0].radius)]
-    for what, given, actual in sizes:
-        off = abs(given - actual) / actual if given is not None and actual else 0.0
-        if off > _FAR:
-            return f"the {what} is {given:.4g} m there, and {actual:.4g} m by the joints and shapes"
+        return "the joints and shapes of its wheels have no size"
+    sizes = [("separation", _number(plugin, known.separation), abs(driving.track))]
+    sizes += [] if "radius" in entry else [("radius", radius, driving.wheels[0].radius)]
+    for what, written, actual in sizes:
+        if written is not None and abs(written - actual) > _FAR * actual:
+            return f"the {what} of its wheels is {written:.4g} m there, and {actual:.4g} m by the joints and shapes"
     found.sections["drive"] = entry
-    found.said.setdefault("drive", []).append(name)
+    found.names["drive"] = [name]
     return ""
 
 
-def _add_edge(plugin: Element, known: Plugin, name: str, robot: Robot, found: Driven) -> str:
+def _driving(robot: Robot, drive: Drive) -> Driving | None:
+    """Return where a drive has its wheels, or None if the joints and shapes of the wheels have no size."""
+    try:
+        return replace(robot, drive=drive).driving
+    except (ValueError, KeyError, ArithmeticError):
+        return None
+
+
+def _add_edge(plugin: Element, known: Plugin, name: str, robot: Robot, found: Drives) -> str:
     """Add the published transform to the sections; return the reason if it is kept, else ""."""
     word, default = known.publishes
     texts = _texts(plugin, word)
@@ -170,5 +171,5 @@ def _add_edge(plugin: Element, known: Plugin, name: str, robot: Robot, found: Dr
     edges = found.sections.setdefault("edges", [])
     if edge not in edges:
         edges.append(edge)
-        found.said.setdefault("transform", []).append(f"{parent} -> {child}")
+        found.names.setdefault("transform", []).append(f"{parent} -> {child}")
     return ""

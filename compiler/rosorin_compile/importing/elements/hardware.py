@@ -1,7 +1,7 @@
 """Convert a ``<ros2_control>`` element to an entry of ``control``.
 
-The syntax of both distributions is read; the proof decides which of them an output uses. It also keeps an element with
-content that the entry does not have.
+The syntax of both distributions is read. An element with content that the entry does not have is found when the entry
+is written back.
 """
 
 from __future__ import annotations

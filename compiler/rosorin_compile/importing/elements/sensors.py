@@ -1,8 +1,8 @@
 """Convert a ``<sensor>`` in a ``<gazebo>`` to an entry of ``sensors`` on the link that it is in.
 
 The library's type that measures the same is used, with arguments as far as the element has them. What Gazebo has
-differently or additionally becomes ``gazebo``: ``overlay`` compares the element with the one of the type. The proof
-keeps an element with content that the entry does not have.
+differently or additionally becomes ``gazebo``: ``overlay`` compares the element with the one of the type. An element
+with content that the entry does not have is found when the entry is written back.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from rosorin_compile.compare.precision import NOISE, same_number
 from rosorin_compile.formats.gazebo_elements import SDF_DEFAULTS, SDF_FLAGS, SDF_TRUTH
 from rosorin_compile.model import Robot, Sensor
 
-from .blocks import plain
+from .hardware import plain
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -57,11 +57,11 @@ _WIDEST = {"hfov": math.radians(170), "fov": math.tau, "vertical_fov": math.radi
 _SMALLEST = 1e-4  # of a distance in the library (m)
 
 
-class Unsayable(Exception):
+class CannotConvert(Exception):
     """Something that the language cannot express; the message names it."""
 
 
-class Seen(NamedTuple):
+class GazeboSensor(NamedTuple):
     """A sensor of a source: its name, its type there, the link or joint that it is in, its elements and pose."""
 
     name: str
@@ -78,19 +78,31 @@ class Seen(NamedTuple):
             values = found if isinstance(found, dict) else {}
         return values
 
+    @property
+    def plugins(self) -> list[dict[str, Any]]:
+        """The elements in its plug-ins."""
+        plugins = self.elements.get("plugin") or []
+        return [item for item in (plugins if isinstance(plugins, list) else [plugins]) if isinstance(item, dict)]
 
-def read_sensor(element: Element, reference: str) -> Seen:
-    """Return the parts of a <sensor>. Raises Unsayable for a pose that is not six numbers."""
+    @property
+    def stamp(self) -> str:
+        """The frame that messages carry, as the element of Gazebo or a plug-in names it."""
+        named = [self.elements.get(name) for name in _FRAMES]
+        named += [plugin.get(name) for plugin in self.plugins for name in _FRAME_NAMES]
+        return next((name.lstrip("/") for name in named if isinstance(name, str)), "")
+
+
+def read_sensor(element: Element, reference: str) -> GazeboSensor:
+    """Return the parts of a <sensor>. Raises CannotConvert for a pose that is not six numbers."""
     made = _elements(element, exact=False)
-    text = made.pop("pose", None) or "0 0 0 0 0 0"
     try:
-        numbers = tuple(map(float, str(text).split()))
+        numbers = tuple(map(float, str(made.pop("pose", None) or "0 0 0 0 0 0").split()))
     except ValueError:
         numbers = ()
     if len(numbers) != 6 or not all(map(math.isfinite, numbers)):
-        raise Unsayable("its <pose> is not six numbers")
+        raise CannotConvert("its <pose> is not six numbers")
     pose = tuple(0.0 if abs(number) <= NOISE else number for number in numbers)
-    return Seen(element.get("name", "").strip(), element.get("type", "").strip(), reference, made, pose)
+    return GazeboSensor(element.get("name", "").strip(), element.get("type", "").strip(), reference, made, pose)
 
 
 def _elements(element: Element, exact: bool) -> dict[str, Any]:
@@ -107,13 +119,13 @@ def _elements(element: Element, exact: bool) -> dict[str, Any]:
 
 
 def _value(element: Element, exact: bool) -> Any:
-    text = (element.text or "").strip()
+    text, read = (element.text or "").strip(), plain if exact else _scalar
     if element.tag in SDF_FLAGS and text in SDF_TRUTH and not exact:
         return SDF_TRUTH[text] == "true"
     if element.attrib or len(element) or not text:
-        attributes = {name: plain(value) if exact else _scalar(value) for name, value in element.attrib.items()}
+        attributes = {name: read(value) for name, value in element.attrib.items()}
         return {**({"attributes": attributes} if attributes else {}), **_elements(element, exact)}
-    return plain(text) if exact else _scalar(text)
+    return read(text)
 
 
 def _scalar(text: str) -> Any:
@@ -127,11 +139,11 @@ def _scalar(text: str) -> Any:
     return number if "_" not in word and math.isfinite(number) else word
 
 
-def gazebo_of(found: Sequence[Seen]) -> str:
+def gazebo_of(found: Sequence[GazeboSensor]) -> str:
     """Return which Gazebo most of some sensors are for: harmonic, fortress or classic."""
     votes = {"harmonic": 0, "fortress": 0, "classic": 0}
     for one in found:
-        files = [str((item.get("attributes") or {}).get("filename", "")) for item in _plugins(one)]
+        files = [str((item.get("attributes") or {}).get("filename", "")) for item in one.plugins]
         if "ignition_frame_id" in one.elements:
             votes["fortress"] += 1
         elif "gz_frame_id" in one.elements or one.type in _MODERN:
@@ -141,66 +153,69 @@ def gazebo_of(found: Sequence[Seen]) -> str:
     return max(votes, key=lambda name: votes[name])
 
 
-def _plugins(one: Seen) -> list[dict[str, Any]]:
-    plugins = one.elements.get("plugin") or []
-    return [item for item in (plugins if isinstance(plugins, list) else [plugins]) if isinstance(item, dict)]
-
-
-def entry(one: Seen, robot: Robot, gazebo: str) -> dict[str, Any]:
-    """Return the entry of a sensor without what Gazebo has differently. Raises Unsayable."""
-    rays, layers = (one.inner("lidar", "scan", axis).get("samples", 1.0) for axis in ("horizontal", "vertical"))
+def entry(one: GazeboSensor, robot: Robot, gazebo: str) -> dict[str, Any]:
+    """Return the entry of a sensor without what Gazebo has differently. Raises CannotConvert."""
+    kind, frame = TYPES.get(one.type, ""), one.reference
     if one.type in LIDARS:
+        rays, layers = (one.inner("lidar", "scan", axis).get("samples", 1.0) for axis in ("horizontal", "vertical"))
         if not (_is_count(rays) and _is_count(layers)):
-            raise Unsayable("the number of its rays is no whole number")
+            raise CannotConvert("the number of its rays is no whole number")
         kind = "lidar_3d" if layers > 1 else "lidar_2d" if rays > 1 else "range_finder"
-    elif one.type in TYPES:
-        kind = TYPES[one.type]
-    else:
-        raise Unsayable(f'the library has no type of sensor for "{one.type}"')
-    frame = one.reference
+    elif not kind:
+        raise CannotConvert(f'the library has no type of sensor for "{one.type}"')
     if kind == "force_torque":
-        if one.reference not in robot.joint or any(one.pose):
-            raise Unsayable(f'"{one.reference}" is no joint of the URDF, or it has a <pose> there')
-        frame = robot.joint[one.reference].child
+        if frame not in robot.joint or any(one.pose):
+            raise CannotConvert(f'"{frame}" is no joint of the URDF, or it has a <pose> there')
+        frame = robot.joint[frame].child
     elif frame not in robot.link:
-        raise Unsayable(f'"{frame}" is no link of the URDF' if frame else "no reference defines its link")
+        raise CannotConvert(f'"{frame}" is no link of the URDF' if frame else "no reference defines its link")
     if kind == "contact":
-        _check_collisions(one, robot, frame)
+        own, names = {frame, *(shape.name for shape in robot.link[frame].collision)}, one.inner("contact")
+        named = names.get("collision", [])
+        for name in map(str, named if isinstance(named, list) else [named]):
+            base = re.sub(r"_collision(_\d+)?$", "", name.rpartition("_fixed_joint_lump__")[2])
+            if base not in own and name not in own:
+                raise CannotConvert(f'it responds to the collision "{name}", which is not one of link "{frame}"')
     made: dict[str, Any] = {"type": kind, "frame": frame}
-    if words := _words(one, kind, gazebo):
-        made["with"] = words
+    if arguments := _arguments(one, kind, gazebo):
+        made["with"] = arguments
+    stamp, optical = one.stamp, ""
     if kind in IMAGES:
-        optical = _optical(one, robot, frame)
+        below, waiting = list[str](), [] if "optical" in frame else [frame]
+        while waiting:  # the image frame is fixed to the camera
+            link = waiting.pop(0)
+            fixed = [joint.child for joint in robot.joints if joint.parent == link and joint.is_fixed]
+            below += [name for name in fixed if "optical" in name]
+            waiting += fixed
+        optical = stamp if stamp in below else below[0] if below and not stamp else ""
         made["optical"] = {"frame": optical} if optical else False
-    elif kind in LIDAR_TYPES and not _in_mujoco(one, words):
+    elif kind in LIDAR_TYPES and not _in_mujoco(one, arguments):
         made["mjcf"] = []
-    stamp = _stamp(one)
-    if stamp in robot.link and stamp not in (frame, made["optical"]["frame"] if made.get("optical") else frame):
+    if stamp in robot.link and stamp not in (frame, optical):
         made["stamps"] = [stamp]
     return made
-
-
-def _check_collisions(one: Seen, robot: Robot, frame: str) -> None:
-    """Raise Unsayable if a contact sensor responds to collisions of other links."""
-    own = {frame, *(shape.name for shape in robot.link[frame].collision)}
-    names = one.inner("contact").get("collision", [])
-    for name in map(str, names if isinstance(names, list) else [names]):
-        base = re.sub(r"_collision(_\d+)?$", "", name.rpartition("_fixed_joint_lump__")[2])
-        if base not in own and name not in own:
-            raise Unsayable(f'it responds to the collision "{name}", which is not one of link "{frame}"')
 
 
 def _is_count(value: Any) -> bool:
     return isinstance(value, float) and 1 <= value <= 100_000 and value == int(value)
 
 
-def _words(one: Seen, kind: str, gazebo: str) -> dict[str, Any]:
-    """Return the arguments of a type in the library."""
+def _arguments(one: GazeboSensor, kind: str, gazebo: str) -> dict[str, Any]:
+    """Return the arguments of a type in the library; numbers that it does not accept are left out."""
     rate, topic = one.elements.get("update_rate", 0.0), one.elements.get("topic")
     topic = one.inner("contact").get("topic", topic) if kind == "contact" else topic
     made: dict[str, Any] = {"rate": rate} if isinstance(rate, float) and rate >= 0 else {}
     made |= {"topic": topic} if isinstance(topic, str) and topic else {}
-    if kind in LIDAR_TYPES:
+    if kind == "imu":
+        if one.inner("imu").get("enable_orientation", True if gazebo != "classic" else None) in (True, 1.0):
+            made["orientation"] = True
+        for word, what in (("gyro_noise", "angular_velocity"), ("accelerometer_noise", "linear_acceleration")):
+            x, y, z = (one.inner("imu", what, axis, "noise") for axis in "xyz")
+            made |= _noise(word, x) if x and x == y == z else {}
+    if kind not in (*LIDAR_TYPES, *IMAGES):
+        return made
+    name, numbers = ("camera", _LENSES) if kind in IMAGES else ("lidar", _RANGES)
+    if name == "lidar":
         horizontal, vertical = (one.inner("lidar", "scan", axis) for axis in ("horizontal", "vertical"))
         if kind != "range_finder":
             made["rays"] = int(horizontal["samples"])
@@ -208,29 +223,14 @@ def _words(one: Seen, kind: str, gazebo: str) -> dict[str, Any]:
         if kind == "lidar_3d":
             made["layers"] = int(vertical["samples"])
             made |= _field_of_view("vertical_fov", vertical, 0)
-        made |= _numbers(one, "lidar", _RANGES) | _noise("noise", one.inner("lidar", "noise"))
-    elif kind in IMAGES:
-        made |= _numbers(one, "camera", _LENSES) | _noise("noise", one.inner("camera", "noise"))
-    elif kind == "imu":
-        if one.inner("imu").get("enable_orientation", True if gazebo != "classic" else None) in (True, 1.0):
-            made["orientation"] = True
-        for word, what in (("gyro_noise", "angular_velocity"), ("accelerometer_noise", "linear_acceleration")):
-            x, y, z = (one.inner("imu", what, axis, "noise") for axis in "xyz")
-            made |= _noise(word, x) if x and x == y == z else {}
-    return made
-
-
-def _numbers(one: Seen, name: str, words: Mapping[str, tuple[str, str]]) -> dict[str, Any]:
-    """Return the arguments that are numbers the library accepts; a missing element has its default."""
-    made: dict[str, Any] = {}
-    for word, (section, key) in words.items():
+    for word, (section, key) in numbers.items():
         holder = one.inner(name) if section == name else one.inner(name, section)
         value = holder.get(key, _scalar(SDF_DEFAULTS.get(section, {}).get(key, "")))
         if section == "image" and _is_count(value):
             made[word] = int(value)
         elif section != "image" and isinstance(value, float) and _SMALLEST <= value <= _WIDEST.get(word, math.inf):
             made[word] = value
-    return made
+    return made | _noise("noise", one.inner(name, "noise"))
 
 
 def _noise(word: str, noise: Mapping[str, Any]) -> dict[str, Any]:
@@ -250,18 +250,18 @@ def _field_of_view(word: str, axis: Mapping[str, Any], rays: int) -> dict[str, A
     return {word: 2 * high if abs(low + high) <= NOISE else span} if 0 < span <= _WIDEST[word] else {}
 
 
-def _in_mujoco(one: Seen, words: Mapping[str, Any]) -> bool:
+def _in_mujoco(one: GazeboSensor, arguments: Mapping[str, Any]) -> bool:
     """Return True if MuJoCo can simulate a lidar: its rays are symmetric, and not too many."""
     for name, word in (("horizontal", "fov"), ("vertical", "vertical_fov")):
         axis = one.inner("lidar", "scan", name)
         low, high = axis.get("min_angle", 0.0), axis.get("max_angle", 0.0)
         if not isinstance(low, float) or not isinstance(high, float):
             return False
-        full = math.tau - 2 * _NEAR - math.tau / words.get("rays", 1)
-        is_circle = word == "fov" and word not in words and high - low >= full
+        full = math.tau - 2 * _NEAR - math.tau / arguments.get("rays", 1)
+        is_circle = word == "fov" and word not in arguments and high - low >= full
         if not is_circle and abs(low + high) > _NEAR:
             return False
-    return int(words.get("rays", 1)) * int(words.get("layers", 1)) <= MAX_RAYS
+    return int(arguments.get("rays", 1)) * int(arguments.get("layers", 1)) <= MAX_RAYS
 
 
 def without_collisions(texts: Sequence[str]) -> list[str]:
@@ -269,28 +269,7 @@ def without_collisions(texts: Sequence[str]) -> list[str]:
     return [re.sub(r"<collision>[^<]*</collision>", "", text) for text in texts]
 
 
-def _stamp(one: Seen) -> str:
-    """Return the frame that messages carry, as the element of Gazebo or a plug-in names it."""
-    named = [one.elements.get(name) for name in _FRAMES]
-    named += [plugin.get(name) for plugin in _plugins(one) for name in _FRAME_NAMES]
-    return next((name.lstrip("/") for name in named if isinstance(name, str)), "")
-
-
-def _optical(one: Seen, robot: Robot, frame: str) -> str:
-    """Return the image frame that belongs to a camera: fixed to its frame, turned as one, and called so."""
-    if "optical" in frame:
-        return ""
-    below, waiting = list[str](), [frame]
-    while waiting:
-        link = waiting.pop(0)
-        fixed = [joint.child for joint in robot.joints if joint.parent == link and joint.is_fixed]
-        below += [name for name in fixed if "optical" in name]
-        waiting += fixed
-    stamp = _stamp(one)
-    return stamp if stamp in below else below[0] if below and not stamp else ""
-
-
-def overlay(one: Seen, sensor: Sensor, gazebo: str) -> dict[str, Any]:
+def overlay(one: GazeboSensor, sensor: Sensor, gazebo: str) -> dict[str, Any]:
     """Return what a sensor of the source has otherwise than the one of Gazebo that its type brings, or besides."""
     made: dict[str, Any] = {}
     if len(sensor.gazebo) != 1:
@@ -327,12 +306,10 @@ def _changes(own: Mapping[str, Any], wanted: Mapping[str, Any], above: tuple[str
     """Return what makes one mapping of elements another: what is new or other, and None for what goes."""
     made: dict[str, Any] = {}
     for key, value in wanted.items():
-        if key not in own:
-            made |= {} if _is_default((*above, key), value) else {key: value}
-        elif isinstance(value, dict) and isinstance(own[key], dict):
+        if isinstance(value, dict) and isinstance(own.get(key), dict):
             inner = _changes(own[key], value, (*above, key))
             made |= {key: inner} if inner else {}
-        elif not _same(own[key], value):
+        elif not (_same(own[key], value) if key in own else _is_default((*above, key), value)):
             made[key] = value
     gone = [key for key, value in own.items() if key not in wanted and not _is_default((*above, key), value)]
     return made | dict.fromkeys(gone)

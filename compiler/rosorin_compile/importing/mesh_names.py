@@ -1,32 +1,28 @@
-"""Rename the meshes of an imported robot, and report what was imported in a few lines.
+"""Rename the meshes of an imported robot so that its description finds the files that the source finds.
 
 The ``source`` of a description has the ``folder`` in which relative names are looked for, and the ``packages`` that are
 found from the source, but not from the description. A relative name that leads out of the folder of the source becomes
-one from a folder above it, so that artifacts have their files beside them wherever they are.
+one from a folder above it, so that artifacts have their files next to them wherever they are.
 """
 
 from __future__ import annotations
 
 import os
 import posixpath
-import re
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.mesh_files import Places
 from rosorin_compile.language.expand.included_robots import map_files, move_files, relative_files
-from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, count_of, first_of
+from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Span, first_of
 from rosorin_compile.source.files import is_file, resolve
 from rosorin_compile.source.packages import Packages
 from rosorin_compile.source.project import Description
-from rosorin_compile.source.tree import Map, Seq
+from rosorin_compile.source.tree import Map
 
 _RULE = "import-mesh-path"
-_TAG = re.compile(r"(?:\s|<!--.*?-->)*<([^\s/>!?]+)", re.DOTALL)
-_FEW = 3
 
 
 class Renamed(NamedTuple):
@@ -64,7 +60,7 @@ def rename_files(
         if not relative:
             message = f"{source.name} names no mesh or texture by a relative path: --meshes changes nothing"
             messages.append(Diagnostic(_RULE, WARNING, message, place, (), "leave --meshes out"))
-        known = dict(_packages(files, here))
+        known = _packages(files, here)
         package, _, path = meshes.partition("://")[2].strip("/").partition("/")
         depth = len(base.parts) - len(Path(path).parts)
         if _is_of_package(meshes) and has_files and base.parts[depth:] == Path(path).parts:
@@ -75,7 +71,7 @@ def rename_files(
     top, names = base, {name: name for name in relative}
     if not keeps and (files or has_files):  # missing files keep their names
         top, names = _names(base, relative, files)
-    known = dict(_packages({names.get(name, name): file for name, file in files.items()}, here))
+    known = _packages({names.get(name, name): file for name, file in files.items()}, here)
     bare = [name for name in files if name not in names and not _is_of_package(name)]
     if bare:
         messages.append(_elsewhere("are named by paths of this machine, where artifacts look for them", bare, place))
@@ -109,29 +105,30 @@ def _names(base: Path, relative: Sequence[str], files: Mapping[str, Path]) -> tu
     places = {name: Path(os.path.normpath(base / name)) for name in relative}
     names: dict[str, str] = {}
     for name, file in files.items():
-        if not name.startswith(("/", "file://")):
-            continue
-        path = Path(os.path.abspath(file))
-        package = package_above(path)
-        if package is None or package == package_above(base / "any"):
-            places[name] = path
-        else:
-            names[name] = f"package://{Packages.name_of(package)}/{path.relative_to(package).as_posix()}"
+        if name.startswith(("/", "file://")):
+            path = Path(os.path.abspath(file))
+            package = package_above(path)
+            if package is None or package == package_above(base / "any"):
+                places[name] = path
+            else:
+                names[name] = f"package://{Packages.name_of(package)}/{path.relative_to(package).as_posix()}"
     top = Path(os.path.commonpath([base, *places.values()]))
     return top, {**names, **{name: _seen(path, top) for name, path in places.items()}}
 
 
-def _packages(files: Mapping[str, Path], here: Path) -> Iterator[tuple[str, str]]:
-    """Yield the packages of files with their folders, except those that are found from ``here``."""
-    near, visited = Packages({}, os.environ, here / Description.ROOT_FILE), set()
+def _packages(files: Mapping[str, Path], here: Path) -> dict[str, str]:
+    """Return the packages of files with their folders, except those that are found from ``here``."""
+    near, found = Packages({}, os.environ, here / Description.ROOT_FILE), dict[str, Path]()
     for name, file in files.items():
-        package, _, path = name.partition("://")[2].lstrip("/").partition("/")
-        if _is_of_package(name) and package not in visited:
-            visited.add(package)
-            folder = Path(os.path.abspath(file)).parents[len(Path(path).parts) - 1]
-            known = near.find(package)
-            if known is None or resolve(known) != resolve(folder):
-                yield package, _seen(folder, here)
+        if _is_of_package(name):
+            package, _, path = name.partition("://")[2].lstrip("/").partition("/")
+            found.setdefault(package, Path(os.path.abspath(file)).parents[len(Path(path).parts) - 1])
+    known = {package: near.find(package) for package in found}
+    return {
+        package: _seen(folder, here)
+        for package, folder in found.items()
+        if (there := known[package]) is None or resolve(there) != resolve(folder)
+    }
 
 
 def seen_from(imported: Imported, folder: Path) -> Imported:
@@ -140,7 +137,7 @@ def seen_from(imported: Imported, folder: Path) -> Imported:
     if imported.tree is None or not (isinstance(source, Map) and {"folder", "packages"} & source.keys()):
         return imported
     here = Path(os.path.abspath(folder))
-    known = {name: os.path.normpath(here / at) for name, at in (source.get("packages") or {}).items()}
+    known = {name: os.path.normpath(here / path) for name, path in (source.get("packages") or {}).items()}
     own = os.path.normpath(here / source["folder"]) if "folder" in source else ""
     return imported._replace(tree=_with_places(imported.tree, own, known))
 
@@ -151,8 +148,8 @@ def _with_places(tree: Map, folder: str, packages: Mapping[str, str]) -> Map:
         return tree
     made, span = tree.copy(), tree.span
     source, named = tree["source"].copy(), Map(span)
-    for package, at in packages.items():
-        named.put(package, at, span, span)
+    for package, path in packages.items():
+        named.put(package, path, span, span)
     for key, value in (("folder", folder), ("packages", named)):
         if value:
             source.put(key, value, span, span)
@@ -169,46 +166,3 @@ def _elsewhere(how: str, names: Sequence[str], span: Span) -> Diagnostic:
     """Return the warning about files that artifacts find in one place only."""
     help = "name them as package://NAME/FILE; or import with --meshes FOLDER, as seen from the artifacts"
     return Diagnostic(_RULE, WARNING, f"files {how}: {first_of(names, 1)}", span, (), help)
-
-
-def sizes(tree: Map) -> str:
-    """Return how many links and joints a robot has."""
-    links, joints = len(tree.get("links") or ()), len(tree.get("joints") or ())
-    return f"{count_of(links, 'link')}, {count_of(joints, 'joint')}"
-
-
-def report_parts(tree: Map, reordered: bool) -> list[str]:
-    """Return the lines about parts, and about the order of joints, which readers of joint positions depend on."""
-    bodies = [tree, *(tree.get("parts") or {}).values()]
-    uses = Counter(use["part"] for body in bodies for use in (body.get("use") or {}).values())
-    if not uses:
-        return []
-    lines = ["parts: " + ", ".join(f"{part} ({count_of(count, 'use')})" for part, count in uses.items())]
-    return [*lines, "the joints come in another order than in the source; --no-parts keeps it"] if reordered else lines
-
-
-def report_kept(tree: Map) -> list[str]:
-    """Return the line about elements that are kept unchanged, if there are any."""
-    tags = Counter(match[1] for text in _elements(tree) if (match := _TAG.match(text)))
-    if not tags:
-        return []
-    return ["kept as they are: " + ", ".join(f"{tag} ({count})" if count > 1 else tag for tag, count in tags.items())]
-
-
-def report_accepted(tree: Map) -> list[str]:
-    """Return the lines about rules that the robot breaks, and that the description accepts."""
-    found: dict[str, list[str]] = {}
-    for entry in tree.get("accept") or ():
-        found.setdefault(entry["rule"], []).extend(map(str, entry.get("of") or ()))
-    return [
-        f"accepted: {rule} ({first_of(names, _FEW)})" if names else f"accepted: {rule}" for rule, names in found.items()
-    ]
-
-
-def _elements(node: Any) -> Iterator[str]:
-    """Yield every element that is kept, in the order of the tree."""
-    if isinstance(node, (Map, Seq)):
-        for item in node.values() if isinstance(node, Map) else node:
-            yield from _elements(item)
-    elif isinstance(node, str) and node.lstrip().startswith("<"):
-        yield node

@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.ros.parameters.files import nodes_of
+from rosorin_compile.ros.parameter_files import nodes_of
 from support.paths import ROOT, data_text
 
 CART = data_text("robots/cart_with_nav2.yaml")

@@ -16,7 +16,7 @@ from rosorin_compile.rules.publishers import holds, modes_in
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, Help, Suggestion, phrase, quote
 from rosorin_compile.source.tree import Path, exists
 
-from .parameters.tables import kinds
+from .node_kinds import kinds
 
 AMCL, SLAM, FILTER = "amcl", "slam_toolbox", "ekf"
 _NO_FILTER = "navsat"  # a node of robot_localization that is none

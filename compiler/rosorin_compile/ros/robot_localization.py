@@ -15,9 +15,9 @@ from rosorin_compile.model.drive import driving_of
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Suggestion, error, phrase, quote
 
-from .controllers.filled import drivers
+from .controllers.write import drivers
 from .navigation import FILTER, Found, Frames, Lead, diagnose, frames_of, kind_of, stated_topic
-from .parameters.files import Node, Parameters, distro_of, parameter_file, parameters_of, text
+from .parameter_files import Node, Parameters, distro_of, parameter_file, parameters_of, text
 from .ports import facts
 
 # What a filter estimates, in the order of its fifteen booleans (robot_localization: filter_common.hpp).

@@ -18,9 +18,9 @@ from rosorin_compile.model.mesh_vertices import clouds_of, why_unread
 from rosorin_compile.rules.case import Case, report
 from rosorin_compile.source.diagnostics import WARNING, Diagnostic, Suggestion, error, phrase
 
-from ..controllers.filled import drivers, edges_of
+from ..controllers.write import drivers, edges_of
 from ..navigation import AMCL, FILTER, SLAM, Found, Frames, diagnose, frames_of, kind_of, stated_topic
-from ..parameters.files import Node, Parameters, distro_of, parameter_file, parameters_of, text
+from ..parameter_files import Node, Parameters, distro_of, parameter_file, parameters_of, text
 from ..ports import (
     IN,
     OBSTACLES,

@@ -15,7 +15,7 @@ from rosorin_compile.formats.format import NUMBER_FORMAT, Asked, Format, Unsuppo
 from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model import DisabledCollision, Output, Pose, Robot
 from rosorin_compile.model.robot import JointPose
-from rosorin_compile.ros.moveit import FIXED, PLANAR, Ball, Group
+from rosorin_compile.ros.sections.moveit import FIXED, PLANAR, Ball, Group
 from rosorin_compile.rules.case import report
 from rosorin_compile.source.diagnostics import Diagnostic, count_of, first_of
 from rosorin_compile.source.numbers import NumberFormat, number_format, vector

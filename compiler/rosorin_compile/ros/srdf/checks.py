@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 
 from rosorin_compile.model import Output
-from rosorin_compile.ros.moveit import EndEffector, Group
+from rosorin_compile.ros.sections.moveit import EndEffector, Group
 from rosorin_compile.rules.case import Case
 from rosorin_compile.source.diagnostics import NOTE, WARNING, Diagnostic, Suggestion, count_of, first_of, quote
 from rosorin_compile.source.tree import Path, value_at

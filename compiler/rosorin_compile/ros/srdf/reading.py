@@ -15,7 +15,7 @@ from rosorin_compile.formats.format import Opened, Placed
 from rosorin_compile.formats.urdf.reading import ANGLES, LENGTHS, PLAIN, Reading, numbers
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import DisabledCollision, Output, Robot, Transform
-from rosorin_compile.ros.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
+from rosorin_compile.ros.sections.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint
 from rosorin_compile.source.diagnostics import Diagnostic, Span, has_errors, nearest, quote
 from rosorin_compile.source.tree import Map, Text
 from rosorin_compile.source.wording import suggest

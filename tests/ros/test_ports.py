@@ -89,6 +89,15 @@ def test_points_of_depth_leave_the_floor_free(tmp_path: Path) -> None:
             [("mock_components/GenericSystem", "gz_ros2_control/GazeboSimSystem")],
             'hardware block "motors" has the plugin gz_ros2_control/GazeboSimSystem, which Gazebo loads',
         ),
+        (
+            [
+                (
+                    "{type: diff_drive}",
+                    "{type: diff_drive, params: {qos_overrides./base/odom.publisher.reliability: best_effort}}",
+                )
+            ],
+            "ekf_filter_node needs reliable messages on /base/odom and gets none: base sends them as best effort",
+        ),
     ],
 )
 def test_what_would_not_work_is_refused(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from rosorin_compile.formats.templating import Templates
@@ -93,33 +93,31 @@ class Graph:
         for port in those:
             for key, topic, message in _topics(port, values) if port.exists(values) else ():
                 full = full_topic(topic, namespace, own)
-                end = End(name, full_topic(moved.get(full, full), namespace, own), message, port, key)
-                side = "subscription" if port.direction == IN else "publisher"
-                override = values.get(f"qos_overrides.{end.topic}.{side}.reliability", "")
-                end = replace(end, reliability=str(override))
-                (self.read if port.direction == IN else self.published).append(end)
+                full = full_topic(moved.get(full, full), namespace, own)
+                side, ends = ("subscription", self.read) if port.direction == IN else ("publisher", self.published)
+                override = str(values.get(f"qos_overrides.{full}.{side}.reliability", ""))
+                ends.append(End(name, full, message, port, key, override))
 
 
 def _topics(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
     """Yield the parameters of a port, each with the topic and the type of its messages."""
-    if port.each:
-        found = list(_sources(port, values))
-        yield from found or ([("", _DEFAULT_SOURCE, _SCANS)] if port.role == OBSTACLES else [])
-    elif "<n>" in port.parameter:
+    if "<n>" in port.parameter:
         pattern = re.compile(port.parameter.replace("<n>", r"\d+"))
         yield from ((key, str(value), port.type) for key, value in values.items() if pattern.fullmatch(key))
-    else:
+        return
+    if not port.each:
         yield port.parameter, port.name(values), port.message(values)
-
-
-def _sources(port: Port, values: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
-    last = port.each.rpartition(".")[2]
+        return
+    last, found = port.each.rpartition(".")[2], False
     for key, value in values.items():
         if key.rpartition(".")[2] == last:
-            within = key.removesuffix(last)
             for name in value.split() if isinstance(value, str) else value:
-                own = {word: values.get(f"{within}{name}.{word}") for word in ("topic", "data_type", "type")}
+                words = ("topic", "data_type", "type")
+                own = {word: values.get(f"{key.removesuffix(last)}{name}.{word}") for word in words}
                 yield key, str(own["topic"] or name), source_message(own)
+                found = True
+    if port.role == OBSTACLES and not found:
+        yield "", _DEFAULT_SOURCE, _SCANS
 
 
 def source_message(values: Mapping[str, Any]) -> str:
@@ -253,8 +251,8 @@ def _open(robot: Robot, made: Graph, end: End, others: Sequence[End]) -> Iterato
             if role == ODOMETRY and end.port.node == "ekf":
                 help += f"; or controller: {there.node}, where another node publishes {end.topic} without --control"
     elif role == JOINT_STATES and CONTROL in made.starts:
-        message = f"{what}, and no joint_state_broadcaster is started: {symptom}"
-        yield Diagnostic("package-external", NOTE, message, help="add it to controllers, or start the driver")
+        what, help = f"{what}, and no joint_state_broadcaster is started", "add it to controllers, or start the driver"
+        yield Diagnostic("package-external", NOTE, f"{what}: {symptom}", help=help)
         return
     else:
         return

@@ -55,39 +55,38 @@ def hardware_distro(output: Output) -> str:
 def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
     """Return the hardware blocks of an output as elements of a URDF."""
     distribution = hardware_distro(output)
-    if not distribution:
-        return []
+    humble = distribution == HUMBLE
 
     def word(value: object) -> str:
         if isinstance(value, bool):
             return "true" if value else "false"
         return number(value) if isinstance(value, float) else str(value)
 
-    values = {"word": word, "given": _given, "humble": distribution == HUMBLE}
-    return [
-        Templates.own("ros/ros2_control.xml.jinja", values | _values(robot, block, distribution == HUMBLE)).rstrip("\n")
-        for block in robot.control
-    ]
+    def given(values: Mapping[str, Any]) -> dict[str, Any]:
+        return {key: value for key, value in values.items() if value is not None}
 
-
-def _given(values: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in values.items() if value is not None}
-
-
-def _values(robot: Robot, block: Block, humble: bool) -> dict[str, Any]:
-    """Return the values of the template: the block, its joints with their limits and positions, and their mimic."""
-    attributes = {"rw_rate": block.rate, "is_async": block.is_async, "thread_priority": block.thread_priority}
-    mimics = {}
-    for one in block.joints:
-        joint = robot.joint[one.name]
-        written: dict[str, dict[str, Any]] = {"attributes": {}, "params": {}}
-        if not humble and joint.mimic is not None:
-            written["attributes"] = {"mimic": follows(joint, one)}
-        elif humble and joint.mimic is not None and follows(joint, one):
-            written["params"] = {"mimic": joint.mimic.joint, "multiplier": joint.mimic.multiplier}
-        mimics[one.name] = written
-    joints = [_joint(robot, block, one) for one in block.joints]
-    return {"block": block, "joints": joints, "mimics": mimics, "attributes": {} if humble else _given(attributes)}
+    texts = []
+    for block in robot.control if distribution else ():
+        mimics = {}
+        for one in block.joints:
+            joint = robot.joint[one.name]
+            mimics[one.name] = written = {"attributes": dict[str, Any](), "params": dict[str, Any]()}
+            if not humble and joint.mimic is not None:
+                written["attributes"] = {"mimic": follows(joint, one)}
+            elif humble and joint.mimic is not None and follows(joint, one):
+                written["params"] = {"mimic": joint.mimic.joint, "multiplier": joint.mimic.multiplier}
+        attributes = {"rw_rate": block.rate, "is_async": block.is_async, "thread_priority": block.thread_priority}
+        values = {
+            "word": word,
+            "given": given,
+            "humble": humble,
+            "block": block,
+            "mimics": mimics,
+            "joints": [_joint(robot, block, one) for one in block.joints],
+            "attributes": {} if humble else given(attributes),
+        }
+        texts.append(Templates.own("ros/ros2_control.xml.jinja", values).rstrip("\n"))
+    return texts
 
 
 def _joint(robot: Robot, block: Block, one: Component) -> Component:

@@ -125,51 +125,35 @@ class Moveit:
 
 
 def moveit_of(tree: Mapping[str, Any], _: Problem) -> Moveit | None:
-    """Return what a description says for MoveIt; all that can be wrong with it is told by rules."""
+    """Return what a description says for MoveIt; rules report all that can be wrong with it."""
     entry = tree["moveit"]
     if not entry:
         return None
-    matrix = entry.get("collision_matrix")
+    groups = []
+    for name, one in (entry.get("groups") or {}).items():
+        chain, states = one.get("chain"), one.get("states")
+        ends = None if chain is None else (chain["base"], chain["tip"])
+        states = {state: state for state in states} if isinstance(states, list) else states
+        groups.append(record_of(Group, one, name=name, chain=ends, states=states))
+    virtual, matrix = entry.get("virtual_joint", True), entry.get("collision_matrix")
     return record_of(
         Moveit,
         entry,
-        groups=tuple(_group_of(name, one) for name, one in (entry.get("groups") or {}).items()),
-        virtual_joint=_virtual_joint_of(entry.get("virtual_joint", True)),
+        groups=tuple(groups),
+        virtual_joint=None if virtual is False else record_of(VirtualJoint, {} if virtual is True else virtual),
         disabled=tuple(record_of(DisabledCollision, one) for one in entry.get("disabled_collisions") or ()),
-        checked=tuple(map(_pair_of, entry.get("checked_collisions") or ())),
+        checked=tuple((first, second) for first, second in entry.get("checked_collisions") or ()),
         spheres={
             link: tuple(record_of(Ball, one, xyz=vector_of(one.get("xyz"))) for one in balls)
             for link, balls in (entry.get("spheres") or {}).items()
         },
         joint_properties={
-            joint: {name: value if isinstance(value, str) else exact(value) for name, value in said.items()}
-            for joint, said in (entry.get("joint_properties") or {}).items()
+            joint: {name: value if isinstance(value, str) else exact(value) for name, value in properties.items()}
+            for joint, properties in (entry.get("joint_properties") or {}).items()
         },
         search=record_of(CollisionSearch, entry.get("collisions")),
         matrix=matrix and record_of(CollisionMatrix, matrix),
     )
-
-
-def _group_of(name: str, entry: Mapping[str, Any]) -> Group:
-    chain, states = entry.get("chain"), entry.get("states")
-    return record_of(
-        Group,
-        entry,
-        name=name,
-        chain=None if chain is None else (chain["base"], chain["tip"]),
-        states={state: state for state in states} if isinstance(states, list) else states,
-    )
-
-
-def _virtual_joint_of(entry: Any) -> VirtualJoint | None:
-    if entry is False:
-        return None
-    return record_of(VirtualJoint, {} if entry is True else entry)
-
-
-def _pair_of(names: Collection[str]) -> Pair:
-    one, other = names
-    return (one, other)
 
 
 @rule("moveit-unknown-group", "A name is that of no planning group.", "Correct the name.", Heading.OUTPUTS)

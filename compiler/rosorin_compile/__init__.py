@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from rosorin_compile.mujoco.simulate.simulation import Simulated, simulate
     from rosorin_compile.recordings import verify
     from rosorin_compile.recordings.results import Verified
-    from rosorin_compile.ros.check_parameters.checking import check_parameters
+    from rosorin_compile.ros.check_parameters.check import check_parameters
     from rosorin_compile.ros.graph import graph
     from rosorin_compile.ros.package.deploy import check_deployed, deploy
     from rosorin_compile.ros.package.package import package
@@ -59,7 +59,7 @@ _MODULES = {
     "mujoco.simulate.simulation": "Simulated simulate",
     "recordings": "verify",
     "recordings.results": "Verified",
-    "ros.check_parameters.checking": "check_parameters",
+    "ros.check_parameters.check": "check_parameters",
     "ros.graph": "graph",
     "ros.package.deploy": "check_deployed deploy",
     "ros.package.package": "package",

@@ -21,7 +21,7 @@ from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rosorin_compile.ros.moveit import Moveit
+    from rosorin_compile.ros.sections.moveit import Moveit
     from rosorin_compile.ros.sections.control.hardware import Block
 
     from .drive import Drive, Driving

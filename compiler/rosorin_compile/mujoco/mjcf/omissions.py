@@ -83,7 +83,7 @@ def check_names(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
     """Yield an error for each geom that an MJCF names and does not have; ``left_out`` are those, each with its link."""
     from html import unescape  # that of xml.sax.saxutils would load http
 
-    for name in dict.fromkeys(_GEOM.findall(text)):
+    for name in dict.fromkeys(_GEOM.findall(text)) if left_out else ():
         link = left_out.get(unescape(name))
         if link is not None:
             message = f'a shape of link "{link}" is left out of the MJCF, and something names it ({unescape(name)}):'
@@ -117,8 +117,8 @@ def _omitted(message: str, help: str = "", severity: str = WARNING) -> Diagnosti
     return Diagnostic("mjcf-cannot-say", severity, message, help=help)
 
 
-def report_omissions(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
-    """Yield what joints, meshes and textures have that MJCF cannot express."""
+def report_omissions(robot: Robot, joints: list[Joint], unpaired: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
+    """Yield what joints, meshes and textures have that MJCF cannot express; ``unpaired`` links have too many shapes."""
     for joint in joints:
         ends, effort = position_range(joint), joint.limit.known_value("effort") if joint.limit else None
         if ends and ends[0] >= ends[1]:
@@ -156,11 +156,8 @@ def report_omissions(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
         message = f'MuJoCo has a body "{WORLD}": that of link "{WORLD}" is "{body_name(robot, WORLD)}" in the MJCF'
         yield _omitted(message, severity=NOTE)
 
-
-def report_unpaired(links: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
-    """Yield a note on links that may collide, and have too many shapes for pairs."""
-    if links:
-        which = first_of([f'"{one}" and "{other}"' for one, other in links], 3)
+    if unpaired:
+        which = first_of([f'"{one}" and "{other}"' for one, other in unpaired], 3)
         message = f"links with hundreds of shapes that a joint brings together: {which}"
         message += "; MuJoCo lets them collide only where one is fixed to the world"
         yield _omitted(message, "fewer shapes: a height map of larger cells or steps", NOTE)

@@ -434,7 +434,8 @@ def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tupl
             else:
                 world.turn(joint.name, (target - world.position(joint.name)) / _CATCH_UP, world.sample)
 
-        errors, first, before = list[float](), (None, 0.0), at_start | set(world.contacts()[0])
+        first: tuple[tuple[str, str] | None, float] = (None, 0.0)
+        errors, before = list[float](), at_start | set(world.contacts()[0])
         for _ in world.run(seconds + _AT_END, move):
             now, touches = world.position(joint.name), world.contacts()[0]
             errors.append(abs(now - end))

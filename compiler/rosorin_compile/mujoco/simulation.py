@@ -303,8 +303,8 @@ def tables(result: Simulated) -> str:
     for swept in result.ranges:
         unit = result.units[swept.joint]
         ends = [text for end in swept.ends for text in (f"{end.target:.3f}", f"{end.error:.4f}")]
-        touches = [(" - ".join(end.first_touch), end.touch_position) for end in swept.ends if end.first_touch]
-        where = ", ".join(f"{pair} from {position:.2f} {unit}" for pair, position in touches)
+        touched = [(" - ".join(end.first_touch), end.touch_position) for end in swept.ends if end.first_touch]
+        where = ", ".join(f"{pair} from {position:.2f} {unit}" for pair, position in touched)
         ranges.append(row(f"{swept.joint} ({unit})", swept, *ends, where))
     blocks = []
     for rows in (poses, drive, ranges):

@@ -154,6 +154,10 @@ class Model:
         pos, turn = (getattr(self.data, name)[index] for name in _FRAMES[kind])
         return pos, turn.reshape(3, -1)
 
+    def place(self, kind: str, index: int) -> Any:
+        """Return position and sizes (m) of a geom, zeros for other kinds."""
+        return np.append(self.data.geom_xpos[index], self.mj.geom_size[index]) if kind == "geom" else np.zeros(6)
+
     def mesh_of(self, geom: int) -> int:
         return int(self.mj.geom_dataid[geom]) if self.mj.geom_type[geom] in (_MESH, _SDF) else -1
 
@@ -181,8 +185,9 @@ class Comparison:
     def __init__(self, mujoco: Any, source: Any, ours: Any, names: Mapping[str, Mapping[int, str]]) -> None:
         self.mujoco, self.names = mujoco, names
         self.source, self.ours = Model(mujoco, source), Model(mujoco, ours)
-        self.maps: dict[str, dict[int, int]] = {}
+        self.maps: dict[str, dict[int, int]] = {}  # the number of an object of ours by that of the source
         self.differences: list[Difference] = []
+        self.place(None)
         for kind in KINDS:
             self._match(kind)
 
@@ -236,7 +241,7 @@ class Comparison:
                 getattr(self.mujoco, step)(model.mj, model.data)
 
     def _match(self, kind: str) -> None:
-        """Find the object of ours for each of the source: by name, else the next that refers to the same."""
+        """Find the object of ours for each of the source: by name, else the nearest that refers to the same."""
         source, ours = self.source, self.ours
         by_name = {name: index for index, name in enumerate(ours.names[kind]) if name}
         found = self.maps[kind] = {0: 0} if kind == "body" else {}
@@ -251,7 +256,9 @@ class Comparison:
             waiting.setdefault(self._signature(ours, kind, index), []).append(index)
         for index in sorted(set(range(len(source.names[kind]))) - set(found)):
             if candidates := waiting.get(self._signature(source, kind, index)):
-                found[index] = candidates.pop(0)
+                place = source.place(kind, index)
+                apart = [round(float(np.abs(place - ours.place(kind, at)).max()), 9) for at in candidates]
+                found[index] = candidates.pop(apart.index(min(apart)))
         for one, other in found.items() if kind == "geom" else ():  # the import gives meshes other names
             is_mesh = source.mesh_of(one) >= 0
             data = int(source.mj.geom_dataid[one]), int(ours.mj.geom_dataid[other])

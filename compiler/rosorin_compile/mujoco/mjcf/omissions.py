@@ -41,11 +41,7 @@ def mesh_path(file: str) -> str:
 
 
 def texture_path(file: str) -> str:
-    """Return the file of an image as MuJoCo opens it, by its name in the description; empty if it is no PNG.
-
-    >>> texture_path("package://house/wood.png"), texture_path("wood.jpg")
-    ('meshes/house/wood.png', '')
-    """
+    """Return the file of an image as MuJoCo opens it, by its name in the description; empty if it is no PNG."""
     return _path(file, "") if file and posixpath.splitext(file)[1].lower() == _IMAGE_FORMAT else ""
 
 
@@ -63,10 +59,13 @@ def _path(file: str, more: str) -> str:
         return "" if {"", ".", ".."} & set(parts) or len(parts) < 2 else f"{MESHES}/{rest}{more}"
     if mark or file.startswith("/"):
         return "" if more or scheme not in ("file", file) else file.removeprefix("file://")
+    if not more:
+        return file
     inside = posixpath.normpath(file)
-    while more and inside.startswith("../"):  # converted files are next to the MJCF
+    is_outside = inside.startswith("../")
+    while inside.startswith("../"):  # converted files are next to the MJCF
         inside = inside[3:]
-    return file if not more else f"{inside}{more}" if inside == posixpath.normpath(file) else f"{MESHES}/{inside}{more}"
+    return f"{MESHES}/{inside}{more}" if is_outside else f"{inside}{more}"
 
 
 def is_written(robot: Robot, mesh: Mesh) -> bool:
@@ -86,8 +85,7 @@ def check_names(text: str, left_out: Mapping[str, str]) -> Iterator[Diagnostic]:
     for name in dict.fromkeys(_GEOM.findall(text)) if left_out else ():
         link = left_out.get(unescape(name))
         if link is not None:
-            message = f'a shape of link "{link}" is left out of the MJCF, and something names it ({unescape(name)}):'
-            message += " MuJoCo does not load that"
+            message = f'a shape of link "{link}" is left out of the MJCF, and something names it ({unescape(name)})'
             help = "put the file of its mesh there, or take out what names it"
             yield Diagnostic("mjcf-left-out", ERROR, message, help=help)
 
@@ -189,9 +187,8 @@ def along_link_of(inertial: Inertial) -> Inertia:
 def weightless(robot: Robot, free: bool) -> list[str]:
     """Return the links without any mass that a joint moves, and that carry mass by further joints.
 
-    A body of MJCF with two joints comes as such a link: it has no mass, what hangs on it has. MuJoCo loads no moving
-    body without mass, so in the MJCF these have the least that it takes, which changes no motion: what hangs on them is
-    some 10^12 times heavier.
+    A body of MJCF with two joints comes as such a link. MuJoCo loads no moving body without mass, so in the MJCF these
+    have the least that it takes, which changes no motion: what hangs on them is some 10^12 times heavier.
     """
     groups = weld_groups(robot)
     top_of = {name: top for top, names in groups.items() for name in names}

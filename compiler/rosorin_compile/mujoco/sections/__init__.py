@@ -126,11 +126,9 @@ def drivers(case: Case) -> Iterator[Driver]:
 def targets(case: Case) -> Iterator[Diagnostic]:
     """Actuators of the section that do not act on one thing."""
     for actuator in case.robot.actuators:
-        path: Path = ("actuators", actuator.name)
-        wrong = _target(actuator)
-        if wrong:
-            message, help = wrong
-            yield case.problem("actuator-target", f'actuator "{actuator.name}" {message}', path, help, key=True)
+        if wrong := _target(actuator):
+            path: Path = ("actuators", actuator.name)
+            yield case.problem("actuator-target", f'actuator "{actuator.name}" {wrong[0]}', path, wrong[1], key=True)
 
 
 def _target(actuator: Actuator) -> tuple[str, str] | None:
@@ -185,15 +183,7 @@ def words(case: Case) -> Iterator[Diagnostic]:
 _CONDIMS = (1, 3, 4, 6)
 # Words of MuJoCo whose two numbers are the smallest and the largest one.
 _RANGES = ("range", "force", "actrange", "lengthrange", "velrange", "ffrange", "posrange", "actuatorfrcrange")
-_SIZES = {
-    "damping": "it would drive instead of braking",
-    "friction": "it would drive instead of braking",
-    "armature": "no rotor has such an inertia",
-    "stiffness": "the spring would push away from its rest position",
-    "kp": "the servo would drive away from its target",
-    "kv": "the servo would drive instead of braking",
-    "damping_ratio": "the servo would drive instead of braking",
-}
+_SIZES = ("damping", "friction", "armature", "stiffness", "kp", "kv", "damping_ratio")
 
 
 @rule(
@@ -232,7 +222,7 @@ def negative(case: Case) -> Iterator[Diagnostic]:
         for key in ("damping_ratio",) if is_in_joint else _SIZES:
             value = entry.get(key, 0.0)
             if isinstance(value, (int, float)) and value < 0:
-                message = f"the {key} of {called} is {number(value)}, below zero: {_SIZES[key]}"
+                message = f"the {key} of {called} is {number(value)}, below zero"
                 yield case.problem("dynamics-negative", message, (*path, key), "write it without the sign")
 
 
@@ -244,10 +234,8 @@ def negative(case: Case) -> Iterator[Diagnostic]:
 )
 def contacts(case: Case) -> Iterator[Diagnostic]:
     """Contacts that MuJoCo would refuse or read as something else."""
-    shapes = (
-        (link.name, index) for link in case.robot.links for index, one in enumerate(link.collision) if one.contact
-    )
-    for link, index in shapes:
+    shapes = ((link.name, index, one) for link in case.robot.links for index, one in enumerate(link.collision))
+    for link, index, _ in (one for one in shapes if one[2].contact):
         path, called = case.link(link, "collision", index, "contact"), f'a shape of link "{link}"'
         entry = value_at(case.tree, path)
         if entry.get("condim", 3) not in _CONDIMS:
@@ -291,9 +279,8 @@ def keys(case: Case) -> Iterator[Diagnostic]:
             values = pose.mjcf.get(word)
             if isinstance(values, tuple) and ((bases and len(allowed) > 1) or len(values) not in allowed):
                 expected = " or ".join(map(str, sorted(allowed)))
-                message = (
-                    f'pose "{pose.name}" has {count_of(len(values), "number")} of {word}, and the robot {expected}'
-                )
+                count = count_of(len(values), "number")
+                message = f'pose "{pose.name}" has {count} of {word}, and the robot {expected}'
                 path: Path = ("poses", pose.name, "mjcf", word)
                 yield case.problem("key-length", message, path, "give one for each, in MuJoCo's order", key=True)
 
@@ -320,8 +307,7 @@ def constraints(case: Case) -> Iterator[Diagnostic]:
                 message = f'constraint "{name}" holds joint "{joint}", which is {turning[joint]}'
                 help = "name joints with one position each"
                 yield case.problem("constraint-ends", message, ("constraints", name, "joints", index), help)
-        wrong = _wrong_constraint(entry)
-        if wrong:
+        if wrong := _wrong_constraint(entry):
             message, help, *key = wrong
             path: Path = ("constraints", name, *key)
             yield case.problem("constraint-ends", f'constraint "{name}" {message}', path, help, key=True)

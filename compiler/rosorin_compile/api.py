@@ -43,7 +43,7 @@ from rosorin_compile.source.rule_registry import OF_PLUGINS, Rule, find
 
 if TYPE_CHECKING:
     from rosorin_compile.language.explain import Answer, Explanation, NamedValue
-    from rosorin_compile.mujoco.collisions.matrix import CollisionMatrix
+    from rosorin_compile.mujoco.collisions import CollisionMatrix
 
 
 @dataclass(frozen=True)
@@ -453,7 +453,7 @@ def collisions(
         force: Compute the pairs again, even if the file is up to date.
 
     """
-    from rosorin_compile.mujoco.collisions.matrix import compute_matrix
+    from rosorin_compile.mujoco.collisions import compute_matrix
     from rosorin_compile.ros.srdf.planning import planning_of
 
     request = Request.of(robot, arguments, packages, trust=trust)

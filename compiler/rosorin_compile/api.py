@@ -36,7 +36,7 @@ from rosorin_compile.language.explain import explain as explain_names
 from rosorin_compile.language.explain_text import lines
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.output import OutputError, read_set, write_artifacts
-from rosorin_compile.output.committed import Committed, compare_committed, load_all
+from rosorin_compile.output.golden_check import Committed, compare_committed, load_all
 from rosorin_compile.request import EXECUTED, FilePath, Packages, Request, Values
 from rosorin_compile.rules.check import plugin_checks
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, RequestError, UnknownName, error, has_errors

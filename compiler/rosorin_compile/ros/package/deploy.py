@@ -13,7 +13,7 @@ from rosorin_compile.formats.compiled import Compiled
 from rosorin_compile.formats.format import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot
 from rosorin_compile.output import MANIFEST, OutputError, PackageFolder, digest, open_package_folder, read_manifest
-from rosorin_compile.output.committed import Comparison
+from rosorin_compile.output.golden_check import Comparison
 from rosorin_compile.output.ros_packages import files_below, missing, package_of, undeclared_packages
 from rosorin_compile.request import FilePath, Packages, Request, Values
 from rosorin_compile.rules.case import report

@@ -132,7 +132,7 @@ def check_robot(run: Run, description: Description, page: Pictures | None = None
         return PROBLEMS
     if page is not None:
         page.take(request, compiled, committed)
-    if not committed.same:
+    if committed.differing():
         lines = committed.lines(full=getattr(options, "full", False))
         found = error("outputs-differ", "\n".join(lines), None, "run rosorin-compile all to write them again")
         console.differ("not up to date", lines, found, committed.comparison, committed.meshes)

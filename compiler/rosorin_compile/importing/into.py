@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rosorin_compile.output import open_package_folder
-from rosorin_compile.output.ros_packages import files_below, is_launch_file, missing, package_of
+from rosorin_compile.output.package_folder import files_below, is_launch_file, missing, package_of
 from rosorin_compile.source.diagnostics import Diagnostic, RequestError, error, phrase
 from rosorin_compile.source.files import is_file, is_folder, read_bytes, read_text, resolve
 from rosorin_compile.source.project import Description

@@ -46,7 +46,7 @@ def test_the_artifacts_go_where_they_belong(base: Path, capsys: pytest.CaptureFi
     assert publisher.parameters["robot_description"] == TEXTS["rosorin.urdf"]
     assert [node.name for node in statics] == ["tf_base_laser", "tf_base_imu"]
     assert deploy(base) == deploy(base, "-n") == 0
-    assert capsys.readouterr().out.startswith("rosorin: all 9 files as compiled\n")
+    assert capsys.readouterr().out.startswith(f"rosorin: 0 of 9 files in {base} written\n")
     assert contents(base) == after
 
 

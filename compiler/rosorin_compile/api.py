@@ -31,9 +31,8 @@ from rosorin_compile.formats.compiled import Compiled, Reading
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.mesh_files import opened_by
 from rosorin_compile.language.arguments import Argument, declared_arguments, takes_no_arguments
-from rosorin_compile.language.explain import Answer, Explanation, NamedValue
+from rosorin_compile.language.explain import Answer, Explanation, NamedValue, lines
 from rosorin_compile.language.explain import explain as explain_names
-from rosorin_compile.language.explain_text import lines
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.output import OutputError, read_set, write_artifacts
 from rosorin_compile.output.committed import Committed, compare_committed, load_all

@@ -14,9 +14,8 @@ from rosorin_compile.source.numbers import exact
 from rosorin_compile.source.tree import Instance, Map, Path, Place, Seq, has, maker
 from rosorin_compile.source.units import NUMBER, Quantity, describe
 
-from .expand.expansion import Failed
 from .expand.provenance import scope_of
-from .expand.scope import Scope
+from .expand.scope import Failed, Scope
 from .expression import ExpressionError, evaluate, parse_expression, pieces
 from .symbols import MOUNT
 

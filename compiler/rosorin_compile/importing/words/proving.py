@@ -14,9 +14,8 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.gazebo_elements import element_differences, followers_of
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import violations
-from rosorin_compile.language.expand.expansion import Expansion
 from rosorin_compile.language.expand.parts import apply_types
-from rosorin_compile.language.expand.scope import Scope
+from rosorin_compile.language.expand.scope import Expansion, Scope
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot

@@ -19,9 +19,8 @@ from ..expression import CHOICES
 from ..expression.functions import kind_of
 from ..schema import merged_sections, of_parts, of_types, resolve, schema
 from ..suggestions import flag_meant, key_of_entry_meant, number_meant, text_tails, word_meant
-from .expansion import Failed
 from .placing import AXES, is_number, is_vector
-from .scope import Scope, key_place, value_place
+from .scope import Failed, Scope, key_place, value_place
 
 KEYS = ("type", "default", "one_of", "help")
 TYPES: dict[str, tuple[type, ...]] = {"any": (object,), "text": (str,), "boolean": (bool,), "integer": (int,)}

@@ -26,11 +26,10 @@ from ..expression.syntax import weight
 from ..schema import backend_of, sections
 from ..symbols import THINGS, SymbolTable
 from .declarations import hides_letters, place_of
-from .expansion import Failed
 from .files import ADDRESS, INCLUDE_KINDS, IncludeError, check_include, with_nearest_file
 from .joining import copy, with_sources
 from .placing import Use, map_items, map_table, place_fragment
-from .scope import Scope
+from .scope import Failed, Scope
 
 if TYPE_CHECKING:
     from rosorin_compile.formats.compiled import RobotReader

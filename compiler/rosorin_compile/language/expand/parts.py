@@ -28,10 +28,9 @@ from ..suggestions import word_meant
 from ..symbols import MOUNT, SymbolTable
 from . import declarations
 from .declarations import declare, given_places
-from .expansion import Failed
 from .joining import copy, join, with_source
 from .placing import Use, place_fragment
-from .scope import Scope, value_place
+from .scope import Failed, Scope, value_place
 
 MAX_NESTED = 40
 INSTANCE = 20  # values that an instance counts for, even if it is empty

@@ -21,8 +21,7 @@ from rosorin_compile.model.simulation import Root
 from rosorin_compile.source.tree import Path
 from rosorin_compile.source.wording import phrase
 
-from ..lowering import Lowering
-from ..records import Problem, entries_of, pose_of_entry, record_of, renamed_values, values_of
+from ..lower import Lowering, Problem, entries_of, pose_of_entry, record_of, renamed_values, values_of
 from ..schema import backend_of
 from ..suggestions import suggest_name
 from . import joints, links, sensors

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from rosorin_compile.language.records import Problem, entries_of, pose_of_entry, renamed_values
+from rosorin_compile.language.lower import Problem, entries_of, pose_of_entry, renamed_values
 from rosorin_compile.model import Pose
 from rosorin_compile.model.sections import Section
 from rosorin_compile.model.simulation import Attribute, Entry

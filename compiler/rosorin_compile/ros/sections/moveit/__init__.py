@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from rosorin_compile.language.records import Problem, record_of, vector_of
+from rosorin_compile.language.lower import Problem, record_of, vector_of
 from rosorin_compile.model import DisabledCollision
 from rosorin_compile.model.sections import Section
 from rosorin_compile.ros.moveit import Ball, CollisionMatrix, CollisionSearch, Group, Moveit, VirtualJoint

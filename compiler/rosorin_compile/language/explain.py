@@ -459,28 +459,25 @@ def _numbers(numbers: Sequence[Number], known: Sequence[Step]) -> Iterator[str]:
     rows = []
     for number in _merge_zeros(numbers):
         degrees = f" ({to_fixed(math.degrees(number.value), 6)} deg)" if number.unit == "rad" and number.value else ""
-        rows.append((number, f"{exact(number.value)} {number.unit}".rstrip() + degrees))
-    width = max((len(number.name) for number, _ in rows), default=0)
-    value_width = max((len(value) for _, value in rows), default=0)
-    for (number, value), (follower, _) in zip(rows, [*rows[1:], (None, "")], strict=False):
-        origin, following = number.origin, follower.origin if follower is not None else None
-        source = number.note
-        if origin is not None:
+        value, source = f"{exact(number.value)} {number.unit}".rstrip() + degrees, number.note
+        if number.origin is not None:
+            where = number.origin.where
             combined = "of the pose in the part and that of its mount"
-            source = combined if origin.parts else f"{_place(origin.where)}  {origin.where.text}"
-        yield f"    {number.name:{width}}  {value:{value_width}}  {source}".rstrip()
-        if origin is None:
-            continue
-        if following is None or following.parts != origin.parts:
-            for part in origin.parts:
-                yield f"        {_place(part.where)}  {part.where.text}"
-                yield from _meanings(part.names, 10)
-        if following is None or (following.where, following.names) != (origin.where, origin.names):
-            yield from _meanings(origin.names, 8)
-        if following is None or following.expressions != origin.expressions:
-            yield from (f"        {_place(where)}: taken over by {where.text}" for where in origin.expressions)
-        if origin.stack != tuple(known) and (following is None or following.stack != origin.stack):
-            yield from _stack(origin.stack, 8)
+            source = combined if number.origin.parts else f"{_place(where)}  {where.text}"
+        rows.append((number.name, value, source, list(_details(number.origin, known)) if number.origin else []))
+    width, value_width = (max((len(row[column]) for row in rows), default=0) for column in (0, 1))
+    for (name, value, source, details), following in zip(rows, [*(row[3] for row in rows[1:]), []], strict=True):
+        yield f"    {name:{width}}  {value:{value_width}}  {source}".rstrip()
+        yield from details if details != following else ()
+
+
+def _details(origin: Origin, known: Sequence[Step]) -> Iterator[str]:
+    for part in origin.parts:
+        yield f"        {_place(part.where)}  {part.where.text}"
+        yield from _meanings(part.names, 10)
+    yield from _meanings(origin.names, 8)
+    yield from (f"        {_place(where)}: taken over by {where.text}" for where in origin.expressions)
+    yield from _stack(origin.stack, 8) if origin.stack != tuple(known) else ()
 
 
 def _merge_zeros(numbers: Sequence[Number]) -> Iterator[Number]:

@@ -15,7 +15,7 @@ from rosorin_compile.source.wording import count_of, hidden_letter, in_words, su
 
 from . import suggestions
 from .expand.provenance import problem_at
-from .schema import Steps, backend_of, part_at, resolve, sections, subject, unit_at, with_outputs
+from .schema import Steps, backend_of, part_at, resolve, subject, unit_at, with_outputs
 from .validator import Misfit, misfits_of, validator_of
 
 if TYPE_CHECKING:
@@ -56,21 +56,20 @@ def validate(tree: Map, formats: Mapping[str, Format], scope: Scope | None = Non
     return diagnostics
 
 
-_known: dict[tuple[Any, ...], tuple[dict[str, Any], Any]] = {}
-_MOST_KNOWN = 100
+_validators: dict[tuple[Any, ...], tuple[dict[str, Any], Any]] = {}
+_MOST_VALIDATORS = 100
 
 
 def _schema_and_validator(outputs: Any, formats: Mapping[str, Format]) -> tuple[dict[str, Any], Any]:
-    """Return the schema of descriptions with these outputs and its validator, cached by their names and formats."""
     schema = with_outputs(outputs, formats)
     options = schema["properties"]["outputs"].get("properties", {})
     # The options of a format live as long as the program: they are compared by identity.
     key = tuple((name, *map(id, one["properties"].values())) for name, one in options.items())
-    if key not in _known:
-        if len(_known) >= _MOST_KNOWN:
-            _known.clear()
-        _known[key] = schema, validator_of(schema)
-    return _known[key]
+    if key not in _validators:
+        if len(_validators) >= _MOST_VALIDATORS:
+            _validators.clear()
+        _validators[key] = schema, validator_of(schema)
+    return _validators[key]
 
 
 _Dimensions = tuple[Dimension, ...]
@@ -108,7 +107,9 @@ class _Walk:
                 dimensions = allowed[step]
                 if dimensions is not None and item.dimension not in dimensions:
                     self.misfits.append((steps, item, dimensions))
-            if isinstance(item, float) and not -MOST <= item <= MOST and not (math.isfinite(item) and _is_free(steps)):
+            # A limit may be 1.8e308, and masses have their own rules.
+            is_free = "limit" in steps or key == "mass"
+            if isinstance(item, float) and not -MOST <= item <= MOST and not (math.isfinite(item) and is_free):
                 self.not_finite.append((steps, float(item)))
         sound = before == len(self.not_finite) + len(self.misfits)
         if sound or value.via is None or not value.via.made:  # an error in a part is reported for each instance
@@ -124,17 +125,6 @@ class _Walk:
         units = unit_at(path)
         parsed = [parse_unit(unit) for unit in ([units] if isinstance(units, str) else units or ())]
         return None if units is None else tuple(unit[1] for unit in parsed if unit is not None)
-
-
-def _is_free(steps: Steps) -> bool:
-    """Return True for a number that nothing is calculated with: a limit may be 1.8e308, masses have their own rules."""
-    reckoned, node = False, sections().get(str(steps[0]))
-    for step in steps[1:]:
-        if node is None:
-            break
-        reckoned = reckoned if node.reckoned is None else node.reckoned
-        node = node.step_to(step)
-    return not (reckoned if node is None or node.reckoned is None else node.reckoned)
 
 
 # Sections that expansion removes: the schema of the plain tree lacks them.

@@ -23,18 +23,7 @@ from ..symbols import WORD, Symbol, SymbolTable
 from .scope import Disabled, Failed, Scope
 
 _MAX_FILES = 500
-# What the message says of an unused name of a kind, and where to use it.
-_UNUSED = {
-    "argument": ('nothing uses the argument "{}"', "write ${{{}}} where it belongs"),
-    "value": ('nothing uses the value "{}" of let', "write ${{{}}} where it belongs"),
-    "part": ('nothing uses the part "{}"', "write use: {{NAME: {{part: {}}}}}"),
-    "sensor type": ('no sensor is of the type "{}"', "write type: {} in a sensor"),
-    "publisher": (
-        'publisher "{}" publishes no joint and no edge, and stamps nothing',
-        "write publisher: {} in a joint or an edge",
-    ),
-    "mode": ('no condition names the mode "{}"', "write when: {} where it matters"),
-}
+_CHECKED = ("argument", "value", "part", "sensor type", "publisher", "mode")
 _EXPRESSIONS = ("argument", "value", "parameter")
 
 
@@ -60,7 +49,7 @@ def check_letters(symbols: SymbolTable, scope: Scope) -> None:
 
 def unused_names(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]:
     """Return a warning for each name that is defined and never used; ``read`` are the files of the description."""
-    tree, uses = symbols.tree, list(symbols.references(tuple(_UNUSED)))
+    tree, uses = symbols.tree, list(symbols.references(_CHECKED))
     used = {(one.kind, one.name, one.owner) for one in uses if (one.kind, *one.path[:2]) != ("part", "parts", one.name)}
     hidden = {one.kind for one in uses if "$" in one.name}
     outputs = tree.get("outputs")
@@ -72,19 +61,18 @@ def unused_names(symbols: SymbolTable, read: Iterable[Path]) -> list[Diagnostic]
     warnings = []
     for one in symbols.definitions():
         kind = "value" if one.kind in _EXPRESSIONS else one.kind
-        if kind not in _UNUSED or kind in hidden or "$" in one.name or (kind, one.name, one.owner) in used:
+        if kind not in _CHECKED or kind in hidden or "$" in one.name or (kind, one.name, one.owner) in used:
             continue
         place, entry = one.place or tree.locate(one.path, key=True), value_at(tree, one.path)
         if one.kind == "publisher" and (isinstance(entry, str) or (entry or {}).get("stamps")):
             continue
-        what, way = _UNUSED.get(one.kind, _UNUSED["value"])
-        message = f'{one.owner} never uses its {one.kind} "{one.name}"' if one.owner else what.format(one.name)
+        what = f'{one.kind} "{one.name}"'
+        message = f"{one.owner} never uses its {what}" if one.owner else f"nothing uses the {what}"
         file = place.span.source.path
         if file not in shared:
             shared[file] = file != tree.span.source.path and _is_shared(place.span, read)
         if not shared[file]:
-            help = f"{way.format(one.name)}, or remove it"
-            warnings.append(Diagnostic("unused", WARNING, message, place.span, place.stack(), help))
+            warnings.append(Diagnostic("unused", WARNING, message, place.span, place.stack(), "use it, or remove it"))
     return warnings
 
 
@@ -141,14 +129,10 @@ class _Dropped:
     def explain(self, group: list[Diagnostic]) -> Diagnostic:
         """Return the first of the diagnostics that this causes, with the others."""
         first, *others = group
-        item, key, is_empty = self.entry.item, self.entry.key, self.entry.is_empty
-        span, condition, why = item.value_spans["for" if is_empty else "if"], item.get("if"), "its loop has no rounds"
-        help = "leave out on the same condition what names it"
-        if not is_empty:
-            only = list(pieces(str(condition)))
-            text = "its if" if isinstance(condition, bool) else only[0].text.strip() if len(only) == 1 else condition
-            why = f"{text} is false"
-            help += f', if: "{condition}"' if isinstance(condition, str) else ""
+        item, key = self.entry.item, self.entry.key
+        span, why = item.value_spans["for" if self.entry.is_empty else "if"], "its loop has no rounds"
+        if not self.entry.is_empty:
+            why = f"its condition is false: {item['if']}" if isinstance(item["if"], str) else "its condition is false"
         with suppress(Failed):
             key = key if self.wild or "$" not in key else self.scope.name(key, item.span, self.scope.via)
         what = f'"{key}"' if key else "an item of a list"
@@ -157,6 +141,7 @@ class _Dropped:
         related += [Related(f"also missed: {one.message}", one.span) for one in others[:MAX_SHOWN]]
         if len(others) > MAX_SHOWN:
             related.append(Related(f"also missed:{and_more(len(others) - MAX_SHOWN)}", None))
+        help = "leave out on the same condition what names it"
         return replace(first, message=message, help=help, related=(*related, *first.related))
 
 

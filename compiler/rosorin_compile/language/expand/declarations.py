@@ -88,11 +88,11 @@ def declare(
     for first, *others in [missing] if user and missing else [[one] for one in missing]:
         names, place = [one.name for one in (first, *others)], user or first.place
         values = f"with: {{{': VALUE, '.join(names)}: VALUE}}" if user else f"-a {first.name}=VALUE"
-        help = "; ".join(filter(None, [f"write {values}", first.help if not others else ""]))
+        way = "; ".join(filter(None, [f"write {values}", first.help if not others else ""]))
         stack = [note for note in (scope.via.stack() if scope.via else place.stack()) if note.span != place.span]
         related = [Related("declared here", first.place.span)] if user else []
         message = f"{owner} needs the argument{'s' if others else ''} {quote(names)}"
-        scope.expansion.diagnostics.append(error("missing-argument", message, place.span, help, [*related, *stack]))
+        scope.expansion.diagnostics.append(error("missing-argument", message, place.span, way, [*related, *stack]))
     for name, parameter in known.items():
         if name in given:
             scope.bind(name, given[name], places[name])

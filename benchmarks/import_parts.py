@@ -21,8 +21,8 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.importing.description import tree_of, write
 from rosorin_compile.importing.repeats import with_parts
 from rosorin_compile.importing.report import report_parts

@@ -25,8 +25,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from rosorin_compile.formats.imported import ReadOptions
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.imported_robot import ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.importing.round_trip import check_round_trip
 from rosorin_compile.source.diagnostics import ERROR
 

@@ -20,9 +20,9 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
-from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.imported import Proof, ReadOptions
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.compilation import compile_robot
+from rosorin_compile.formats.imported_robot import Proof, ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.importing.description import write
 from rosorin_compile.language.lower import lower
 from rosorin_compile.source.diagnostics import ERROR

@@ -26,9 +26,9 @@ from typing import Any
 import coal
 import pinocchio
 
-from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.reading import join, read_robot
+from rosorin_compile.formats.compilation import compile_robot
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.robot_files import join, read_robot
 from rosorin_compile.importing.description import write
 from rosorin_compile.importing.round_trip import check_round_trip
 from rosorin_compile.source.diagnostics import ERROR

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
         diff, explain, explain_rules, outputs, read, schema, write,
     )
     from rosorin_compile.compare.difference import Difference
-    from rosorin_compile.formats.compiled import Compiled, Reading, Variant
+    from rosorin_compile.formats.compilation import Compiled, Reading, Variant
     from rosorin_compile.formats.format import Artifact
     from rosorin_compile.importing.extract.extract import extract_boxes, extract_factory, extract_height_map
     from rosorin_compile.importing.import_robot import import_robot

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Box, HeightMap
 from rosorin_compile.source.diagnostics import has_errors

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.model import Joint, Link, Robot
-from rosorin_compile.model.looks import is_own, own_colours
+from rosorin_compile.model.colours import is_own, own_colours
 from support.paths import data_text
 
 names = st.text(st.characters(codec="utf-8", exclude_characters="\0"), min_size=1, max_size=8)

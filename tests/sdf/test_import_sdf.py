@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output, Robot

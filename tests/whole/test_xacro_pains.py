@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from support.paths import data_text
 
 # Time grows with the robot, no faster (ros/xacro#57, #292); the benchmarks have the seconds.

@@ -5,7 +5,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from rosorin_compile.formats.compiled import Compiled
+from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.output import OutputError, write_file
 from rosorin_compile.source.files import label
 from rosorin_compile.source.project import Description

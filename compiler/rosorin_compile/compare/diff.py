@@ -10,10 +10,10 @@ from dataclasses import replace
 
 from rosorin_compile.formats.urdf.write import carriers, inertials_at
 from rosorin_compile.model import Robot
-from rosorin_compile.model.looks import shows_collision
+from rosorin_compile.model.colours import shows_collision
 
 from .difference import DEFAULT_TOLERANCE, KINDS, YAML, Difference, Item, Report, Side
-from .frames import compare_frames
+from .frame_poses import compare_frames
 from .masses import compare_masses
 from .names import renamed_robot
 from .pairing import Pairing, compare_names, pair

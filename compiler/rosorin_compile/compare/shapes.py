@@ -9,8 +9,8 @@ from typing import NamedTuple
 from rosorin_compile.formats import FORMATS, Format
 from rosorin_compile.formats.format import lacks
 from rosorin_compile.model import Box, Capsule, Ellipsoid, HeightMap, Mesh, Shape, Transform
+from rosorin_compile.model.colours import is_own
 from rosorin_compile.model.geometry import IDENTITY, pose_of
-from rosorin_compile.model.looks import is_own
 from rosorin_compile.model.shape import GROUNDED, ROWS, Rgba, plain
 from rosorin_compile.source.progress import Progress
 

@@ -16,7 +16,7 @@ from keyword import iskeyword
 from pathlib import Path as FilePath
 from typing import Any, TypeVar
 
-from rosorin_compile.formats.imported import Imported, Outputs
+from rosorin_compile.formats.imported_robot import Imported, Outputs
 from rosorin_compile.language.expression.functions import reserved_names
 from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.source.diagnostics import Span

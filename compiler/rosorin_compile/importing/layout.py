@@ -13,7 +13,7 @@ import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.imported import END, INSIDE, Comment
+from rosorin_compile.formats.imported_robot import END, INSIDE, Comment
 from rosorin_compile.language.schema import fragment_at
 from rosorin_compile.source.diagnostics import MadeSpan, Span, printable
 from rosorin_compile.source.numbers import exact

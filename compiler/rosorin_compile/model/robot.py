@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
+from rosorin_compile.source.cache import of_robot
 from rosorin_compile.source.diagnostics import UnknownName
 
-from .cached import of_robot
 from .geometry import Pose, Transform
 from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
 from .link import NO_SOURCE, Inertial, Link, Source

@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.formats.format import Opened, Placed
-from rosorin_compile.formats.imported import Imported, ReadOptions, as_tree, comments_of
-from rosorin_compile.formats.reading import accept, lower_artifact
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions, as_tree, comments_of
+from rosorin_compile.formats.robot_files import accept, lower_artifact
 from rosorin_compile.formats.urdf.read import plain
-from rosorin_compile.formats.urdf.reading import NAME
+from rosorin_compile.formats.xml_reader import NAME
 from rosorin_compile.model import Robot, Transform
 from rosorin_compile.rules.urdf_elements import sdf_elements
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Source, has_errors
@@ -25,7 +25,7 @@ from rosorin_compile.source.wording import count_of, first_of, mask_controls, ph
 from rosorin_compile.source.xml.markup import Element, MarkupError, correction, name_of, parse
 
 from .content import OF_LINK, OF_MODEL, SOLIDS, WORLD, keep, wrap
-from .models import FRAME, LINK, Node, Scope, SdfReading, relative_to
+from .models import FRAME, LINK, Node, Scope, SdfReader, relative_to
 from .read_joints import Bodies, Entries, Joints, is_near
 from .values import WrittenPose, is_true, name_span
 
@@ -39,7 +39,7 @@ _WATER = 1000  # kg/m^3, the density of an inertial that is to be computed and h
 
 def read_sdf(opened: Opened) -> Imported:
     """Return the robot of an SDF."""
-    reading, document = SdfReading(opened.options, opened.path), opened.xml
+    reading, document = SdfReader(opened.options, opened.path), opened.xml
     top = reading.top(document.root, opened.path)
     sections = None if top is None else _Robot(reading, top).read()
     diagnostics = reading.all_diagnostics()
@@ -81,7 +81,7 @@ def read(text: str) -> Robot:
 class _Robot:
     """Makes the sections of a description from a model."""
 
-    def __init__(self, reading: SdfReading, top: Scope) -> None:
+    def __init__(self, reading: SdfReader, top: Scope) -> None:
         self.reading, self.top = reading, top
         self.bodies = Bodies(reading, top)
         self.entries = Entries({}, {}, {})

@@ -16,7 +16,7 @@ from rosorin_compile.source.diagnostics import NOTE, Diagnostic, Span, Suggestio
 from rosorin_compile.source.xml.markup import Element, name_of, place
 
 from .content import OF_JOINT, WORLD, keep, wrap
-from .models import FRAME, JOINT, LINK, OWN, Node, Scope, SdfReading, relative_to
+from .models import FRAME, JOINT, LINK, OWN, Node, Scope, SdfReader, relative_to
 from .values import WrittenPose, clean_number, is_true, name_span
 
 _NEAR = 1e-10  # m, and entries of rotations: smaller values are rounding errors
@@ -61,7 +61,7 @@ def is_near(transform: Transform) -> bool:
 class Bodies:
     """The bodies of a model, and the joints between them."""
 
-    def __init__(self, reading: SdfReading, top: Scope) -> None:
+    def __init__(self, reading: SdfReader, top: Scope) -> None:
         self.reading, self.top = reading, top
         nodes = list(top.all_nodes())
         self.links = [node for node in nodes if node.kind == LINK]

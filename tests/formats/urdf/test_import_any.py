@@ -10,8 +10,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic, has_errors
 from rosorin_compile.source.diagnostics import text as report
 from rosorin_compile.source.messages import arrange

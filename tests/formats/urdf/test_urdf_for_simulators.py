@@ -35,8 +35,8 @@ from rosorin_compile.model import (
     Transform,
 )
 from rosorin_compile.model import Robot as Model
+from rosorin_compile.model.colours import own_colours, with_visuals
 from rosorin_compile.model.joint import UNPUBLISHED, Mimic
-from rosorin_compile.model.looks import own_colours, with_visuals
 from support import sdformat
 from support.paths import ROOT
 from support.robots import compiled, compiled_text, sound, texts

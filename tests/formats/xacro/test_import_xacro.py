@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.importing.xacro import expand as reader
 from rosorin_compile.source.diagnostics import Diagnostic
 from rosorin_compile.source.diagnostics import text as report

@@ -17,8 +17,8 @@ from rosorin_compile.compare.diff import compare_robots
 from rosorin_compile.compare.difference import YAML, Side
 from rosorin_compile.compare.precision import printed_precision
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.compilation import compile_robot
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Output, Robot

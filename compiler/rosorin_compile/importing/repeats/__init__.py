@@ -6,7 +6,7 @@ parameters, ``parts`` decides what becomes a part and writes it, and ``named_val
 
 from __future__ import annotations
 
-from rosorin_compile.formats.imported import Imported
+from rosorin_compile.formats.imported_robot import Imported
 
 from ..description import tree_of
 from .named_values import with_named_values

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rosorin_compile.formats.imported import BEFORE, INSIDE, Comment, as_tree
+from rosorin_compile.formats.imported_robot import BEFORE, INSIDE, Comment, as_tree
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Map, Path

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.gazebo_elements import element_differences, followers_of
-from rosorin_compile.formats.imported import Imported
-from rosorin_compile.formats.reading import violations
+from rosorin_compile.formats.imported_robot import Imported
+from rosorin_compile.formats.robot_files import violations
 from rosorin_compile.language.expand.expansion import Expansion
 from rosorin_compile.language.expand.parts import apply_types
 from rosorin_compile.language.expand.scope import Scope

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.formats.imported import Comment, as_tree
+from rosorin_compile.formats.imported_robot import Comment, as_tree
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.tree import Map, Path, Seq, Text
 from rosorin_compile.source.xml.elements import indent_lines, tree_of

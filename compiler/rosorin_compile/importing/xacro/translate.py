@@ -14,7 +14,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.imported import Imported, Outputs, ReadOptions
+from rosorin_compile.formats.imported_robot import Imported, Outputs, ReadOptions
 from rosorin_compile.source.diagnostics import count_of, phrase
 from rosorin_compile.source.files import exists, read_text
 from rosorin_compile.source.project import Description

@@ -14,9 +14,9 @@ from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rosorin_compile.formats.compiled import compile_robot
-from rosorin_compile.formats.imported import Imported, ReadOptions
-from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.compilation import compile_robot
+from rosorin_compile.formats.imported_robot import Imported, ReadOptions
+from rosorin_compile.formats.robot_files import read_robot
 from rosorin_compile.language.expand.included_robots import move_files
 from rosorin_compile.model import Robot
 from rosorin_compile.source.diagnostics import ERROR, Diagnostic

@@ -36,7 +36,7 @@ from .joining import join, with_sources
 from .scope import Scope, key_place, value_place
 
 if TYPE_CHECKING:
-    from rosorin_compile.formats.compiled import RobotReader
+    from rosorin_compile.formats.compilation import RobotReader
 
 
 ADDRESS = "package://"

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from rosorin_compile.formats.imported import Imported, Proof
+from rosorin_compile.formats.imported_robot import Imported, Proof
 from rosorin_compile.source.diagnostics import phrase
 
 from .process import prove as prove_in_child

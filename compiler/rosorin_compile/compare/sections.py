@@ -12,7 +12,7 @@ from typing import Any
 
 from rosorin_compile.formats import FORMATS, Format
 from rosorin_compile.formats.format import lacks
-from rosorin_compile.formats.gazebo_elements import Key, followers_of, meanings, spelt
+from rosorin_compile.formats.gazebo import Key, followers_of, meanings, spelt
 from rosorin_compile.language.schema import sections
 from rosorin_compile.model import Robot
 from rosorin_compile.model.joint import Dynamics

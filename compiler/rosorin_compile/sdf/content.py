@@ -17,7 +17,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosorin_compile.formats.format import Placed
-from rosorin_compile.formats.gazebo_elements import with_noise
+from rosorin_compile.formats.gazebo import with_noise
 from rosorin_compile.model import Inertial, Joint, Limit, Link, Mesh, Output, Robot, Shape
 from rosorin_compile.model.geometry import IDENTITY, pose_of
 from rosorin_compile.source.diagnostics import Diagnostic, Source

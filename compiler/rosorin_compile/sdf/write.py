@@ -12,7 +12,7 @@ from dataclasses import astuple, replace
 
 from markupsafe import escape
 
-from rosorin_compile.formats.gazebo_elements import DISTRIBUTIONS, distribution, drive_blocks, sensor_lines, with_noise
+from rosorin_compile.formats.gazebo import DISTRIBUTIONS, distribution, drive_blocks, sensor_lines, with_noise
 from rosorin_compile.formats.templating import Templates, attributes, comment
 from rosorin_compile.model import Joint, Mesh, Output, Pose, Robot, Sensor, Shape, Transform
 from rosorin_compile.model.colours import with_visuals

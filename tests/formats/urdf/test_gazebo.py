@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from rosorin_compile.formats.gazebo_elements import DISTRIBUTIONS
+from rosorin_compile.formats.gazebo import DISTRIBUTIONS
 from rosorin_compile.source.diagnostics import NOTE
 from rosorin_compile.source.diagnostics import text as report
 from support import sdformat

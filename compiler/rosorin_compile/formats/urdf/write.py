@@ -31,10 +31,9 @@ from rosorin_compile.source.numbers import NumberFormat, number_format, numbers,
 from rosorin_compile.source.wording import count_of, plural, quote
 from rosorin_compile.source.xml.elements import indent_lines
 
-from ..gazebo_elements import distribution, drive_blocks
+from ..gazebo import distribution, drive_blocks, gazebo_blocks
 from ..mesh_files import urdf_file_name
 from ..templating import Templates, attribute, attributes, comment
-from .gazebo import gazebo_blocks
 
 _UNSTABLE = "A warning: damping * step > 2 * inertia at a joint: simulators with explicit steps of 1/240 s, such as "
 _UNSTABLE += "PyBullet, diverge."

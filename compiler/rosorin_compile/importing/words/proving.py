@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence, Set
 from typing import Any, NamedTuple
 
 from rosorin_compile.formats import FORMATS
-from rosorin_compile.formats.gazebo_elements import element_differences, followers_of
+from rosorin_compile.formats.gazebo import element_differences, followers_of
 from rosorin_compile.formats.imported_robot import Imported
 from rosorin_compile.formats.robot_files import violations
 from rosorin_compile.language.expand.expansion import Expansion

@@ -13,7 +13,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.formats.compilation import compile_robot  # noqa: E402
 from rosorin_compile.model import Box, Capsule, Cylinder, Geometry, HeightMap, Inertial, Mesh, Pose, Shape, Sphere  # noqa: E402
-from rosorin_compile.model.mass import inertial_of  # noqa: E402
+from rosorin_compile.model.link import inertial_of  # noqa: E402
 from support.paths import data_text  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import written  # noqa: E402

@@ -11,7 +11,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.language.lower import lower
 from rosorin_compile.model import Box, Capsule, Cylinder, Pose, Shape, Sphere
 from rosorin_compile.model.bounds import ball_of, bounds_of
-from rosorin_compile.model.mass import inertial_of
+from rosorin_compile.model.link import inertial_of
 from rosorin_compile.rules.check import check
 from rosorin_compile.source.diagnostics import Source
 from rosorin_compile.source.load import parse_yaml

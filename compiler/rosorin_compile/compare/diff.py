@@ -13,7 +13,7 @@ from dataclasses import replace
 from rosorin_compile.formats.urdf.write import carriers, inertials_at
 from rosorin_compile.model import Inertial
 from rosorin_compile.model.colours import shows_collision
-from rosorin_compile.model.mass import together
+from rosorin_compile.model.link import together
 
 from .bodies import Bodies, Pairing, compare_names, pair
 from .describe import Describer

@@ -104,7 +104,6 @@ class Graph:
         for step in steps:
             self.moves.setdefault(step.parent, []).append(Move(step, False))
             self.moves.setdefault(step.child, []).append(Move(step, True))
-        self.published = {step.child for step in steps if step.publishers}  # frames with a parent in tf2
 
     @property
     def frames(self) -> tuple[str, ...]:

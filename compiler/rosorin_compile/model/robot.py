@@ -12,8 +12,7 @@ from rosorin_compile.source.diagnostics import UnknownName
 
 from .geometry import Pose, Transform
 from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
-from .link import NO_SOURCE, Inertial, Link, Source
-from .mass import together
+from .link import NO_SOURCE, Inertial, Link, Source, together
 from .sections import Sections
 from .shape import Material, Rgba, Shape
 from .simulation import AT_ORIGIN, GazeboSensor, Root, Simulated, Values

@@ -1,7 +1,7 @@
 """The answer is that of tf2: C++ with the headers of tf2 composes and prints the same transforms.
 
-The program is built on the linear algebra of tf2 itself (package libtf2-dev, or TF2_INCLUDE=folder): the buffer's way of
-keeping an edge, its composition, and what tf2_echo prints.
+The program is built on the linear algebra of tf2 itself (package libtf2-dev, or TF2_INCLUDE=folder): the buffer's way
+of keeping an edge, its composition, and what tf2_echo prints.
 """
 
 import math

@@ -20,7 +20,7 @@ from rosorin_compile.model.bounds import radius_about, reach_along
 from rosorin_compile.model.colours import with_visuals
 from rosorin_compile.model.geometry import IDENTITY, Transform, dot, minus, plane_axes, pose_of, unit
 from rosorin_compile.model.joint import Dynamics
-from rosorin_compile.model.mass import together
+from rosorin_compile.model.link import together
 from rosorin_compile.model.sections import sections_in_urdf
 from rosorin_compile.model.shape import ROWS, Box, Capsule, Cylinder, Ellipsoid, Material, Mesh, Shape, plain
 from rosorin_compile.rules.case import Case

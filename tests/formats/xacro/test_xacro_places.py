@@ -92,15 +92,6 @@ def test_an_error_in_an_included_file_stands_there(inner: str, place: str) -> No
     assert line.startswith(f"{place}: "), line
 
 
-def test_an_error_in_a_macro_of_an_included_file_stands_there() -> None:
-    macro = '<xacro:macro name="arm" params="n">\n<link name="${n + missing}"/></xacro:macro>'
-    _write("parts/arm.xacro", f"{HEAD}{macro}</robot>")
-    _write("robot.xacro", f'{HEAD}<xacro:include filename="parts/arm.xacro"/>\n<xacro:arm n="1"/></robot>')
-    imported = _read()
-    assert _told(imported)[0].startswith("parts/arm.xacro:3:13: xacro-error: ")
-    assert "robot.xacro:3:2" in report(imported.diagnostics)
-
-
 @pytest.mark.parametrize(
     ("inner", "told"),
     [

@@ -46,7 +46,7 @@ _MODULES = {
     "api": "Arguments Checked Explained Outputs Rules Written arguments check collisions compile diff explain "
            "explain_rules outputs read schema write",
     "compare.difference": "Difference",
-    "formats.compiled": "Compiled Reading Variant",
+    "formats.compilation": "Compiled Reading Variant",
     "formats.format": "Artifact",
     "importing.extract.extract": "extract_boxes extract_factory extract_height_map",
     "importing.import_robot": "import_robot",

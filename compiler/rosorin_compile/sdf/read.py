@@ -126,10 +126,8 @@ class _Robot:
             self._link(node)
         massless = [node for node in bodies.links if all(one.tag != "inertial" for one in node.element.children)]
         if massless:
-            which = (
-                f"{count_of(len(massless), 'link')} without <inertial> ({first_of([n.called for n in massless], 3)})"
-            )
-            message = f"{which}: readers of SDF take 1 kg, and so does the description"
+            names = first_of([node.called for node in massless], 3)
+            message = f"{count_of(len(massless), 'link')} without <inertial> ({names}): 1 kg, as readers of SDF take it"
             reading.note("import-converted", message, massless[0].element.span)
         joints = Joints(bodies, self.entries)
         joints.read(world)

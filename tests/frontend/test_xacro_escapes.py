@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.language.expression import ExpressionError, evaluate
 from rosorin_compile.source.units import LENGTH, Quantity
 from support.paths import DATA

@@ -20,7 +20,7 @@ from typing import Any
 import yaml
 
 from rosorin_compile.cli.report_formats import FORMATS
-from rosorin_compile.formats.compiled import Compiled, compile_robot
+from rosorin_compile.formats.compilation import Compiled, compile_robot
 from rosorin_compile.source.diagnostics import Diagnostic, Span, has_errors
 from support.paths import DATA
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import yaml
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.source.diagnostics import ERROR, NOTE, Diagnostic, Related
 from support.paths import ROOT, ROSORIN
 

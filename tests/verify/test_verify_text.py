@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.formats.compiled import compile_robot
+from rosorin_compile.formats.compilation import compile_robot
 from rosorin_compile.model import Pose, Transform
 from rosorin_compile.recordings.expected import Options
 from rosorin_compile.recordings.results import Verified, summary

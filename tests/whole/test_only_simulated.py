@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.compiled import Compiled
+from rosorin_compile.formats.compilation import Compiled
 from rosorin_compile.model import Robot
 from support.paths import data_text
 from support.robots import compiled_text, sound, texts

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-from rosorin_compile.formats.imported import BEFORE, INSIDE, Comment, Imported, as_tree
+from rosorin_compile.formats.imported_robot import BEFORE, INSIDE, Comment, Imported, as_tree
 from rosorin_compile.source.diagnostics import Span
 from rosorin_compile.source.progress import Progress
 from rosorin_compile.source.tree import Map, Path

@@ -22,7 +22,6 @@ from typing import Any, NamedTuple
 
 from rosorin_compile.formats.urdf.write import joints_of, links_of, solids
 from rosorin_compile.model import DisabledCollision, Joint, Mesh, Output, Robot, Shape, Transform
-from rosorin_compile.model.cached import of_robot
 from rosorin_compile.model.drive import SLIDING
 from rosorin_compile.model.robot import JointPose
 from rosorin_compile.ros.sections.moveit import FIXED, FLOATING, PLANAR, Group, Moveit, Pair, VirtualJoint

@@ -32,8 +32,8 @@ from rosorin_compile.source.wording import count_of
 
 from . import FORMATS, Artifact, plugged_diagnostics
 from .format import notes as unsupported_notes
-from .imported import Imported, ReadOptions, as_tree
-from .reading import outputs_of, read_robot
+from .imported_robot import Imported, ReadOptions, as_tree
+from .robot_files import outputs_of, read_robot
 from .templating import TemplateProblem, Templates
 
 if TYPE_CHECKING:

@@ -16,9 +16,8 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.gazebo import element_differences, followers_of
 from rosorin_compile.formats.imported_robot import Comment, Imported, as_tree
 from rosorin_compile.formats.robot_files import violations
-from rosorin_compile.language.expand.scope import Expansion
 from rosorin_compile.language.expand.parts import apply_types
-from rosorin_compile.language.expand.scope import Scope
+from rosorin_compile.language.expand.scope import Expansion, Scope
 from rosorin_compile.language.lower import lower
 from rosorin_compile.language.validate import validate
 from rosorin_compile.model import Output, Robot

@@ -111,15 +111,6 @@ def answers(answer: dict[str, object], remark: Remark) -> bool:
     return same and fnmatch(remark.file, str(answer["file"])) and (of is None or remark.of <= set(of))  # type: ignore[call-overload]
 
 
-@pytest.mark.tier("engines")
-@needs_judges
-@pytest.mark.slow
-def test_each_remark_on_an_example_is_answered(tmp_path: Path) -> None:
-    told = remarks(tmp_path, (ROBOTS[-1],))
-    assert {remark.judge for remark in told} == set(VERSIONS)
-    assert unanswered(told) == []
-
-
 @needs_judges
 @pytest.mark.tier("engines")
 def test_each_remark_is_answered(told: list[Remark]) -> None:

@@ -2,6 +2,7 @@
 
 import gc
 import os
+import pickle
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -212,3 +213,12 @@ def test_the_folder_of_the_process_matters_for_relative_names_alone(
     monkeypatch.chdir(small.parent.parent)
     assert texts(rosorin_compile.compile("small")) == expected
     assert told(rosorin_compile.compile("robot.yaml"))
+
+
+@pytest.mark.parametrize("path", [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))], ids=lambda path: path.parent.name)
+def test_what_is_compiled_can_be_sent_to_another_process(path: Path) -> None:
+    compiled = rosorin_compile.compile(path)
+    again = pickle.loads(pickle.dumps(compiled))  # noqa: S301 - our own
+    assert again == compiled
+    assert again.robot == compiled.robot
+    assert [str(one) for one in again.diagnostics] == [str(one) for one in compiled.diagnostics]

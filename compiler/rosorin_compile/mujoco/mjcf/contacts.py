@@ -352,6 +352,8 @@ def refused_by_mjx(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, st
             kind = _kind(robot, shape, form)
             if kind:
                 looks.setdefault((link.name, kind, masks.mask_of(link.name, shape)), number)
+    kinds_here = {kind for _, kind, _ in looks}
+    wanted = {kinds for kinds in CANNOT if kinds <= kinds_here}
     paired = {frozenset((geom.link, _kind(robot, geom.solid.shape, form)) for geom in pair) for pair in touching.pairs}
     excluded = set(map(frozenset, touching.excluded))
     top_of = {name: top for top, names in weld_groups(robot).items() for name in names}
@@ -359,6 +361,8 @@ def refused_by_mjx(robot: Robot, output: Output) -> Iterator[tuple[tuple[str, st
     world = "" if robot.has_free_base(output) else robot.root  # the top of what is welded to the world
     found: set[frozenset[str]] = set()
     for first, second in combinations(looks, 2):
+        if found == wanted:
+            return
         (one, kind, mask), (other, other_kind, other_mask) = first, second
         kinds = frozenset((kind, other_kind))
         if one == other or kinds not in CANNOT or kinds in found or not mask.meets(other_mask):

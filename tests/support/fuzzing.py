@@ -79,8 +79,8 @@ def check_diagnostic(diagnostic: Diagnostic) -> None:
 def main() -> None:
     """For each line "FOLDER SECONDS MEGABYTES": compile FOLDER/robot.yaml in a fork with these limits.
 
-    The fork writes the rules of the diagnostics to ``told.json`` in the folder, and an exception to ``stderr``; its exit
-    code is printed.
+    The fork writes the rules of the diagnostics to ``told.json`` and an exception to ``stderr``, both in the folder.
+    Its exit code is printed.
     """
     for line in sys.stdin:
         folder, seconds, megabytes = line.rstrip("\n").rsplit(" ", 2)

@@ -1,6 +1,7 @@
 """Swap two adjacent letters of a word in the robots of the repository: the typo is reported once, at its place.
 
-A word is part of a key, a name, a value, a unit or an expression; comments and texts for people are left out. Typos are drawn with a fixed seed: a few of each robot here, more of them in the tier ``fuzz``.
+A word is part of a key, a name, a value, a unit or an expression; comments and texts for people are left out. Typos
+are drawn with a fixed seed: a few of each robot here, more of them in the tier ``fuzz``.
 """
 
 import random

@@ -69,9 +69,8 @@ def _place(span: Span | None) -> str:
 
 
 class MadeSpan(Span):
-    """A place that a program made something of: ``text``, by the calls in ``via``, innermost first."""
+    """A place that a program made something of, by the calls in ``via``, innermost first."""
 
-    text: str = ""
     via: tuple[Related, ...] = ()
 
 

@@ -161,13 +161,3 @@ def test_what_xacro_says_names_the_file_as_people_do() -> None:
     _write("parts/a.xacro", f'{HEAD}<xacro:property name="pi" value="3"/></robot>')
     _write("robot.xacro", f'{HEAD}<xacro:include filename="parts/a.xacro"/><link name="a"/></robot>')
     assert [one.message for one in _read().diagnostics] == ["warning: redefining global symbol: pi"]
-
-
-def test_digits_are_those_that_xacro_prints() -> None:
-    macro = '<xacro:macro name="m" params="n at"><link name="${n}"><inertial><origin xyz="${at}"/><mass value="1.50"/>'
-    inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></xacro:macro>'
-    _write("robot.xacro", f'{HEAD}{macro}{inertia}<xacro:m n="a" at="0.10 7.55E-05 ${{1/4}}"/></robot>')
-    assert main(["import", "robot.xacro", "-o", "made", "--trust", "--flat"]) == 0
-    made = Path("made/robot.yaml").read_text("utf-8")
-    assert "xyz: [0.10, 7.55E-05, 0.25]" in made
-    assert "mass: 1.50" in made

@@ -101,7 +101,6 @@ class _Origins:
             if place is None or source is None:
                 return otherwise
             span = MadeSpan(*(_span_in_tag(element, source, start, length) if is_in_tag else source.span))
-            span.text = made.source.text[start : start + length]
             span.via = self.via(place)
             return span
 

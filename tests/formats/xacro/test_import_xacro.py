@@ -277,15 +277,15 @@ FAILED = "xacro-error: xacro cannot expand the file:"
 @pytest.mark.parametrize(
     ("inner", "message"),
     [
-        ('<xacro:nothing a="1"/>', f"3:2: {FAILED} unknown macro name"),
+        ('<xacro:nothing a="1"/>', f"3:1: {FAILED} unknown macro name"),
         ('<link name="a"><visual name="${1 / 0}"/></link>', f"3:30: {FAILED} division"),
         ('<xacro:macro name="m" params="a"><link name="${a}"/></xacro:macro>\n<xacro:m/>', f"4:2: {FAILED} Undefined"),
         ('<xacro:macro name="m" params="n">\n<link name="${n + b}"/></xacro:macro><xacro:m n="1"/>', f"4:13: {FAILED}"),
         ('<xacro:insert_block name="body"/>', f"3:2: {FAILED} Undefined block"),
         ('<xacro:if><link name="a"/></xacro:if>', f"3:2: {FAILED}"),
-        ('<link name="$(arg prefix)"/>', f"3:2: {FAILED} Undefined substitution argument prefix"),
-        ('<link name="$(env CELL)"/>', f"3:2: {FAILED} environment variable 'CELL' is not set"),
-        ('<xacro:include filename="nowhere.xacro"/>', "3:2: file-unreadable: "),
+        ('<link name="$(arg prefix)"/>', f"3:13: {FAILED} Undefined substitution argument prefix"),
+        ('<link name="$(env CELL)"/>', f"3:13: {FAILED} environment variable 'CELL' is not set"),
+        ('<xacro:include filename="nowhere.xacro"/>', "3:26: file-unreadable: "),
         ('<xacro:include filename="$(find absent)/a.xacro"/>', '3:27: package-missing: the package "absent" is not'),
     ],
 )

@@ -55,6 +55,7 @@ _MAKING = ("attribute", "call", "element", "if", "insert_block", "unless")
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']|\$\(arg\s+([^\s)]+)""")
 _EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
+_FORMS = ("${{{}}}", "$(arg {})", "$(env {})", "(find {})", "package://{}/", "<{}")
 # How ``xacro.print_location`` begins its lines.
 _LOCATION = re.compile("when instantiating macro|instantiated from|included from|in file|when processing file")
 
@@ -253,10 +254,12 @@ def _errors(
     text = " ".join(re.sub(r"<class '[^']*'>:", "", answer.get("error", "")).split())
     text = re.sub(r"^(.+) \1$", r"\1", text)  # xacro repeats some errors
     span = stack[-1].span(0) if element is None else element.span
-    if element is not None:  # the expression in it, if the error names it
+    if element is not None:  # what the error names in it
         tag = element.document.source.text[element.start : element.opened]
-        words = [f"${{{one}}}" for one in _EXPRESSION.findall(text)] + [f"(find {missing})", f"package://{missing}/"]
-        word = next((one for one in words if one in tag), "")
+        names = [*_EXPRESSION.findall(text), *re.findall(r"'([^']+)'", text), text.rpartition(" ")[2]]
+        words = [form.format(name) for name in ([missing] if missing else names) for form in _FORMS]
+        words.append(Path(answer.get("markup", "/")).name)
+        word = next((one for one in words if one and one in tag), "")
         span = element.document.span(element.start + tag.index(word), len(word)) if word else span
     calls = () if element is None else origins.via(answer["at"])
     includes = [Related("included from", one.span(0)) for one in reversed(stack[:-1])]

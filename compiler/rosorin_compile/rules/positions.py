@@ -19,7 +19,7 @@ from .case import Case, number
 
 # Positions come from pulses and printed limits: a hair beyond is rounding.
 ROUNDING = 1e-6
-# A linkage is no exact ratio: so much of the range of a joint its leader may move it beyond.
+# A linkage is not an exact ratio: so much of the range of a joint its leader may move it beyond.
 SLACK = 0.05
 SHOWN = 8
 # rad. A pulse or a tick of a servo is a hundredth of that; a hand that counts in whole turns does so with gears.
@@ -102,7 +102,7 @@ def _compare(case: Case, id: str, joint: Joint, path: Path, value: Any) -> Itera
         what = f'pose "{path[1]}" places'
     if first < low - slack or last > high + slack:
         shown = number(first) if first == last else f"{number(first)} to {number(last)}"
-        message = f'{what} joint "{joint.name}" at {shown}, beyond its limits of {number(low)} to {number(high)}'
+        message = f'{what} joint "{joint.name}" at {shown} is beyond its limits of {number(low)} to {number(high)}'
         message += f" {joint.unit}" if interface == "position" else ""
         related.append(("the limit", case.value(limit, "lower" if first < low - slack else "upper")))
         message += case.stands_in(limit)

@@ -345,7 +345,7 @@ def _lists(found: list[Alternative]) -> list[Any] | None:
 
 
 def _chain(key: str, found: list[Alternative], is_covered: bool) -> Any:
-    """Return values as a choice of one of them, or None if that is no expression."""
+    """Return values as a choice of one of them, or None if that is not an expression."""
     pairs = [(node_of(value), when) for value, when in found]
     if not is_covered:
         pairs.append((plain_node([0, 0, 0] if key in _ZEROS["origin"] else None), None))

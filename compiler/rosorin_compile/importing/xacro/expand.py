@@ -167,10 +167,10 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     warning = Diagnostic(
         "xacro-runs-code",
         report.WARNING,
-        f"{document.source.path} is expanded by xacro, which can run Python code of whoever wrote it",
+        f"{document.source.path} is expanded by xacro, which can run Python code of its author",
         first,
         (),
-        "go on only with files of people whom you trust; --trust says that you do",
+        "continue only with files of authors whom you trust; --trust confirms that",
     )
     trusted = options.trust or not untrusted_files([path])
     diagnostics = [] if trusted else [warning]
@@ -199,7 +199,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
             text = f"{answer['text'].rstrip().removesuffix('</robot>')}<link name={attribute_value(mount)}/></robot>"
             made = parse(Source(document.source.path, text))
     except MarkupError as failure:
-        message = f"xacro makes something of {path.name} that is no XML: {failure.diagnostic.message}"
+        message = f"xacro makes something of {path.name} that is not XML: {failure.diagnostic.message}"
         return Imported(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
     origins.connect(made, [*answer["places"], None], first)  # the mount is from nowhere
     problem = None if any(child.tag == "link" for child in made.root.children) else _no_links(document, path, options)
@@ -283,7 +283,7 @@ def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnosti
 
 
 def _mount(made: Document) -> str:
-    """Return the first parent of a joint that is no link of an expanded macro; empty if there is none."""
+    """Return the first parent of a joint that is not a link of an expanded macro; empty if there is none."""
     links = {child.get("name") for child in made.root.children if child.tag == "link"}
     joints = (child for child in made.root.children if child.tag == "joint")
     parents = (inner.get("link") for joint in joints for inner in joint.children if inner.tag == "parent")

@@ -353,7 +353,7 @@ def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> 
             macros.update(entries[-1:])
         macros.update(re.findall(r'part "(\w+)"', " ".join(related.message for related in one.related)))
     span = errors[0].span if errors else None
-    text = errors[0].message.replace(f"{stage}/", "") if errors else "what is compiled is no robot"
+    text = errors[0].message.replace(f"{stage}/", "") if errors else "what is compiled is not a robot"
     where = f" ({Path(span.source.path).name}:{span.line})" if span is not None else ""
     return _Fault(text + where, macros, row)
 

@@ -86,7 +86,7 @@ def test_a_name_made_twice_shows_both_calls() -> None:
         ('<xacro:insert_block name="body"/>', "3:2: xacro-error: "),
         ('<xacro:if><link name="a"/></xacro:if>', "3:2: xacro-error: "),
         ('<xacro:include filename="nowhere.xacro"/>', "3:2: file-unreadable: "),
-        ('<xacro:include filename="$(find absent)/one.xacro"/>', '3:33: package-missing: the package "absent"'),
+        ('<xacro:include filename="$(find absent)/one.xacro"/>', '3:27: package-missing: the package "absent"'),
         (
             '<link name="$(arg prefix)"/>',
             "3:2: xacro-error: xacro cannot expand the file: Undefined substitution argument",

@@ -227,7 +227,8 @@ class Symbol:
         if self.constant in ("true", "false"):
             return "boolean"
         can_be_list = self.constant is not None or len(self.pieces) > 1 or self.type == "list"
-        return "list" if can_be_list and is_list_text(self.value) else self.type
+        is_list = can_be_list and isinstance(self.value, str) and _NUMBERS.fullmatch(self.value) is not None
+        return "list" if is_list else self.type
 
     def as_number(self) -> ast.expr:
         """Return the expression as a number. Raises Failed if it is a text without one."""
@@ -298,11 +299,6 @@ def type_of(value: Any) -> str:
     """Return the type that a Python value has in the language."""
     kinds = ((bool, "boolean"), ((int, float), "number"), (str, "text"), ((list, tuple), "list"), (dict, "table"))
     return next((kind for types, kind in kinds if isinstance(value, types)), "")
-
-
-def is_list_text(value: Any) -> bool:
-    """Return True if a value is a text of several numbers."""
-    return isinstance(value, str) and _NUMBERS.fullmatch(value) is not None
 
 
 # Texts in pieces.

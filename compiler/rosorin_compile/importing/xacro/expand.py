@@ -57,7 +57,11 @@ _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']|\$\(a
 # What xacro says about a word of the file: the word, and how to correct it.
 _CAUSES = (
     (re.compile(r"when evaluating expression '(.*?)'(?: when|$)"), "${{{}}}", ""),
-    (re.compile(r"Undefined substitution argument (\S+)"), "$(arg {})", "give it a value: {}:=VALUE"),
+    (
+        re.compile(r"Undefined substitution argument (\S+)"),
+        "$(arg {})",
+        "give it a value: {0}:=VALUE, or in an include args: {{{0}: VALUE}}",
+    ),
     (
         re.compile(r"environment variable '(.+?)' is not set"),
         "$(env {})",
@@ -262,13 +266,15 @@ def _errors(
     text = re.sub(r"^(.+) \1$", r"\1", text)  # xacro repeats some errors
     span = stack[-1].span(0) if element is None else element.span
     causes = [(word.format(one), help.format(one)) for said, word, help in _CAUSES for one in said.findall(text)]
-    words = [word for word, _ in causes] + [f"$(find {missing})", f"package://{missing}/"]
+    words = [word for word, _ in causes] + [f"(find {missing})", f"package://{missing}/"]
     if element is not None:  # the word in it that the error names, or the file that cannot be read
         tag = element.document.source.text[element.start : element.opened]
         word = next((one for one in words if one in tag), "")
         span = element.document.span(element.start + tag.index(word), len(word)) if word else span
         if "markup" in answer and "filename" in element.attributes:
             span = element.attributes["filename"].span
+        if "unknown macro name" in text:
+            span = element.document.span(element.start, len(element.tag) + 1)
     calls = () if element is None else origins.via(answer["at"])
     includes = [Related("included from", one.span(0)) for one in reversed(stack[:-1])]
     related = (*calls, *includes[:_MOST_RELATED])

@@ -41,7 +41,7 @@ class OutOfTime(BaseException):
 
 
 class NotMarkup(Exception):
-    """A file that is no XML, or not safe to read: its name, and what is wrong."""
+    """A file that is not XML, or not safe to read: its name, and what is wrong."""
 
 
 class MissingPackage(Exception):

@@ -56,6 +56,10 @@ _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']|\$\(arg\s+([^\s)]+)""")
 _EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
 _FORMS = ("${{{}}}", "$(arg {})", "$(env {})", "(find {})", "package://{}/", "<{}")
+_HELPS = {  # what xacro says about a name, and how to correct it
+    r"substitution argument (\S+)": "give it a value: {0}:=VALUE, or in an include args: {{{0}: VALUE}}",
+    r"environment variable '(.+?)' is": "set it: export {0}=VALUE; or write $(optenv {0} VALUE), which has a default",
+}
 # How ``xacro.print_location`` begins its lines.
 _LOCATION = re.compile("when instantiating macro|instantiated from|included from|in file|when processing file")
 
@@ -169,10 +173,10 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
     warning = Diagnostic(
         "xacro-runs-code",
         report.WARNING,
-        f"{document.source.path} is expanded by xacro, which can run Python code of whoever wrote it",
+        f"{document.source.path} is expanded by xacro, which can run Python code of its author",
         first,
         (),
-        "go on only with files of people whom you trust; --trust says that you do",
+        "continue only with files of authors whom you trust; --trust confirms that",
     )
     trusted = options.trust or not untrusted_files([path])
     diagnostics = [] if trusted else [warning]
@@ -201,7 +205,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
             text = f"{answer['text'].rstrip().removesuffix('</robot>')}<link name={attribute_value(mount)}/></robot>"
             made = parse(Source(document.source.path, text))
     except MarkupError as failure:
-        message = f"xacro makes something of {path.name} that is no XML: {failure.diagnostic.message}"
+        message = f"xacro makes something of {path.name} that is not XML: {failure.diagnostic.message}"
         return Imported(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
     origins.connect(made, [*answer["places"], None], first)  # the mount is from nowhere
     problem = None if any(child.tag == "link" for child in made.root.children) else _no_links(document, path, options)
@@ -273,7 +277,9 @@ def _errors(
         help = f"say where it is: --package {missing}=PATH"
         return [error("package-missing", f'the package "{missing}" is not found', span, help, related)]
     message = f"xacro cannot expand the file: {text}"[:600]
-    return [error("xacro-error", message, span, answer.get("help", ""), related)]
+    helps = [help.format(found[1]) for said, help in _HELPS.items() if (found := re.search(said, text))]
+    help = answer.get("help") or next(iter(helps), "")
+    return [error("xacro-error", message, span, help, related)]
 
 
 def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnostic | None:
@@ -287,7 +293,7 @@ def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnosti
 
 
 def _mount(made: Document) -> str:
-    """Return the first parent of a joint that is no link of an expanded macro; empty if there is none."""
+    """Return the first parent of a joint that is not a link of an expanded macro; empty if there is none."""
     links = {child.get("name") for child in made.root.children if child.tag == "link"}
     joints = (child for child in made.root.children if child.tag == "joint")
     parents = (inner.get("link") for joint in joints for inner in joint.children if inner.tag == "parent")

@@ -60,7 +60,7 @@ def plain_node(value: Any) -> ast.expr:
     if isinstance(value, dict):
         return ast.Dict([plain_node(key) for key in value], [plain_node(dict.get(value, key)) for key in value])
     if isinstance(value, float) and not math.isfinite(value):
-        raise Failed("nan and inf are no values of the language")
+        raise Failed("nan and inf are not values of the language")
     if isinstance(value, (int, float)) and value < 0:
         return ast.UnaryOp(ast.USub(), ast.Constant(-value))
     if isinstance(value, (int, float, str)):
@@ -72,7 +72,7 @@ def number_node(text: str) -> ast.expr:
     """Return the number in a text as an expression. Raises Failed."""
     value = literal(text.strip())
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise Failed(f'"{text[:40]}" is no number')
+        raise Failed(f'"{text[:40]}" is not a number')
     if isinstance(value, float) and value.is_integer() and abs(value) < 1e6:
         value = int(value)
     return plain_node(value)

@@ -138,7 +138,7 @@ class Calls:
         names: Names = {}
         for block, element in call.blocks.items():
             if element.tagName != "origin" or element.childNodes or block.startswith("**"):
-                self.inline(call.key, "it has a block that is no origin")
+                self.inline(call.key, "it has a block that is not an origin")
             names[block] = {}
             for attribute in ("xyz", "rpy"):
                 is_taken = attribute in call.values or attribute in call.definition.params

@@ -354,7 +354,7 @@ def _error(diagnostics: Sequence[Diagnostic], stage: Path, row: Combination) -> 
             macros.append(entries[-1:])
         macros += [[name] for related in one.related for name in re.findall(r'part "(\w+)"', related.message)]
     span = errors[0].span if errors else None
-    text = errors[0].message.replace(f"{stage}/", "") if errors else "what is compiled is no robot"
+    text = errors[0].message.replace(f"{stage}/", "") if errors else "what is compiled is not a robot"
     where = f" ({Path(span.source.path).name}:{span.line})" if span is not None else ""
     return _Fault(text + where, macros, row)
 

@@ -175,7 +175,7 @@ def number(text: str, unit: str) -> Verbatim:
     text = text.strip()
     value = literal(text)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value or abs(value) == float("inf"):
-        raise Failed(f'"{text[:40]}" is no number')
+        raise Failed(f'"{text[:40]}" is not a number')
     if value == 0:
         return Verbatim("0")
     if unit == ANGLES and (degrees := in_degrees(float(value), "deg")):

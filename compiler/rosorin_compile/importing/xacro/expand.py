@@ -200,15 +200,18 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         return Imported(None, [*diagnostics, *problems], (), files)
     try:
         made = parse(Source(document.source.path, answer["text"]))
-        mount = _mount(made) if call else ""
-        if mount:
+        links = {child.get("name") for child in made.root.children if child.tag == "link"}
+        joints = [child for child in made.root.children if child.tag == "joint"]
+        parents = [inner.get("link") for joint in joints for inner in joint.children if inner.tag == "parent"]
+        mount = next((name for name in parents if call is not None and name not in links), "")
+        if mount:  # the link of another robot that the macro is attached to
             text = f"{answer['text'].rstrip().removesuffix('</robot>')}<link name={attribute_value(mount)}/></robot>"
             made = parse(Source(document.source.path, text))
     except MarkupError as failure:
         message = f"xacro makes something of {path.name} that is not XML: {failure.diagnostic.message}"
         return Imported(None, [*diagnostics, replace(failure.diagnostic, message=message, span=first)], (), files)
     origins.connect(made, [*answer["places"], None], first)  # the mount is from nowhere
-    problem = None if any(child.tag == "link" for child in made.root.children) else _no_links(document, path, options)
+    problem = None if links or mount else _no_links(document, path, options)
     if problem is None and made.root.tag != "robot":
         help = f"write it to a file first: xacro {path.name} > {path.name.split('.')[0]}.xml"
         message = f"{path.name} expands to <{made.root.tag}>, not to <robot>"
@@ -290,14 +293,6 @@ def _no_links(document: Document, path: Path, options: ReadOptions) -> Diagnosti
     macros = macros_of(document, path, Packages(options.packages, options.environment or os.environ, path))
     message = f"{path.name} makes no link: it defines macros for other files"
     return error("no-links", message, document.root.span, how_to_call(path, macros)) if macros else None
-
-
-def _mount(made: Document) -> str:
-    """Return the first parent of a joint that is not a link of an expanded macro; empty if there is none."""
-    links = {child.get("name") for child in made.root.children if child.tag == "link"}
-    joints = (child for child in made.root.children if child.tag == "joint")
-    parents = (inner.get("link") for joint in joints for inner in joint.children if inner.tag == "parent")
-    return next((name for name in parents if name not in links), "")
 
 
 def _without_mount(tree: Map, mount: str) -> Map:

@@ -13,7 +13,7 @@ from rosorin_compile import compile as compile_description
 from rosorin_compile.cli.main import main
 from rosorin_compile.formats.reading import outputs_of, read_robot
 from rosorin_compile.importing.description import write
-from rosorin_compile.importing.reimport import Request, import_again, record_of, recorded
+from rosorin_compile.importing.reimport import import_again, record_of, recorded
 from rosorin_compile.importing.repeats import with_parts
 from rosorin_compile.source.diagnostics import has_errors
 from support.paths import IMPORTED, data_text
@@ -228,7 +228,7 @@ def test_without_a_record_nothing_is_written(capsys: pytest.CaptureFixture[str])
         record.unlink() if text is None else record.write_text(text)
         said = refused(capsys, code=2)
         assert "descriptions/cart is not empty; name a new folder with -o, or write into this one with --force" in said
-        assert "(no robot.yaml.imported there says what was imported, against which changes could be told)" in said
+        assert "(no robot.yaml.imported there says what was imported, so that changes cannot be merged)" in said
     text = mine("mass: 8", "mass: 9")
     assert run("--force") == 0  # and from then on there is one
     assert ROOT.with_name("robot.yaml.kept").read_text() == text
@@ -431,7 +431,7 @@ def test_each_new_line_of_both_sides_is_there(data: st.DataObject) -> None:
         record = recorded(folder, WORDS)
         assert record is not None
         assert record.files == base
-        merged = import_again(folder, record, theirs, Request(WORDS))
+        merged = import_again(folder, record, theirs, WORDS)
         saved(folder, merged.files)
         lines, old = (one.splitlines() for one in ((folder / "robot.yaml").read_text(), base["robot.yaml"]))
         for side in (ours, theirs):
@@ -443,6 +443,6 @@ def test_each_new_line_of_both_sides_is_there(data: st.DataObject) -> None:
         again = recorded(folder, WORDS)
         assert again is not None
         assert again.files == theirs
-        second = import_again(folder, again, theirs, Request(WORDS))
+        second = import_again(folder, again, theirs, WORDS)
         assert second.refused == bool(conflicts)
         assert second.files == ({} if conflicts else record_of(theirs, WORDS))

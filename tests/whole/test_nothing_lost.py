@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli.main import main
-from rosorin_compile.importing.extract.results import save
+from rosorin_compile.importing.extract.extract import save
 from rosorin_compile.model.mesh_triangles import ExtractProblem
 from rosorin_compile.output import OutputError, write_artifacts
 from support.kills import at_each_step

@@ -103,9 +103,7 @@ class _Document:
             for key, item in value.items()
             if not is_default((*own, key), item) and ((shown := self.value(item, (*path, key))) or key != "dynamics")
         }
-        if len(own) == 1:
-            return made
-        return in_order(made) if own[0] == "let" else _sorted(made, _order(fragment_at(own)))
+        return made if len(own) == 1 else _sorted(made, _order(fragment_at(own)))
 
 
 def _in_packages(text: str, packages: Mapping[str, FilePath]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 import stat
@@ -10,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 from rosorin_compile.formats import FORMATS
@@ -17,9 +19,10 @@ from rosorin_compile.formats.format import Format
 from rosorin_compile.formats.imported import Imported, ReadOptions
 from rosorin_compile.formats.reading import join, read_robot
 from rosorin_compile.model.joint import MOVING_TYPES
-from rosorin_compile.output import OutputError, WriteResult, write_set
+from rosorin_compile.output import OutputError, WriteResult, open_package_folder, write_set
 from rosorin_compile.request import FilePath, Packages, Values, Warn, read_options
 from rosorin_compile.source.diagnostics import ERROR, WARNING, Diagnostic, RequestError, count_of, error, has_errors
+from rosorin_compile.source.files import is_file, read_bytes
 from rosorin_compile.source.messages import arrange
 from rosorin_compile.source.project import Description
 from rosorin_compile.source.tree import Map, Seq
@@ -27,9 +30,9 @@ from rosorin_compile.source.wording import suggest
 
 from .description import write
 from .elements import Converted, report_elements, with_sections
-from .into import Package, inside, package_at, put_into
 from .mesh_names import rename_files
-from .reimport import ENDING, Merged, Request, import_again, is_record, record_of, recorded, remove
+from .reimport import ENDING, Merged, import_again, is_record, record_of, recorded, remove
+from .ros_package import Package, comparing_test, inside, lines_to_add, package_at
 from .round_trip import RoundTrip, check_round_trip, schema_beside
 from .xacro.translate import Target, translate
 
@@ -146,6 +149,7 @@ class _Import:
     keep_edits: bool
     package: Package | None = None
     name_in_package: str = ""
+    test_is_edited: bool = False
     diagnostics: list[Diagnostic] = field(default_factory=list)
 
     def check_options(self) -> None:
@@ -168,17 +172,15 @@ class _Import:
         if meshes is not None and (not meshes.isprintable() or not meshes.strip() or meshes.endswith("://")):
             raise RequestError(f'--meshes "{meshes}" is neither a folder nor package://NAME')
 
-    @property
-    def request(self) -> Request:
-        """The words of the command line that determine what is written; the next import needs the same."""
+    def _command_line(self) -> list[str]:
+        """Return the words of the command line that determine what is written; the next import needs the same."""
         words = [self.name_in_package or self.source.name]
         words += [f"{name}:={value}" for name, value in self.reading.arguments.items()]
         values = {"--name": self.name, "--meshes": self.meshes, "--drives": self.drives}
         words += [word for name, value in values.items() if value is not None for word in (name, value)]
         flags = {"--no-parts": not self.parts, "--verbatim": self.verbatim, "--flat": self.flat}
         words += [flag for flag, is_set in flags.items() if is_set]
-        words += [word for name, path in self.companions.items() for word in (f"--{name}", path.name)]
-        return Request(words, self.keep_edits)
+        return words + [word for name, path in self.companions.items() for word in (f"--{name}", path.name)]
 
     def run(self) -> ImportResult:
         """Read, convert, prove and write. Raises RequestError."""
@@ -190,9 +192,10 @@ class _Import:
         base = self.package.folder if self.package else Description.around()
         folder = self.output or Path(base, Description.FOLDER, imported._replace(tree=tree).file_name)
         result = replace(result, robot=tree["robot"], folder=str(folder))
-        record = recorded(folder, self.request.words) if self.package is None and not self.force else None
-        if self.package is None and record is None:
-            _check_folder(folder, self.force)
+        words = self._command_line()
+        record = None if self.force else recorded(folder, words)
+        if record is None and not self.force:
+            _check_folder(folder, "--name" if self.package else "-o, or write into this one with --force")
         keeps = imported.takes_arguments and not self.flat
         renamed = rename_files(tree, self.source, folder, self.meshes, self.reading.packages, keeps)
         self.diagnostics += arrange(renamed.diagnostics)
@@ -214,17 +217,15 @@ class _Import:
             if translation.files:  # it keeps elements as they are
                 imported, files, lines = read, translation.files, []
         report = [*_report(folder, imported, trip, files), *lines, *translated]
-        if self.package is not None:
-            return self._put_into(self.package, result, files, report)
-        if record is not None:
-            merged = import_again(folder, record, files, self.request)
+        if record is None:
+            merged = Merged({**files, **record_of(files, words)})
         else:
-            merged = Merged({**files, **record_of(files, self.request.words)})
+            merged = import_again(folder, record, files, words, self.keep_edits)
         self.diagnostics += arrange(merged.diagnostics)
         written = None if merged.refused else self._write(folder, merged)
         if written is None:
             return self._end(result)
-        names = tuple(name for name in written.written if record is None or not is_record(name))
+        names = tuple(name for name in written.written if not is_record(name))
         if record is not None:
             with suppress(OSError):  # nothing includes them any more
                 remove(folder, merged)
@@ -233,12 +234,28 @@ class _Import:
             report = [first, *merged.lines]
         elif others := [name for name in written.kept if not is_record(name)]:
             report.append(f"left alone in {folder}, not written by this import: {', '.join(others)}")
-        return self._end(replace(result, written=names, report=tuple(report)))
+        return self._end(replace(result, written=names, report=tuple(report)), files if record is None else {})
 
-    def _end(self, result: ImportResult) -> ImportResult:
-        if not self.package and result.report and not has_errors(self.diagnostics):
+    def _end(self, result: ImportResult, new: Mapping[str, str] = MappingProxyType({})) -> ImportResult:
+        """Return the result with what to do next; ``new`` are the files of a new description."""
+        if result.report and self.package is not None:
+            description = f"{Description.FOLDER}/{Path(result.folder).name}"
+            test, _ = self._test(self.package, result.folder)
+            source = self.name_in_package
+            to_do = tuple(lines_to_add(self.package, description, test, new) if new else ())
+            command = f"rosorin-compile print {description}/{Description.ROOT_FILE} urdf"
+            steps = [f"to expand the description instead of {Path(source).name} in launch files: {command}"]
+            compares = "was edited and may compare something else" if self.test_is_edited else "compares both"
+            steps.append(f"{source} stays; {test} {compares}: colcon test, or pytest")
+            result = replace(result, to_do=to_do, next_steps=tuple(steps))
+        elif result.report and not has_errors(self.diagnostics):
             result = replace(result, next_steps=(f"next: rosorin-compile all {shlex.quote(result.folder)}",))
         return replace(result, diagnostics=tuple(self.diagnostics))
+
+    def _test(self, package: Package, folder: str | Path) -> tuple[str, str]:
+        """Return the name and the text of the test of a package."""
+        description = f"{Description.FOLDER}/{Path(folder).name}"
+        return comparing_test(package, self.name_in_package, description, self.reading.arguments)
 
     def _read(self) -> Imported:
         """Read the source and its companions. Raises RequestError."""
@@ -284,34 +301,33 @@ class _Import:
         self.diagnostics += arrange([*trip.diagnostics, *untold])
         return trip
 
-    def _put_into(
-        self, package: Package, result: ImportResult, files: Mapping[str, str], report: Sequence[str]
-    ) -> ImportResult:
-        """Write the description to the package of its source."""
-        name = Path(result.folder).name
-        try:
-            put = put_into(package, self.name_in_package, self.reading.arguments, name, files, self.request)
-        except OutputError as problem:
-            self.diagnostics.append(problem.diagnostic)
-            return self._end(result)
-        self.diagnostics += arrange(put.diagnostics)
-        lines = (*(report if put.is_new else ()), *put.report)
-        made = replace(result, written=put.written, report=lines, to_do=tuple(put.to_do), next_steps=tuple(put.after))
-        return self._end(made)
-
     def _write(self, folder: Path, merged: Merged) -> WriteResult | None:
-        """Write the files of a description; an edited file that is replaced is kept under another name."""
+        """Write the files of a description, with ``--into`` and its test; edited files are kept under another name."""
 
         def judge(name: str, old: bytes, _: bytes) -> Literal["replace", "keep"]:
             return "replace" if is_record(name) or old == merged.before.get(name, "").encode() else "keep"
 
         try:
-            written = write_set(folder, merged.files, judge=judge)
+            if self.package is None:
+                written = write_set(folder, merged.files, judge=judge)
+                self.diagnostics += arrange(written.diagnostics(folder))
+                return written
+            test, text = self._test(self.package, folder)
+            path, prefix = self.package.folder / test, f"{Description.FOLDER}/{folder.name}/"
+            with open_package_folder(self.package.folder) as target:
+                self.test_is_edited = os.path.lexists(path) and not (
+                    is_file(path) and read_bytes(path) == text.encode()
+                )
+                # The records are the manifest of the description, and that of robot.yaml is the last.
+                last = f"{Description.ROOT_FILE}{ENDING}"
+                names = sorted(merged.files, key=lambda name: (is_record(name), name == last, name))
+                data = {} if self.test_is_edited else {test: text.encode()}
+                data |= {prefix + name: merged.files[name].encode() for name in names}
+                made = target.write(data, manifest=False)
+            return WriteResult(tuple(name.removeprefix(prefix) for name in made if name.startswith(prefix)), (), (), ())
         except OutputError as problem:
             self.diagnostics.append(problem.diagnostic)
             return None
-        self.diagnostics += arrange(written.diagnostics(folder))
-        return written
 
 
 def _check_file(path: Path) -> None:
@@ -334,18 +350,17 @@ def _with(tree: Map, key: str, value: object) -> Map:
     return made
 
 
-def _check_folder(folder: Path, force: bool) -> None:
-    """Raise RequestError if a folder is not empty, unless it is forced, or if it is a file."""
+def _check_folder(folder: Path, option: str) -> None:
+    """Raise RequestError if a folder is not empty, or if it is a file; ``option`` names another one."""
     if folder.exists() and not folder.is_dir():
         raise RequestError(f"{folder} is no folder; name a new one with -o")
     with suppress(OSError):  # writing to a folder that cannot be read fails with a better message
-        if force or not any(folder.iterdir()):
-            return
-        message = f"{folder} is not empty; name a new folder with -o, or write into this one with --force"
-        if (folder / Description.ROOT_FILE).is_file():
-            record = f"{Description.ROOT_FILE}{ENDING}"
-            message += f" (no {record} there says what was imported, against which changes could be told)"
-        raise RequestError(message)
+        if any(folder.iterdir()):
+            message = f"{folder} is not empty; name a new folder with {option}"
+            if (folder / Description.ROOT_FILE).is_file():
+                record = f"{Description.ROOT_FILE}{ENDING}"
+                message += f" (no {record} there says what was imported, so that changes cannot be merged)"
+            raise RequestError(message)
 
 
 def _report(folder: Path, imported: Imported, trip: RoundTrip, files: Mapping[str, str]) -> list[str]:

@@ -52,12 +52,12 @@ def test_everything_that_is_there_is_taken_and_what_is_missing_is_listed(package
     ]
 
 
-def test_joints_have_the_digits_of_the_package(package: Path) -> None:
+def test_numbers_of_joints_are_not_rounded(package: Path) -> None:
     assert main(["extract", "factory", str(package), "-o", "numbers"]) == 0
     text = Path("numbers/joints.yaml").read_text()
     assert list(read("numbers/joints.yaml")["joints"]) == JOINTS
-    assert "    xyz: [0.04662, 7.5437E-05, 0.16044]\n    rpy: [0.0087266, 0, 0]\n" in text
-    assert "    axis: [-5.4513E-05, -0.0087266, -0.99996]\n" in text
+    assert "    xyz: [0.04662, 7.5437e-05, 0.16044]\n    rpy: [0.0087266, 0, 0]\n" in text
+    assert "    axis: [-5.4513e-05, -0.0087266, -0.99996]\n" in text
     assert "    limit: {lower: -2.09, upper: 2.09, effort: 1000, velocity: 10}\n" in text
     assert "    rpy: [0, 0, 3.14159265358979]\n" in text
 

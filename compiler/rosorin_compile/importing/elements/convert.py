@@ -28,7 +28,7 @@ from rosorin_compile.source.tree import Map, Path, Seq, Text
 from rosorin_compile.source.xml.elements import indent_lines, tree_of
 from rosorin_compile.source.xml.markup import COMMENT, Remark, parse
 
-from .drives import Drives, read_drives
+from .drives import read_drive
 from .hardware import block
 from .sensors import CannotConvert, GazeboSensor, entry, gazebo_of, overlay, read_sensor, without_collisions
 
@@ -101,11 +101,11 @@ class _Conversion:
                 self.kept[one.called] = "two have this name" if one.name else "it has no name"
         control, distribution = self.control(unique[CONTROL])
         sensors, gazebo = self.sensors(unique[SENSORS])
-        drives = self.drives()
+        drive, plugin = self.drive()
         taken = [unique[section][name] for section, some in ((CONTROL, control), (SENSORS, sensors)) for name in some]
-        if not taken and not drives.sections:
+        if not taken and not drive:
             return Converted(self.imported, None, {}, self.kept)
-        sections: dict[str, Any] = {CONTROL: control, SENSORS: sensors, **drives.sections}
+        sections: dict[str, Any] = {CONTROL: control, SENSORS: sensors, **({"drive": drive} if drive else {})}
         sections[ELEMENTS], comments = self.without(taken)
         options = ({"control": distribution} if control else {}) | ({"gazebo": gazebo} if sensors else {})
         if options:
@@ -114,7 +114,7 @@ class _Conversion:
                 outputs["sdf"] = {**(outputs.get("sdf") or {}), "gazebo": gazebo}
             sections["outputs"] = outputs
         imported = self.imported._replace(tree=_put(self.tree, sections), comments=comments)
-        names = {"hardware block": list(control), "sensor": list(sensors), **drives.names}
+        names = {"hardware block": list(control), "sensor": list(sensors), "drive": [plugin] if drive else []}
         return Converted(imported, self.tree, {key: value for key, value in names.items() if value}, self.kept)
 
     def control(self, found: Mapping[str, Candidate]) -> tuple[dict[str, Any], str]:
@@ -158,17 +158,13 @@ class _Conversion:
         self.kept |= {found[name].called: reason for name, reason in reasons.items()}
         return entries, gazebo
 
-    def drives(self) -> Drives:
-        """Return what plug-ins specify about the drive and transforms, as far as no rule refuses it."""
-        found = read_drives((element for _, element in _trees(self.texts)), self.robot)
-        self.kept |= found.kept
-        for word, keys in (("drive", ("drive",)), ("transform", ("publishers", "edges"))):
-            some = {key: found.sections[key] for key in keys if key in found.sections}
-            if some and (reason := self.with_sections(some)[1]):
-                for key in some:
-                    del found.sections[key]
-                self.kept[f"the {word} of {', '.join(found.names.pop(word))}"] = reason
-        return found
+    def drive(self) -> tuple[Mapping[str, Any], str]:
+        """Return the drive of a plug-in, unless a rule refuses it, and the name of the plug-in."""
+        found = read_drive((element for _, element in _trees(self.texts)), self.robot)
+        if reason := found.reason or (self.with_sections({"drive": found.entry})[1] if found.entry else ""):
+            self.kept[f'the drive of "{found.plugin}"'] = reason
+            return {}, ""
+        return found.entry, found.plugin
 
     def remove_refused(self, entries: dict[str, Any], section: str, options: Mapping[str, Any]) -> dict[str, str]:
         """Remove the entries that a rule refuses, alone or together, and return the reasons by name."""

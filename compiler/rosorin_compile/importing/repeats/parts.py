@@ -182,7 +182,7 @@ class _Body:
                     for path in values[0]
                     if path[0] == section and path not in terms[-1] and (offset or not is_pose(path))
                 }
-                terms[-1] |= parameters.replace(compared, renames[0][owner], nodes[0].kind)
+                terms[-1] |= parameters.replace(compared, renames[0][owner])
         if len(parameters.given) > min(MAX_PARAMETERS, len(rows[0]) + 2):
             return None
         span, entries = self.result.span, {}
